@@ -23,7 +23,7 @@ from peers import record
 from slipfold.continuation.newton import correct
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.version import package_version
 
 FREQUENCY = 12.5

@@ -6,7 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold.branches.carried.carry import carry_branches
 from slipfold.lines.of_branches import stretches_of
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits
 
 SPAN = (0, 0.9)
 CHANGES = [{"f": 12.51}, {"Vd": 0.62}, {"mu": 0.52}, {"alpha": 1.1}, {"Ns": 0.95}]

@@ -12,12 +12,12 @@ from slipfold.continuation.newton import correct
 from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of
 from slipfold.orbits import check, periodic_orbit
-from slipfold.orbits.carry_to import hold_parameter
 from slipfold.orbits.check import collocate
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.spectrum.product import multiplier_difference, product_eigenvalues
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme
+from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.multipliers import multiplier_difference, product_eigenvalues
 
 
 def duffing():
@@ -187,8 +187,8 @@ def test_a_broken_check_does_not_pass_either(monkeypatch):
                 own = replace(scheme, points=broken(scheme.points))
             super().__init__(*given, scheme=own, **more)
 
-    monkeypatch.setattr("slipfold.orbits.by_collocation.Collocation", Broken)
-    monkeypatch.setattr("slipfold.orbits.discretisations.collocation.Collocation", Broken)
+    monkeypatch.setattr("slipfold.orbits.continued.Collocation", Broken)
+    monkeypatch.setattr("slipfold.orbits.collocation.Collocation", Broken)
     assert not orbit.check().passed
 
 

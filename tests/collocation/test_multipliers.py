@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from slipfold.orbits.spectrum.product import cycle_multipliers, product_eigenvalues
+from slipfold.orbits.multipliers import cycle_multipliers, product_eigenvalues
 
 
 def factors_of(blocks, count, seed):

@@ -9,11 +9,11 @@ from slipfold.branches.settings import Settings
 from slipfold.collocation_points import gauss_points, radau_points
 from slipfold.continuation.newton import correct
 from slipfold.loci import given_point
-from slipfold.orbits import by_collocation
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.discretisations.scheme import GAUSS, STAGES, Scheme, scheme_for
-from slipfold.orbits.discretisations.shooting import Shooting
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits import continued
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme, scheme_for
+from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.shooting import Shooting
 
 RADAU = Scheme(radau_points(STAGES))
 
@@ -124,7 +124,7 @@ def test_the_locus_of_a_stiff_fold_meets_the_equations_where_its_branch_did(monk
             schemes.append(scheme)
             super().__init__(*given, scheme=scheme, **more)
 
-    monkeypatch.setattr(by_collocation, "Collocation", Watched)
+    monkeypatch.setattr(continued, "Collocation", Watched)
     model = sf.System(
         name="forced",
         parameters={"F": 0.1, "k": 0.3},

@@ -11,8 +11,8 @@ from slipfold.branches.response import measured_over
 from slipfold.flow import flow_of
 from slipfold.flow.linear_response import linear_response
 from slipfold.models.damped_newton import damped_newton
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.discretisations.shooting import Shooting
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.shooting import Shooting
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.3, 0.02, 0.002, 210e9, 7850.0
 BENDING = YOUNG * WIDTH * HEIGHT**3 / 12

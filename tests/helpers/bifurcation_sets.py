@@ -23,8 +23,8 @@ from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.kinds import ForcedOrbits
 
 PLANES = {
     ("f", "Nd"): ((11.5, 13.5), (0.0, 0.98)),

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.orbits.linearisation import Conditions, Eliminated, Linearisation
-from slipfold.orbits.sparse_matrix import Sparse
+from slipfold.orbits.linearisation import Conditions, Eliminated, Linearisation, Sparse
 
 
 @pytest.mark.parametrize(

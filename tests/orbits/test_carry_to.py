@@ -7,9 +7,9 @@ import slipfold as sf
 from slipfold.continuation.walk import Failure
 from slipfold.flow import patience
 from slipfold.flow.sizes.typical_sizes import measured
-from slipfold.orbits.carry_to import Straight, carry_to
-from slipfold.orbits.finding.find_response import guess_orbit
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.continued import Straight, carry_to
+from slipfold.orbits.first_orbits import guess_orbit
+from slipfold.orbits.kinds import ForcedOrbits
 
 
 def anything(point):

@@ -7,9 +7,8 @@ import slipfold as sf
 from helpers.textbook_models import Torus
 from slipfold.continuation.newton import correct
 from slipfold.models import model_named
-from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.kinds import Cycles, ForcedOrbits
 from slipfold.orbits.limits import limit_margins
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=2)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from slipfold.orbits.spectrum.contraction import growth_bound
+from slipfold.orbits.multipliers import growth_bound
 
 
 @given(seed=st.integers(0, 10**6), size=st.integers(1, 6), segments=st.integers(1, 8))

@@ -6,9 +6,8 @@ import pytest
 import slipfold as sf
 from slipfold.models import model_named
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.spectrum.eigenvalues import Cayley
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.kinds import Cycles, Equilibria
 
 RNG = np.random.default_rng(20260107)
 

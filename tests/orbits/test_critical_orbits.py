@@ -12,7 +12,7 @@ from slipfold.branches import trace_response
 from slipfold.loci.follow import follow_loci
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits
 
 RNG = np.random.default_rng(20260106)
 SPAN = (0.0, 0.98)

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
-from slipfold.orbits.spectrum.degeneracy import critical_pair, degeneracy
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.test_functions import critical_pair, degeneracy, floquet_multipliers
 
 KINDS = ("LP", "PD", "NS")
 

@@ -7,14 +7,11 @@ import pytest
 
 import slipfold as sf
 from slipfold.models import model_named
-from slipfold.orbits.births import cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.eigenvalues import Cayley
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.critical import cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.kinds import Cycles, Equilibria, ForcedOrbits, orbits_of
+from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.test_functions import floquet_multipliers
 
 
 @lru_cache

@@ -4,7 +4,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.progress import SEARCHING
-from slipfold.orbits.finding import stiff_response
+from slipfold.orbits import first_orbits
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def test_a_search_tells_of_every_period_and_may_be_stopped_there(slider):
 
 
 def test_a_search_that_takes_too_long_is_given_up_and_said_so(slider, monkeypatch):
-    monkeypatch.setattr(stiff_response, "BUDGET", 1)
+    monkeypatch.setattr(first_orbits, "BUDGET", 1)
     with pytest.raises(sf.InputError, match=r"stiff, and within .* it comes near no orbit; start"):
         sf.response(slider, vary="f", span=(1.0, 1.05))
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.spectrum.test_functions import evaluate_tests
+from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers
 
 
 def bialternate(matrix):

@@ -5,8 +5,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.closed_branches import asymmetry, close_on_parent
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
 from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ from slipfold.continuation.newton import correct
 from slipfold.flow import last_round
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
+from slipfold.orbits.grazing import GrazingShooting
 from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.stick_slip.grazing import GrazingShooting
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 LEVELS = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5]
 """Slip that is kept, over its size."""

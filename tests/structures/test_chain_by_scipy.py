@@ -23,7 +23,7 @@ from slipfold.models.structures import (
     Structure,
 )
 from slipfold.orbits import periodic_orbit
-from slipfold.orbits.spectrum.floquet import match_multipliers
+from slipfold.orbits.test_functions import match_multipliers
 
 RNG = np.random.default_rng(20260104)
 

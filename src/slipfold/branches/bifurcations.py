@@ -19,9 +19,8 @@ from slipfold.continuation.locate import LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import PAIRED
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import PAIRED
 from slipfold.orbits.uncertainty import computed_anew
 
 CLOSED = "the branch closed on itself"

@@ -12,8 +12,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text

@@ -8,9 +8,8 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.orbit_curve import OrbitCurve
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
+from slipfold.orbits.test_functions import floquet_multipliers
 
 STEP = 1e-4
 """Half the distance over which first derivatives are differenced, in scaled variables: the error of

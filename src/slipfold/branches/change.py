@@ -13,11 +13,9 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.by_collocation import by_collocation
-from slipfold.orbits.discretisations.shooting import Shooting
-from slipfold.orbits.orbit_curve import OrbitCurve
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip.through_stick import through_stick
+from slipfold.orbits.continued import by_collocation, through_stick
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
+from slipfold.orbits.shooting import Shooting
 
 FARTHER = 1.02
 """A branch has come no farther until it is this many times as long."""

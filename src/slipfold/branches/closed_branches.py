@@ -15,9 +15,8 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.models.turns import without_turns
-from slipfold.orbits.discretisations.segments import Segments
-from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.discretisation import Segments
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 BEFORE = 3e-3
 """How far before the parent the last regular orbit of a closing branch lies, in arclength."""

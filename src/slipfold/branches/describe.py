@@ -19,10 +19,8 @@ from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.normal_forms.forms import forms_of
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
-from slipfold.orbits.spectrum.test_functions import evaluate_tests
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, computed_anew, multiplier_change
 
 DIFFERENCED = 1e-6

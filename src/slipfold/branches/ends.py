@@ -25,11 +25,9 @@ from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.limits import limit_rooms, loses_equations
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip.limit_ahead import limit_ahead
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.limits import limit_ahead, limit_rooms, loses_equations
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 NEAR_EDGE = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""

@@ -16,8 +16,7 @@ from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.extrema import find_extrema
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 
 @dataclass(frozen=True, eq=False)

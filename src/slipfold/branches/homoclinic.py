@@ -12,8 +12,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.newton import Rule, find_root, solve_each
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 GROWN = 2.0
 """A duration that has grown less since the branch began says nothing."""

@@ -14,7 +14,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.atlas import Chart
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.text.one_line import certain
 
 Tell = Callable[[Chart[OrbitPoint], Found, int], None]

@@ -10,11 +10,10 @@ from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.collocation import FIRST, Collocation
-from slipfold.orbits.discretisations.scheme import scheme_for
-from slipfold.orbits.discretisations.segments import Cut
-from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.collocation import FIRST, Collocation
+from slipfold.orbits.discretisation import Cut, scheme_for
+from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 STIFF = 200.0
 """Turns of the fastest vibration within a period from which on collocation is quicker: forty masses

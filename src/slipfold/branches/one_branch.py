@@ -29,8 +29,7 @@ from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 LEVEL = 1e-7
 """Share of the tangent along the parameter below which rounding may decide its sign, so near to

@@ -10,7 +10,7 @@ from slipfold.errors import InputError
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.test_functions import floquet_multipliers
 
 AT_ORBIT = 1e-6
 """A place this near to a known orbit, over the length of the branch, is that orbit."""

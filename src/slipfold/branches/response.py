@@ -25,12 +25,11 @@ from slipfold.flow.sizes.typical_sizes import measured_within
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
-from slipfold.orbits.by_collocation import by_collocation
-from slipfold.orbits.discretisations.collocation import Collocation
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.continued import by_collocation
 from slipfold.orbits.find import may_slip, periodic_orbit
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.periodic_orbit import StickSlipOrbit
 from slipfold.progress import Observer
 
 AT_END = 1e-12

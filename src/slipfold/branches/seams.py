@@ -24,11 +24,9 @@ from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.switched.mode import Mode, Status
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
-from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.stick_slip.grazing import GrazingShooting
-from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
+from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 SEAM = "seam"
 """Kind of an end that is none where an orbit exists beyond it: the branch goes on there."""

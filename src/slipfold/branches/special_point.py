@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip.grazing import MET
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.grazing import MET
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable

@@ -14,20 +14,16 @@ from slipfold.errors import InputError
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.discretisations.segments import Cut
-from slipfold.orbits.discretisations.shooting import Shooting
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.finding.find_response import find_response
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.discretisation import Cut
+from slipfold.orbits.eigenvalues import unit_of_time
+from slipfold.orbits.first_orbits import find_response
+from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.spectrum.eigenvalues import unit_of_time
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 WORST = 1e8
 """Newton's method at a worse condition leaves half of all digits: the value held is that of a fold

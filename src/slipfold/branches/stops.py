@@ -12,8 +12,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.limits import limit_margins
-from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 FAMILY = 150
 """Orbits with one value of the parameter after which a family is followed no farther: round a

@@ -16,10 +16,9 @@ from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.critical import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.kinds import Equilibria
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 SAME_VALUE = 1e-7
 """Two branch points this close in the parameter, in spans, may be one."""

@@ -16,8 +16,7 @@ from slipfold.checks.orbit_difference import (
     retraced_difference,
 )
 from slipfold.checks.switched_difference import switched_difference
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 
 SHARE = 0.1
 """Share of the work for a result that goes into its checks."""

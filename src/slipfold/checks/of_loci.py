@@ -9,7 +9,7 @@ from slipfold.checks.checked import Checked
 from slipfold.checks.choice import Candidate, check_some
 from slipfold.loci.locus import Locus
 from slipfold.loci.progress import locus_progress
-from slipfold.orbits.stick_slip.grazing import MET
+from slipfold.orbits.grazing import MET
 from slipfold.progress import Observer
 from slipfold.text.one_line import parameter_text
 

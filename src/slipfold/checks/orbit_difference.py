@@ -24,8 +24,8 @@ from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.check import SINGULAR, is_singular, rests
+from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.spectrum.product import multiplier_differences, product, without_motion
 
 ALLOWED = 1e-8
 """Difference of states (scaled), duration and multipliers (relative) that is allowed."""

@@ -16,8 +16,8 @@ from slipfold.flow.switched.mode import Mode
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.models.turns import without_turns
-from slipfold.orbits.spectrum.product import multiplier_difference
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.multipliers import multiplier_difference
+from slipfold.orbits.periodic_orbit import StickSlipOrbit
 
 STEP = 1e-6
 """Perturbation of scaled states: smaller ones leave fewer digits, larger ones are not small."""

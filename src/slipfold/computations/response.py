@@ -24,10 +24,8 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.system import System
-from slipfold.orbits.find import may_slip, periodic_orbit
-from slipfold.orbits.orbit_near import orbit_near, settled_on
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.find import may_slip, orbit_near, periodic_orbit, settled_on
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer
 from slipfold.results.diagram import Diagram
 from slipfold.results.provenance import provenance

@@ -13,11 +13,11 @@ from slipfold.design_space.placed import Placed
 from slipfold.errors import InputError
 from slipfold.loci.gradients import corrected
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.segments import Segments
-from slipfold.orbits.discretisations.shooting import SEGMENTS
+from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.shooting import SEGMENTS
 
 PHASES = 64
 """Equidistant phases a forcing period over which a motion is averaged: of a smooth periodic one

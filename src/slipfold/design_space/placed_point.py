@@ -16,7 +16,7 @@ from slipfold.loci.gradients import plane_of_scales, solved
 from slipfold.models.model import Model
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_pair
+from slipfold.orbits.test_functions import PAIRED, critical_pair
 
 
 class PlacedPoint(Placed):

@@ -21,7 +21,7 @@ from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.model import Model
-from slipfold.orbits.stick_slip.grazing import MET
+from slipfold.orbits.grazing import MET
 from slipfold.progress import Observer
 
 LINES = (11, 5)

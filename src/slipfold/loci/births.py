@@ -21,14 +21,18 @@ from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import TWO_PAIRS, SpecialPoints
 from slipfold.loci.start import LocusStart, is_complex, of_each_pair, passing, regular_start
-from slipfold.orbits.births import Newborn, cycle_of_no_amplitude, passed_twice
-from slipfold.orbits.crossing import critical_direction, crossing_gap
-from slipfold.orbits.discretisations.segments import Segments
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.eigenvalues import Cayley
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.critical import (
+    Newborn,
+    critical_direction,
+    crossing_gap,
+    cycle_of_no_amplitude,
+    passed_twice,
+)
+from slipfold.orbits.discretisation import Segments
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.kinds import Equilibria
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import floquet_multipliers
 
 BORN = {
     "GH": (("LP", 0),),

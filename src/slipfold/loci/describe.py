@@ -12,8 +12,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import TWO_PAIRS, tests_of
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.uncertainty import computed_anew
 
 

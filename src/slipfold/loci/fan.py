@@ -21,7 +21,7 @@ from slipfold.loci.window import Window
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.orbit_near import settled_on
+from slipfold.orbits.find import settled_on
 from slipfold.progress import Observer, Progress
 
 BEYOND = 0.25

@@ -29,8 +29,8 @@ from slipfold.loci.start import LocusStart, regular_start
 from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
-from slipfold.orbits.crossing import crossing_gap
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.critical import crossing_gap
+from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.progress import Observer
 
 OWN = ("duration",)

@@ -11,16 +11,15 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.orbits.by_collocation import on_mesh
 from slipfold.orbits.check import rests
-from slipfold.orbits.discretisations.shooting import SEGMENTS
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.continued import on_mesh
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.grazing import GRAZED, GrazingShooting
+from slipfold.orbits.kinds import Equilibria, orbits_of
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.spectrum.eigenvalues import Cayley
-from slipfold.orbits.stick_slip.grazing import GRAZED, GrazingShooting
-from slipfold.orbits.stick_slip.reversal import ReversalShooting
+from slipfold.orbits.reversal import ReversalShooting
+from slipfold.orbits.shooting import SEGMENTS
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 GIVING_WAY = (0.0, 1e-4, -1e-4, 3e-4, -3e-4, 1e-3, -1e-3)
 """Shares by which a parameter is changed to leave slip in the plane."""

@@ -15,8 +15,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.loci.births import CROSSED
 from slipfold.loci.given_point import as_unknown, on_a_mesh
 from slipfold.loci.start import MOVED
-from slipfold.orbits.critical import Critical
-from slipfold.orbits.crossing import crossing_gap
+from slipfold.orbits.critical import Critical, crossing_gap
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 

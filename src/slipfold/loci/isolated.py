@@ -22,8 +22,7 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer
 
 PLACES = 4

@@ -13,8 +13,7 @@ from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 ABREAST = 0.02
 """Distance from the interpolated locus within which the locus itself is looked at."""

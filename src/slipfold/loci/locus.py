@@ -12,9 +12,8 @@ from slipfold.arrays import Array
 from slipfold.continuation.end import End
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, certain, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable

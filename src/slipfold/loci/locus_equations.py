@@ -8,12 +8,10 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.critical import Critical
+from slipfold.orbits.grazing import MET, MarginalShooting
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import PAIRED, critical_places
-from slipfold.orbits.stick_slip.grazing import MET
-from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import PAIRED, critical_places
 
 Multipliers = NDArray[np.complex128]
 

@@ -14,7 +14,7 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.loci.describe import bare_point, coefficient_at, describe_point, pair_of, plane_of
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint
 
 Leads = Mapping[Found, Sequence[int]]
 

@@ -23,8 +23,8 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import SpecialPoints
 from slipfold.loci.start import FIRST
 from slipfold.loci.window import Window
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import PAIRED
+from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.test_functions import PAIRED
 
 UNDAMPED = 1e-6
 """Distance from the unit circle within which multipliers beside the critical ones are on it."""

@@ -16,10 +16,10 @@ from slipfold.loci.into_stick.responses import stable_beside
 from slipfold.loci.raster import Raster
 from slipfold.loci.stable_spans import is_among, stable_orbits
 from slipfold.models.model import Model
-from slipfold.orbits.carry_to import Straight, carry_to
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.continued import Straight, carry_to
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint
 
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""

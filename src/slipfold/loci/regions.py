@@ -27,8 +27,8 @@ from slipfold.loci.region_map import Region, RegionCheck, RegionMap
 from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_votes
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.orbits.spectrum.degeneracy import critical_places
-from slipfold.orbits.stick_slip.grazing import MET
+from slipfold.orbits.grazing import MET
+from slipfold.orbits.test_functions import critical_places
 from slipfold.progress import Observer
 
 Labels = NDArray[np.int64]

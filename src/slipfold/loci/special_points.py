@@ -17,9 +17,9 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.turning_pitchfork import turning_pitchfork
-from slipfold.orbits.crossing import crossing_gap
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import CRITICAL, PAIRED, critical_places
+from slipfold.orbits.critical import crossing_gap
+from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.test_functions import CRITICAL, PAIRED, critical_places
 
 DOUBLED = ("R1", "R2", "BT")
 """Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""

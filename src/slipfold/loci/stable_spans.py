@@ -15,8 +15,8 @@ from slipfold.branches.stability import stability_stretches
 from slipfold.continuation.newton import correct
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.kinds import ForcedOrbits
 
 ONE_ORBIT = 1e-4
 """Two stable orbits this close in scaled states are one."""

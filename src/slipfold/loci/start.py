@@ -18,8 +18,8 @@ from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.describe import plane_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import DOUBLED
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import PAIRED
+from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.test_functions import PAIRED
 
 UNDEFINED = 1e-9
 """Smallest singular value, over the largest, of a Jacobian that defines a curve."""

@@ -8,7 +8,7 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint
 
 STEP = 1e-3
 """First step along the branch points, in scaled variables."""

@@ -16,10 +16,10 @@ from slipfold.continuation.interpolation import polynomial
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
-from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.find import periodic_orbit
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.text.stability import outside
 

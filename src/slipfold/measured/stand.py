@@ -13,7 +13,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.measured.measurement import Measurement
 from slipfold.measured.quantity import Quantity, read_off
 from slipfold.models.model import Model
-from slipfold.orbits.steady_extrema import steady_extrema
+from slipfold.orbits.extrema import steady_extrema
 from slipfold.progress import Observer, Progress
 
 EACH = 500

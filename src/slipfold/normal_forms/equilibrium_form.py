@@ -18,8 +18,7 @@ from slipfold.normal_forms.normal_form import (
     fold_coefficient,
 )
 from slipfold.normal_forms.pair_form import pair_cubic
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]
 

@@ -14,11 +14,10 @@ from slipfold.normal_forms.quintic import quintic_coefficient
 from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.normal_forms.segment_map import SegmentMap
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.cycles import Cycles
+from slipfold.orbits.kinds import Cycles
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import critical_places
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import critical_places
 
 
 class Forms:

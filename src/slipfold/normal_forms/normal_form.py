@@ -18,8 +18,7 @@ from slipfold.normal_forms.jet_map import JetMap
 from slipfold.normal_forms.return_chain import ReturnChain
 from slipfold.normal_forms.return_map import ReturnMap
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]
 

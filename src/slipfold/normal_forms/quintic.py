@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.normal_forms.normal_form import critical_vectors
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.orbit_point import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 AMPLITUDES = 0.05 / 2.0 ** np.arange(6)
 """Largest amplitudes of successive evaluations, in scaled states: the higher powers fade, until

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.normal_forms.jet_map import polarised
+from slipfold.orbits.multipliers import motion_bases
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.spectrum.product import motion_bases
 
 Vector = NDArray[Any]
 

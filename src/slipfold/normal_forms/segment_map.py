@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
-from slipfold.orbits.discretisations.segments import Segments
+from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import Orbits
 

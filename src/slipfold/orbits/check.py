@@ -14,19 +14,17 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, find_root
-from slipfold.orbits.by_collocation import on_mesh
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.discretisations.collocation import Collocation
-from slipfold.orbits.discretisations.discretisation import Discretisation
-from slipfold.orbits.discretisations.scheme import STAGES
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.continued import hold_parameter, on_mesh
+from slipfold.orbits.discretisation import STAGES, Discretisation
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.spectrum.product import (
+from slipfold.orbits.multipliers import (
     cycle_multipliers,
     multiplier_difference,
     product_eigenvalues,
 )
+from slipfold.orbits.orbit_curve import Orbits
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
@@ -94,7 +92,7 @@ class CollocatedOrbit(OneLine, ReadOnly):
     states: NDArray[np.float64]
     anchors: NDArray[np.float64]
     duration: float
-    multipliers: NDArray[np.complex128]
+    multipliers: Complex
     mismatch: float
     error: float
     converged: bool

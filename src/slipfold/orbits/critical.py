@@ -1,37 +1,123 @@
-"""Orbits at a bifurcation: what a locus consists of."""
+"""Orbits at a bifurcation: what a locus consists of, and the first orbits that emanate there."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Self
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
-from slipfold.orbits.crossing import crossing_conditions, crossing_values
-from slipfold.orbits.discretisations.discretisation import Discretisation
+from slipfold.arrays import Array, Complex
+from slipfold.orbits.discretisation import Cut, Discretisation, Segments
+from slipfold.orbits.eigenvalues import transition
+from slipfold.orbits.grazing import MarginalShooting
+from slipfold.orbits.kinds import Cycles, Equilibria
 from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
+from slipfold.orbits.multipliers import on_quotient
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
-from slipfold.orbits.spectrum.degeneracy import (
+from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.test_functions import (
     UNKNOWN,
     Degeneracy,
     critical_pair,
     degeneracy,
+    floquet_multipliers,
 )
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
 
-Values = NDArray[np.complex128]
+PARAMETERS = 2
+"""Parameters that vary: the last columns of the Jacobian."""
+
+STEP = 1e-4
+"""Half the distance over which the Jacobian is differenced, in scaled variables. The conditions are
+exact; their gradients, right to 1e-8, serve Newton's steps and tangents alone."""
+
+
+class _Null(NamedTuple):
+    """What the Jacobian by the states is singular along, nearly: unit vectors and their value."""
+
+    left: Array
+    right: Array
+    value: float
+    inverse: Array
+    """Inverse of the Jacobian beside them."""
+
+
+def crossing_values(plain: Linearisation) -> Array:
+    r"""Return the three numbers that vanish where two families of orbits cross, shape (3,).
+
+    Over two parameters orbits are a surface. Two surfaces cross in a curve, as those of symmetric
+    and of other orbits do, where a vector psi is orthogonal to all derivatives of the equations,
+
+    .. math:: \psi^T F_x = 0, \quad \psi^T F_p = 0 .
+
+    With the equations themselves these are two more than a curve needs, and compatible on it: they
+    are solved by least squares. Else a branch point is met in one parameter alone.
+    """
+    return _values(plain, _null(plain))
+
+
+def _values(plain: Linearisation, null: _Null) -> Array:
+    pulled = null.left @ plain.jacobian[:, -PARAMETERS:]
+    return np.append(null.value, pulled) / _size(plain)
+
+
+def crossing_conditions(orbits: Orbits, plain: Linearisation, z: Array) -> Conditions:
+    """Return those numbers with their gradients, each a second derivative along one direction.
+
+    The directions are the kernel of the equations' derivatives: the critical vector, and for each
+    parameter how orbits move with it beside that.
+    """
+    null = _null(plain)
+    steady = -null.inverse @ plain.jacobian[:, -PARAMETERS:]
+    kernel = np.zeros((1 + PARAMETERS, len(z)))
+    kernel[0, :-PARAMETERS] = null.right
+    kernel[1:, :-PARAMETERS], kernel[1:, -PARAMETERS:] = steady.T, np.eye(PARAMETERS)
+    gradients = [null.left @ _along(orbits, z, direction) for direction in kernel]
+    return Conditions(_values(plain, null), np.array(gradients) / _size(plain))
+
+
+def crossing_gap(orbits: Orbits, z: Array) -> float:
+    """Return the largest of those numbers: how far an orbit is from such a crossing."""
+    return float(np.abs(crossing_values(orbits.linearise(z))).max())
+
+
+def critical_direction(orbits: Orbits, z: Array) -> Array:
+    """Return the unit vector along which the states at a crossing may move, parameters held."""
+    return _null(orbits.linearise(z)).right
+
+
+def _null(plain: Linearisation) -> _Null:
+    left, values, right = np.linalg.svd(plain.jacobian[:, :-PARAMETERS])
+    inverse = (right[:-1].T / values[:-1]) @ left[:, :-1].T
+    one, other = _sign(left[:, -1]), _sign(right[-1])
+    return _Null(one * left[:, -1], other * right[-1], float(one * other * values[-1]), inverse)
+
+
+def _sign(vector: Array) -> float:
+    """Return the sign that makes a vector smooth where it turns: that along no axis of anything."""
+    return float(np.sign(vector @ np.cos(np.arange(1.0, len(vector) + 1)))) or 1.0
+
+
+def _size(plain: Linearisation) -> float:
+    return float(np.hypot(1.0, np.linalg.norm(plain.jacobian)))
+
+
+def _along(orbits: Orbits, z: Array, direction: Array) -> Array:
+    """Return the derivative of the Jacobian along a direction."""
+    length = float(np.linalg.norm(direction))
+    step = STEP / length * direction
+    ahead, behind = orbits.linearise(z + step).jacobian, orbits.linearise(z - step).jacobian
+    return np.asarray((ahead - behind) * (length / (2 * STEP)))
 
 
 class Critical(OrbitCurve):
     """Orbits that are at a bifurcation: with two parameters that vary a curve, a locus.
 
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
-    critical eigenvalue (see `slipfold.orbits.spectrum.degeneracy`), that two families of them
-    cross (see `slipfold.orbits.crossing`), or that a change of contacts is only just met (see
-    `slipfold.orbits.stick_slip.marginal_shooting`); an unknown is that of an orbit.
+    critical eigenvalue (see `slipfold.orbits.test_functions`), that two families of them
+    cross (see `slipfold.orbits.critical`), or that a change of contacts is only just met (see
+    `slipfold.orbits.grazing`); an unknown is that of an orbit.
 
     `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"GRAZE"``, ``"LIFT"``, ``"STICK"``, or
     ``"HB"`` of equilibria.
@@ -134,7 +220,73 @@ class Critical(OrbitCurve):
         return self.orbits.aligned(guess, known)
 
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
+        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return no functions: nothing is watched unless someone says what."""
         return {}
+
+
+@dataclass(frozen=True, eq=False)
+class Newborn:
+    """The first of the orbits that are born at another."""
+
+    orbits: Orbits  # what they are
+    z: Array  # the first of them as an unknown
+    tangent: Array  # unit vector in which they leave: to first order no parameter changes
+    monodromy: Array  # matrix whose eigenvalues are watched, in scaled states
+
+
+def passed_twice(orbits: Orbits, z: Array) -> Newborn:
+    """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.
+
+    That is the critical direction, which changes sign from one period to the next.
+    """
+    part = orbits.linearise(z)
+    values, vectors = np.linalg.eig(part.product)
+    direction = vectors[:, np.argmin(np.abs(values + 1))].real
+    along = [direction]
+    for block in part.blocks[:-1]:
+        along.append(block @ along[-1])
+    child = orbits.with_period(2 * orbits.period)
+    assert isinstance(orbits.by, Segments)
+    assert isinstance(child.by, Segments)
+    # A segment of the child is two of the parent, or one of either round.
+    own, turns = np.divmod(child.by.start, orbits.period)[::-1]
+    same = np.abs(orbits.by.start[None, :] - own[:, None]).argmin(axis=1)
+    moved = (np.array(along)[same] * np.where(turns == 0, 1.0, -1.0)[:, None]).ravel()
+    tangent = np.concatenate([moved, np.zeros(len(orbits.units))])
+    # The largest component starts positive: of the two copies always the same one.
+    tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
+    doubled = child.join(orbits.nodes(z)[same], orbits.free_values(z))
+    return Newborn(child, doubled, tangent, part.monodromy @ part.monodromy)
+
+
+def cycle_of_no_amplitude(
+    orbits: Equilibria,
+    z: Array,
+    method: Callable[[Array], Cut] = lambda jacobian: Shooting,
+    *,
+    pair: int = 0,
+) -> Newborn:
+    """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
+
+    That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
+    derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis.
+    """
+    unit, jacobian = orbits.unit(z), orbits.jacobian(z)
+    values, vectors = np.linalg.eig(jacobian)
+    critical = int(np.where(values.imag > 0, np.abs(values.real), np.inf).argsort()[pair])
+    turn = 2 * np.pi / float(values[critical].imag)
+    paced = orbits.model.replace(duration=unit * turn)
+    child = Cycles(paced, orbits.varied, by=method(jacobian * turn))
+    q, m = vectors[:, critical], child.segments
+    turns = np.exp(2j * np.pi * np.arange(m) / m)  # both discretisations begin with equal segments
+    turning = np.real(q * turns[:, None]).ravel()
+    tangent = np.concatenate([turning, np.zeros(len(child.units))])
+    nodes = np.tile(orbits.nodes(z), (m, 1))
+    return Newborn(
+        child,
+        child.join(nodes, [unit * turn, *orbits.values(z)]),
+        tangent / np.linalg.norm(tangent),
+        on_quotient(transition(jacobian * turn), np.real(1j * q)),
+    )

@@ -1,4 +1,4 @@
-"""Extrema of outputs over the continuous orbit, not over mesh points."""
+"""Extrema of outputs over the continuous orbit, not over mesh points; revolutions of angles."""
 
 from __future__ import annotations
 
@@ -13,11 +13,30 @@ from slipfold.errors import InputError
 from slipfold.flow import Flow, flow_of
 from slipfold.flow.equations import Constants
 from slipfold.flow.scaled import power_of_two
+from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
-from slipfold.models.turns import TURN
-from slipfold.orbits.turning import turns_of_segments
+from slipfold.models.turns import TURN, turns_between
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
+
+
+def turns_of_segments(
+    model: Model, flow: Flow, nodes: Array, period: int, constants: Constants
+) -> Array:
+    """Return by how many whole turns segments of orbits end ahead of the next node.
+
+    Shapes: nodes (k, m, n); returns (k, m, n), zero for what is no angle.
+    """
+    if not model.whole_turns.any():
+        return np.zeros(nodes.shape)
+    count, segments = nodes.shape[:2]
+    edges = np.linspace(0, period, segments + 1)
+    start, end = np.tile(edges[:-1], count), np.tile(edges[1:], count)
+    ends = flow.advance(
+        nodes.reshape(count * segments, -1), start, end, constants.repeated(segments)
+    )
+    return turns_between(ends.reshape(nodes.shape) - np.roll(nodes, -1, axis=1), model.whole_turns)
+
 
 SAMPLES = 64
 """Samples a forcing period that find the right hump; Newton's method finds its top."""
@@ -314,3 +333,34 @@ def _least_between(values: Array) -> Array:
     found = (coefficients * places[:, None] ** _ORDERS).sum(axis=1)
     # Where the samples lie on no polynomial, it says nothing.
     return np.asarray(np.clip(found, least - np.abs(bend), least))
+
+
+SEEN = 256
+"""Periods that are looked at of a motion that has not settled."""
+
+STICKING_SAMPLES = 1024
+"""Samples a period of a motion that sticks."""
+
+
+def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
+    """Find extrema over the orbit that a motion settled on, or else over its last periods.
+
+    It has a whole period at least.
+    """
+    settlement = motion.settlement
+    count = motion.steady_periods(1 if settlement.settled else SEEN)
+    columns = [flow_of(motion.model).output_index(name) for name in names]
+    if motion.sticking is not None:
+        values = motion.steady_outputs(count, STICKING_SAMPLES)[:, columns]
+        return Extrema(tuple(names), values.min(axis=0)[None], values.max(axis=0)[None])
+    model = motion.steady_model
+    # A round of a cycle takes no whole number of intervals, so that it begins at the last state.
+    cycle = settlement.duration is not None
+    nodes = motion.strobe[-1:] if cycle else motion.strobe[-1 - count : -1]
+    found = find_extrema(model, model.vector[None], nodes[None], len(nodes), names)
+    if settlement.settled:
+        return found
+    # What does not close may be least or greatest where it begins, which nothing precedes.
+    values = motion.steady_outputs(count, 1)[:, columns]
+    low = np.minimum(found.minimum, values.min(axis=0))
+    return Extrema(found.names, low, np.maximum(found.maximum, values.max(axis=0)))

@@ -1,8 +1,9 @@
-"""A periodic orbit from nothing but a model."""
+"""A periodic orbit from nothing but a model, or near a state."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -12,23 +13,92 @@ from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of, simulate
+from slipfold.flow.guarded_flow import guarded_flow_of
+from slipfold.flow.pace import paced
+from slipfold.flow.simulate import initial_state
 from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.switched.simulate import comes_to_rest, simulate_switched
+from slipfold.flow.switched.simulate import (
+    comes_to_rest,
+    simulate_smooth_or_switched,
+    simulate_switched,
+)
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.finding.find_cycle import find_cycle
-from slipfold.orbits.finding.find_response import find_response
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.first_orbits import find_cycle, find_response
+from slipfold.orbits.kinds import ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.stick_slip.find_switched import find_switched
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.switched_shooting import SwitchedShooting
+from slipfold.orbits.test_functions import floquet_multipliers
+from slipfold.progress import Observer
+
+CONVERGED = 1e-6
+"""Change from round to round, in scaled states, at which Newton's method takes over."""
+
+ITERATIONS = 20
+
+
+def find_switched(
+    model: Model,
+    vary: str,
+    width: float,
+    period: int | None,
+    state: Array | None,
+    *,
+    tolerance: float = 1e-10,
+    settle: int = 400,
+) -> tuple[Orbits, Correction]:
+    """Return an orbit near what a motion with stick and slip comes to, and its correction.
+
+    Without a period it has that of the motion. Shapes: state (n,).
+    """
+    start = model.start if state is None else state
+    motion = simulate_switched(model, settle if model.forced else None, start, CONVERGED)
+    if motion.stopped is not None:
+        raise InputError(f"no orbit was found: {motion.stopped.reason}")
+    settlement = motion.settlement
+    if not model.forced and settlement.kind != "cycle":
+        raise InputError(
+            f"the motion of {model.name} comes to no cycle: {settlement.message}; give a state "
+            "near one"
+        )
+    for name in _resting(motion) if model.forced else ():
+        raise InputError(
+            f"the contact {name} of {model.name} sticks for good, so it may rest anywhere "
+            "in a range and no orbit stands alone; begin where it slips"
+        )
+    model, node = motion.model, motion.strobe[-1]
+    if settlement.duration is not None and not model.forced:
+        model = model.replace(duration=settlement.duration)
+    period = (period or settlement.period or 1) if model.forced else 1
+    orbits = orbits_of(model, {vary: width}, period, 1, by=SwitchedShooting)
+    by = orbits.by
+    assert isinstance(by, SwitchedShooting)
+    constants = orbits.flow.constants_of(model)
+    better = by.better(node[None], constants)
+    if better is not None:
+        node = by.states(node[None], constants, better.start)[0]
+        orbits = orbits.described_by(better)
+    guess = orbits.unknown(node[None], model)
+    row = hold_parameter(len(guess) - 1)
+    return orbits, correct(orbits, guess, row, tolerance=tolerance, iterations=ITERATIONS)
+
+
+def _resting(motion: Trajectory) -> list[str]:
+    """Return the contacts that stick throughout the last forcing period."""
+    last = motion.periods
+    return [
+        item.contact
+        for item in (motion.sticking.intervals if motion.sticking is not None else ())
+        if item.state == "stick" and item.begin <= last - 1 and item.end >= last
+    ]
+
 
 LONGEST_PERIOD = 64
 """Longest period that can be asked for, in forcing periods."""
@@ -320,3 +390,95 @@ def _as_orbit(orbits: Orbits, model: Model, correction: Correction) -> PeriodicO
         orbits.spectrum.whole(floquet_multipliers(monodromy)),
         correction.residual,
     )
+
+
+GivenState = ArrayLike | Mapping[str, float] | None
+
+MOTION = 2000
+"""Forcing periods of a motion that is to settle."""
+
+PERIODS = 8
+"""Longest period of forced orbits that is looked for near a state."""
+
+OTHERS = (1, 2, 4, 3)
+"""Periods that are tried where a motion from the state repeats after none."""
+
+ROUND = 2000
+"""Steps of the integrator in which a motion that begins near a cycle comes round."""
+
+CLOSED = 0.05
+"""A motion that comes back this near, over its extent or in scaled states, is near an orbit."""
+
+
+def settled_on(
+    model: Model, state: GivenState = None, observer: Observer | None = None
+) -> PeriodicOrbit | Array:
+    """Return what a motion from a state settles on."""
+    periods = MOTION if model.forced else None
+    motion = simulate_smooth_or_switched(model, periods, state, observer=observer)
+    if motion.stopped is not None and motion.stopped.kind == "interrupted":
+        raise KeyboardInterrupt
+    found, last = motion.settlement, motion.strobe[-1]
+    if found.period is None:
+        raise InputError(
+            f"the motion of {model.name} does not settle on what could be followed ({found}); "
+            "start elsewhere, or follow the response"
+        )
+    if found.kind == "equilibrium":
+        return last
+    if found.kind == "cycle":
+        return periodic_orbit(model, state=last, duration=found.duration)
+    return periodic_orbit(model, found.period, last)
+
+
+def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
+    """Return an orbit near a state; of an autonomous model an equilibrium, or a cycle.
+
+    Newton's method is begun there, of a forced model with the period after which a motion from the
+    state nearly repeats. A cycle is looked for where the motion comes nearly back.
+    """
+    start = initial_state(model, state)
+    if model.forced:
+        return _forced_orbit(model, start)
+    if _comes_back(model, start):
+        with suppress(InputError):
+            return periodic_orbit(model, state=start)
+    found = search_equilibrium(model, start)
+    if found is None:
+        raise InputError(
+            f"neither a cycle nor an equilibrium of {model.name} was found near the state "
+            f"{start.tolist()}; start nearer to one, or follow what a motion settles to"
+        )
+    return found
+
+
+def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
+    constants = flow_of(model).constants_of(model)
+    strobe = guarded_flow_of(model).strobe(start, PERIODS, constants)
+    away = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
+    away = away.max(axis=1)
+    likely = [int(k) + 1 for k in np.flatnonzero(away <= CLOSED)]
+    failure: InputError | None = None
+    for period in dict.fromkeys((*likely[:1], *OTHERS)):
+        try:
+            return periodic_orbit(model, period, start)
+        except InputError as error:
+            failure = failure or error
+    assert failure is not None
+    raise failure
+
+
+def _comes_back(model: Model, start: Array) -> bool:
+    """Whether a motion leaves a state and comes nearly back to it."""
+    changed, _ = paced(model, start, None)
+    flow = flow_of(changed)
+    constants = flow.constants_of(changed)
+    motion = flow.dense(start, constants, float(ROUND), ROUND)
+    if motion is None:
+        return False
+    finely = np.linspace(0.0, motion.end, 8 * len(motion.phases))
+    apart = without_turns(motion.at(finely) - start, model.whole_turns)
+    away = np.linalg.norm(apart / constants.scales, axis=1)
+    extent = float(away.max())
+    left = np.flatnonzero(away > 0.5 * extent)
+    return extent > 0 and bool((away[left[0] :] < CLOSED * extent).any())

@@ -1,16 +1,312 @@
-"""Which orbits a model has."""
+"""Kinds of orbits: periodic orbits of forced models, cycles and equilibria of autonomous ones."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
+import numpy as np
+
+from slipfold.arrays import Array, Complex
+from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.cycles import Cycles
-from slipfold.orbits.discretisations.segments import Cut
-from slipfold.orbits.discretisations.shooting import Shooting
-from slipfold.orbits.equilibria import Equilibria
-from slipfold.orbits.forced_orbits import ForcedOrbits
-from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.discretisation import Cut, Discretisation, Segments
+from slipfold.orbits.eigenvalues import Eigenvalues, Paced, eigenvalues_of
+from slipfold.orbits.linearisation import MANY, NO_CONDITIONS, Conditions, Linearisation, defect_of
+from slipfold.orbits.multipliers import CycleMultipliers, Multipliers
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+from slipfold.orbits.test_functions import Degeneracy
+
+OTHER = 1.3
+"""Neighbouring states differ by this much more in scale where a result is computed anew: no power
+of two, so that all rounding differs."""
+
+
+class VectorField(Discretisation):
+    """The rates of one state, per unit of time in scaled states, and their derivatives."""
+
+    def with_period(self, period: int) -> VectorField:
+        """Return the same: equilibria repeat after any time."""
+        return self
+
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[VectorField, Array, Array]:
+        """Return the same in other scales of the states, so that all rounding differs."""
+        other = VectorField(self.model, self.free)
+        other.measure_in(self.scales * OTHER ** np.arange(len(self.scales)))
+        return other, nodes, along
+
+    def rates(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates, shape (1, n). Shapes: nodes (1, n)."""
+        return self.flow.rates(nodes, np.zeros(1), constants) / self.scales
+
+    def jacobian(self, nodes: Array, constants: Constants) -> Array:
+        """Return their derivatives with respect to the scaled states, shape (n, n).
+
+        Shapes: nodes (1, n).
+        """
+        return self.flow.jacobians(nodes, np.zeros(1), constants)[0] * self.ratios
+
+    def pulls(self, nodes: Array, constants: Constants) -> Array:
+        """Return their derivatives with respect to the k scaled parameters, shape (n, k).
+
+        Shapes: nodes (1, n).
+        """
+        along = constants.rates[:, self.indices]
+        return self.flow.pulls(nodes, np.zeros(1), constants, along)[0] * self.pull_units
+
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Any, Any]:
+        """Return the derivatives of ``jacobian @ vectors``, shapes (r, n, n) and (r, n, k).
+
+        Shapes: nodes (1, n); vectors (r, n).
+        """
+        states, phases = np.tile(nodes, (len(vectors), 1)), np.zeros(len(vectors))
+        along = constants.rates[:, self.indices]
+        second, mixed = self.flow.curvatures(
+            states, phases, constants, vectors * self.scales, along
+        )
+        return second * self.ratios, mixed * self.pull_units
+
+
+class ForcedOrbits(Orbits):
+    """Orbits whose duration is known, as the forcing's period is.
+
+    `by` makes the discretisation of model, free parameters, period and number of segments.
+    """
+
+    by: Segments
+
+    def __init__(
+        self,
+        model: Model,
+        vary: Mapping[str, float],
+        period: int = 1,
+        segments: int = SEGMENTS,
+        by: Cut = Shooting,
+    ) -> None:
+        super().__init__(model, vary, by(model, vary, period, segments), Multipliers())
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n,)."""
+        residual = self.by.mismatch(self.nodes(z), self.constants(z))
+        return defect_of(residual, NO_CONDITIONS.values)
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        transitions = self.by.transitions(nodes, constants)
+        settled = self.by.settled(transitions[1], nodes, constants)
+        return Linearisation(*transitions, settled=settled)
+
+    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
+        """Return the gradient of a function of the monodromy matrix."""
+        forward, backward = found.carried(part.blocks)
+        return self.by.changed(forward, backward, self.nodes(z), self.constants(z))
+
+    def in_phase(self, z: Array, like: Array) -> Array:
+        """Return the same orbit begun in that forcing period in which it lies nearest another."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        begun = [z]
+        for turn in range(1, self.period):
+            moved = self.by.states(nodes, constants, self.by.start + turn)
+            begun.append(np.concatenate([self.flat(moved), z[self.size :]]))
+        begun = [self.beside(copy, like) for copy in begun]
+        return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))
+
+
+PLANE = 2
+"""States of a model whose cycles have one multiplier of their own."""
+
+ALIGNMENTS = 3
+"""Corrections of a phase, each of which leaves the square of what was left before."""
+
+STANDING = 1e-9
+"""A cycle whose nodes differ by less, in scaled states, is an equilibrium: it has no phase."""
+
+
+class Cycles(Orbits):
+    """Orbits with the duration of one round as a free parameter, and with no phase of their own.
+
+    A cycle may be begun anywhere on it: Newton's steps and tangents are kept orthogonal to the
+    flow, which fixes the phase without a condition to be met.
+
+    The model's ``duration`` sets the scale of the duration; `period` is the number of rounds.
+    """
+
+    by: Segments
+    spectrum: CycleMultipliers
+    free_phase = True
+
+    def __init__(
+        self,
+        model: Model,
+        vary: Mapping[str, float],
+        period: int = 1,
+        segments: int = SEGMENTS,
+        by: Cut = Shooting,
+    ) -> None:
+        free = {"duration": model.values["duration"], **vary}
+        super().__init__(model, vary, by(model, free, period, segments), CycleMultipliers())
+
+    def duration(self, z: Array) -> float:
+        """Return the duration of one round in seconds."""
+        return float(self.free_values(z)[0])
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase."""
+        residual = self.by.mismatch(self.nodes(z), self.constants(z))
+        return defect_of(residual, np.zeros(1))
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives; that steps are orthogonal to the flow is met."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        transitions = self.by.transitions(nodes, constants)
+        settled = self.by.settled(transitions[1], nodes, constants)
+        gauge = Conditions(np.zeros(1), self.flow_direction(z)[None])
+        return Linearisation(*transitions, gauge, self.spectrum.matrix, settled)
+
+    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Complex:
+        """Return the multipliers besides that of the flow's direction, largest modulus first.
+
+        In a plane it is one, and by Liouville's formula it is the exponential of the divergence
+        integrated over a round: known also where a segment lasts many times the fastest decay.
+        """
+        logarithm = self.log_multiplier(z)
+        if logarithm is None:
+            return super().eigenvalues(z, linearisation)
+        with np.errstate(over="ignore"):
+            return np.array([np.exp(logarithm)], dtype=complex)
+
+    def log_multiplier(self, z: Array) -> float | None:
+        """Return the logarithm of the only multiplier besides that of the flow, if it is known."""
+        if len(self.scales) != PLANE:
+            return None
+        return self.by.divergence(self.nodes(z), self.constants(z))
+
+    def log_multiplier_slope(self, z: Array) -> Array:
+        """Return its gradient, shape (m n + k,)."""
+        by_nodes, by_free = self.by.divergence_slope(self.nodes(z), self.constants(z))
+        return np.concatenate([by_nodes.ravel() * np.sqrt(self.segments), by_free])
+
+    def flow_direction(self, z: Array) -> Array:
+        """Return the unit vector along which beginning later shifts a cycle; zero at rest."""
+        rates = self.by.rates(self.nodes(z), self.constants(z))
+        size = float(np.linalg.norm(rates)) or 1.0
+        return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
+
+    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
+        """Return the gradient of a function of the matrix on the quotient, whose basis turns."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        if len(nodes) > MANY:
+            forward, backward, weights = self.spectrum.carried(found, part)
+        else:
+            lifted, weights = self.spectrum.lifted(found, part)
+            forward, backward = lifted.carried(part.blocks)
+        gradient, carried, bent = self.by.changed(forward, backward, nodes, constants)
+        rates, slopes, pulls = self.by.changing_rates(nodes[: len(weights)], constants)
+        turned = weights / np.linalg.norm(rates, axis=1)[:, None]
+        by_nodes = np.einsum("ja,jab->jb", turned, slopes).ravel() * np.sqrt(self.segments)
+        gradient[: len(by_nodes)] -= by_nodes
+        gradient[self.size :] -= np.einsum("ja,jak->k", turned, pulls)
+        return gradient, carried, bent
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess whose phase is that of a cycle nearby.
+
+        Corrections leave the phase as it is in the guess, and extrapolation would magnify small
+        differences from one cycle to the next. Between aligned cycles lies no motion along the
+        flow, to the third order of their distance.
+        """
+        for _ in range(ALIGNMENTS):
+            direction = self.flow_direction(0.5 * (guess + known))
+            guess = guess - (direction @ (guess - known)) * direction
+        return guess
+
+    def stands(self, z: Array) -> bool:
+        """Whether a cycle has no amplitude: it is an equilibrium."""
+        return bool(np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING)
+
+    def begun_near(self, z: Array, reference: Array) -> Array:
+        """Return the same cycle begun where it lies nearest to another."""
+        if self.stands(z):
+            return z
+        nodes = self.by.begun_near(self.nodes(z), self.constants(z), self.nodes(reference))
+        return self.join(nodes, self.free_values(z))
+
+
+class Equilibria(Orbits):
+    """Orbits that stand still: their equations are those of the vector field itself.
+
+    The rates are taken per unit of time, which the spectrum chooses: where they are zero it plays
+    no part.
+
+    The model's ``duration`` is that unit, or the longest one. Along a branch eigenvalues are seen
+    as multipliers over it.
+    """
+
+    by: VectorField
+    spectrum: Eigenvalues
+    kind = "equilibrium"
+
+    def __init__(
+        self, model: Model, vary: Mapping[str, float], spectrum: Eigenvalues | None = None
+    ) -> None:
+        super().__init__(model, vary, VectorField(model, vary), spectrum or Paced())
+
+    def vector(self, z: Array) -> Array:
+        """Return the model's parameter vector, with the unit of time of this equilibrium."""
+        vector = super().vector(z)
+        jacobian = self.by.jacobian(self.nodes(z), self.flow.constants(vector))
+        vector[self.model.parameter_index("duration")] *= self.spectrum.unit(jacobian)
+        return vector
+
+    def unit(self, z: Array) -> float:
+        """Return the unit of time in seconds."""
+        return float(self.vector(z)[self.model.parameter_index("duration")])
+
+    def duration(self, z: Array) -> float | None:
+        """Return the unit of time in seconds, where results state multipliers over it."""
+        return self.unit(z) if self.spectrum.tells_unit else None
+
+    def model_at(self, z: Array) -> Model:
+        """Return the model with the parameter values of an unknown and its unit of time."""
+        model, duration = super().model_at(z), self.duration(z)
+        return model if duration is None else model.replace(duration=duration)
+
+    def jacobian(self, z: Array) -> Array:
+        """Return the derivatives of the rates per unit of time, shape (n, n), in scaled states."""
+        return self.by.jacobian(self.nodes(z), self.constants(z))
+
+    def multipliers(self, point: OrbitPoint) -> Complex:
+        """Return the multipliers that results list, shape (n,)."""
+        if self.spectrum.tells_unit:
+            return point.multipliers
+        units = self.model.values["duration"] / self.unit(point.z)
+        return np.exp(eigenvalues_of(self.jacobian(point.z)) * units)
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero: the rates per unit of time, shape (n,)."""
+        return defect_of(self.by.rates(self.nodes(z), self.constants(z)), NO_CONDITIONS.values)
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the rates and their derivatives per unit of time."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        return Linearisation(
+            self.by.rates(nodes, constants),
+            (np.eye(len(self.scales)) + self.by.jacobian(nodes, constants))[None],
+            self.by.pulls(nodes, constants)[None],
+            watched=self.spectrum.matrix,
+        )
+
+    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, None, None]:
+        """Return the gradient of a function of the matrix that the spectrum watches."""
+        left, right = self.spectrum.lifted(found, part)
+        second, mixed = self.by.curvatures(self.nodes(z), self.constants(z), right)
+        along_state = np.einsum("ra,rab->b", left, second)
+        along_free = np.einsum("ra,rak->k", left, mixed)
+        return np.concatenate([along_state, along_free]), None, None
 
 
 def orbits_of(

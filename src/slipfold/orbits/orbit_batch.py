@@ -19,12 +19,11 @@ from slipfold.flow.strobes.linearised_steps import TOLERANCE, Carried, Linearise
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, correct_many, solve_each
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.discretisations.shooting import SEGMENTS
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import far_above, margins_each
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.spectrum.test_functions import evaluate_each
+from slipfold.orbits.shooting import SEGMENTS
+from slipfold.orbits.test_functions import evaluate_each, floquet_multipliers
 
 TESTS = ("PD", "fold", "NS", "LP")
 """Test functions of an orbit, in their order; the last is the tangent along the parameter."""

@@ -1,34 +1,63 @@
-"""Curves of orbits: what an unknown means, and how a solution becomes a point."""
+"""Curves of orbits: the meaning of an unknown, and how a solution becomes a point."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Hashable, Mapping, Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.continuation.curve import Curve
 from slipfold.continuation.interpolation import POINTS, arc_between
 from slipfold.continuation.newton import Correction, correct
+from slipfold.continuation.point import Point
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.discretisations.discretisation import Discretisation
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
+from slipfold.orbits.discretisation import Discretisation
 from slipfold.orbits.linearisation import MANY, Linearisation
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.degeneracy import Degeneracy
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.spectrum.multipliers import Multipliers
-from slipfold.orbits.spectrum.test_functions import evaluate_each, evaluate_tests
+from slipfold.orbits.multipliers import Multipliers
+from slipfold.orbits.switched_shooting import SwitchedShooting
+from slipfold.orbits.test_functions import (
+    Degeneracy,
+    evaluate_each,
+    evaluate_tests,
+    floquet_multipliers,
+)
 
-Values = NDArray[np.complex128]
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OrbitPoint(Point):
+    """An accepted orbit with what continuation needs to know of it.
+
+    The tests of a branch are ``PD``, ``NS``, ``LP`` (the tangent's component along the parameter)
+    and ``fold`` (zero at LP and BP alike), its growth is that of the largest multiplier at most.
+    """
+
+    monodromy: Array  # monodromy matrix in scaled states, shape (n, n)
+    multipliers: Complex  # Floquet multipliers, shape (n,)
+
+    @cached_property
+    def growth(self) -> float:
+        """Upper bound of the logarithms of the multipliers' moduli, if all are inside the circle.
+
+        Computed where it is asked for: that takes as long as the multipliers.
+        """
+        if self.linearisation is None or not (np.abs(self.multipliers) < 1).all():
+            return np.inf
+        return float(self.curve.growth(self.linearisation))
+
+    @property
+    def unstable(self) -> int:
+        """Number of multipliers outside the unit circle."""
+        return int(np.count_nonzero(np.abs(self.multipliers) > 1))
+
 
 SEVERAL = 8
 """Multipliers from which on their functions are worth foreseeing: with the four of the base case
@@ -51,7 +80,7 @@ class OrbitCurve(Curve[OrbitPoint]):
 
     @abstractmethod
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
+        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at special points of the curve, by name.
 
@@ -368,21 +397,21 @@ class Orbits(OrbitCurve):
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return self.spectrum.growth(linearisation)
 
-    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Values:
+    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Complex:
         """Return the eigenvalues of the matrix that is watched, largest modulus first."""
         return self.spectrum.values(linearisation)
 
-    def multipliers(self, point: OrbitPoint) -> Values:
+    def multipliers(self, point: OrbitPoint) -> Complex:
         """Return the multipliers that results list, shape (n,)."""
         return self.spectrum.whole(point.multipliers)
 
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Values, tangent: Array
+        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at a bifurcation of a branch."""
         return self._branch_tests(multipliers, tangent)
 
-    def _branch_tests(self, multipliers: Values, tangent: Array) -> dict[str, float]:
+    def _branch_tests(self, multipliers: Complex, tangent: Array) -> dict[str, float]:
         tests = evaluate_tests(multipliers, self.spectrum.tests)
         return {**tests, "LP": float(tangent[-1])}
 

@@ -12,9 +12,8 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow import flow_of
 from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
-from slipfold.orbits.orbit_curve import OrbitCurve
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.floquet import floquet_multipliers, match_multipliers
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
+from slipfold.orbits.test_functions import floquet_multipliers, match_multipliers
 
 SPREAD = 2.0
 """Two computations differ by a sample of both their errors; one twice as large is no surprise."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.stick_slip.stick_slip_orbit import StickSlipOrbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.fields import COMPLEX, Column, Table, axes_of, names
 from slipfold.results.frame import frame_of
 from slipfold.results.labelled_table import LabelledTable

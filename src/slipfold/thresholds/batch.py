@@ -22,9 +22,9 @@ from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
 from slipfold.models.variations import carried_whole
 from slipfold.newton import Rule, correct_many, solve_each
-from slipfold.orbits.carry_to import hold_parameter
+from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.thresholds.stable_path import FRACTIONS, Paths, find_doubts
 
 ROUGHLY = 1e-8

@@ -21,12 +21,12 @@ from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.births import passed_twice
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.critical import passed_twice
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import OrbitBatch, Settled
-from slipfold.orbits.orbit_point import OrbitPoint
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
+from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.test_functions import floquet_multipliers
 
 
 def settle_special(

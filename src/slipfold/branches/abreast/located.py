@@ -14,8 +14,7 @@ from slipfold.continuation.interpolation import hermite_each
 from slipfold.continuation.locate import Enclosed
 from slipfold.continuation.newton import EXACT as SOLVED
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Corrected, OrbitBatch, Settled
-from slipfold.orbits.spectrum.floquet import floquet_multipliers
-from slipfold.orbits.spectrum.test_functions import evaluate_each
+from slipfold.orbits.test_functions import evaluate_each, floquet_multipliers
 
 NEAR = 1e-7
 """Distance from a zero at which the flow itself takes over: its steps are secants, too."""

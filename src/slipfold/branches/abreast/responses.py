@@ -38,10 +38,10 @@ from slipfold.flow.linear_response import linear_response
 from slipfold.flow.strobes.linearised_steps import LinearisedSteps, linearised_steps_of
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.model import Model
-from slipfold.orbits.carry_to import hold_parameter
-from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
-from slipfold.orbits.finding.find_response import NEAR
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.first_orbits import NEAR
 from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch
+from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 FEWEST = 16
 """Cases from which on they go side by side: four are as quick by themselves, and what is needed

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import TESTS, Corrected
 
 

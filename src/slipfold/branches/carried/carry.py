@@ -22,7 +22,7 @@ from slipfold.branches.carried.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
-from slipfold.orbits.forced_orbits import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_batch import Corrected, correct_orbits
 

@@ -13,8 +13,8 @@ from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.turns import TURN
+from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.orbits.spectrum.eigenvalues import eigenvalues_of
 
 SAMPLES = 256
 """Samples a forcing period: enough for smooth curves on a large screen."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.loci.locus import Locus
 from slipfold.loci.window import Window
-from slipfold.orbits.stick_slip.grazing import MET
+from slipfold.orbits.grazing import MET
 
 SAME = 1e-6
 """Distance of ends, in widths of the window, that are one."""

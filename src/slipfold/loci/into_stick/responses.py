@@ -19,8 +19,8 @@ from slipfold.loci.locus_curve import locus_curve
 from slipfold.loci.progress import locus_progress
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.orbits.spectrum.degeneracy import CRITICAL, critical_places
-from slipfold.orbits.stick_slip.grazing import MET
+from slipfold.orbits.grazing import MET
+from slipfold.orbits.test_functions import CRITICAL, critical_places
 from slipfold.progress import Observer
 
 WHOLE = ("span", "closed")

@@ -17,11 +17,11 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.discretisations.switched_shooting import SwitchedShooting
+from slipfold.orbits.grazing import GRAZED, GrazingShooting
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import Orbits
-from slipfold.orbits.stick_slip.grazing import GRAZED, GrazingShooting
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 BranchEnd = tuple[Branch, int]
 """A branch with its first row, 0, or its last, -1."""

@@ -11,7 +11,7 @@ from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import State
-from slipfold.orbits.steady_extrema import steady_extrema
+from slipfold.orbits.extrema import steady_extrema
 from slipfold.studies.work.work import Findings, Quantity, Start, Value, Work, parsed_start
 
 

@@ -16,7 +16,7 @@ from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
 from slipfold.flow.switched.transition import Undecided
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.shooting import SEGMENTS, Shooting
+from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 NEAR = 0.05
 """Share of the longest span without a change that a node keeps away from any."""

@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.orbits.linearisation import Linearisation
-from slipfold.orbits.spectrum.degeneracy import Degeneracy
-from slipfold.orbits.spectrum.multipliers import Multipliers
-
-Values = NDArray[np.complex128]
+from slipfold.orbits.multipliers import Multipliers
+from slipfold.orbits.test_functions import Degeneracy
 
 ANGLE = 0.8
 """What the fastest rate makes in the unit of time: angles far from the half turn that would look
@@ -118,7 +116,7 @@ def _halved(part: Linearisation) -> tuple[Array, Array]:
     return identity, (part.blocks[0] - identity) / 2
 
 
-def eigenvalues_of(jacobian: Array) -> Values:
+def eigenvalues_of(jacobian: Array) -> Complex:
     """Return eigenvalues, largest real part first, the upper one of a pair before the lower.
 
     Shapes: jacobian (n, n).

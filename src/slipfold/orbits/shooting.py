@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.segments import Segments
+from slipfold.orbits.discretisation import Segments
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""

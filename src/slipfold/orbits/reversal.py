@@ -14,9 +14,8 @@ from slipfold.flow.switched.events import Ending, Event
 from slipfold.flow.switched.mode import Mode, Status, shown
 from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
 from slipfold.newton import Rule, find_root
-from slipfold.orbits.discretisations.switched_shooting import Passed, SwitchedShooting
-from slipfold.orbits.stick_slip.grazing import CLEAR, LONGEST, SHORT
-from slipfold.orbits.stick_slip.marginal_shooting import MarginalShooting
+from slipfold.orbits.grazing import CLEAR, LONGEST, SHORT, MarginalShooting
+from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
 
 TURN = Rule(close=1e-9, iterations=10)
 """The phase at which slip is zero has converged after a step this short: it is left with its

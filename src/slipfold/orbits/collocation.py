@@ -1,4 +1,4 @@
-"""Orthogonal collocation: orbits as piecewise polynomials on a mesh that follows them."""
+"""Second and third derivatives of the ends of intervals, through the system that solves them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,27 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
 from slipfold.flow.implicit.stage_equations import LinearPart
 from slipfold.models.model import Model
-from slipfold.orbits.discretisations.higher_derivatives import cubed_ends, curved_ends
-from slipfold.orbits.discretisations.scheme import GAUSS, Scheme
-from slipfold.orbits.discretisations.segments import Cut, Segments
+from slipfold.orbits.discretisation import GAUSS, Cut, Scheme, Segments
+
+
+def curved_ends(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
+    """Return the derivatives of the ends' change along a vector, by nodes and parameters."""
+    along = solved.equations.along(vector)
+    bent, mixed = field.curvatures(solved.stages, solved.phases, along)
+    pushes = np.concatenate([bent @ solved.moved, bent @ pulled + mixed], axis=3)
+    ends = solved.answered(pushes)[1]
+    n = vector.shape[1]
+    return ends[:, :, :n], ends[:, :, n:]
+
+
+def cubed_ends(field: Field, solved: Solved, vector: Array) -> Array:
+    """Return the third derivatives of the ends along a vector, from those of the rates."""
+    first = solved.equations.along(vector)
+    bent = field.curvatures(solved.stages, solved.phases, first)[0]
+    second = solved.answered(bent @ first[..., None])[0]
+    cubes = field.cubes(solved.stages, solved.phases, first)[..., None]
+    return solved.answered(cubes + 3 * bent @ second)[1][..., 0]
+
 
 Places = NDArray[np.intp]
 
@@ -63,7 +81,7 @@ GROWTH = 4.0
 """Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
 first state, which has to be known that much better."""
 
-MANY = 12
+MANY_STATES = 12
 """States from which on growth is looked for at some nodes only: else it would take longest."""
 
 SKIPPED = 6
@@ -407,7 +425,7 @@ class Collocation(Segments):
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
-        each = 1 if nodes.shape[1] < MANY else SKIPPED
+        each = 1 if nodes.shape[1] < MANY_STATES else SKIPPED
         scaled, phases = nodes[::each] / self.scales, self.start[::each]
         slopes = self._field(constants).jacobians(scaled, phases)
         rates = np.repeat(np.linalg.eigvals(slopes).real.max(axis=1), each)[: len(nodes)]

@@ -1,0 +1,196 @@
+"""Orbits continued to other parameter values, by collocation, or across sticking phases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
+from typing import Self, TypeVar
+
+import numpy as np
+
+from slipfold.arrays import Array, Complex
+from slipfold.continuation.newton import correct
+from slipfold.continuation.settings import Stepping, Steps
+from slipfold.continuation.walk import Failure, walk
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.orbits.collocation import FIRST, ROUNDS, Collocation
+from slipfold.orbits.discretisation import STAGES, Discretisation, Segments
+from slipfold.orbits.kinds import STANDING
+from slipfold.orbits.limits import limit_margins, limit_met
+from slipfold.orbits.linearisation import Conditions, Linearisation
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.switched_shooting import SwitchedShooting
+
+STEP = 0.01
+"""First step, as a fraction of the parameter's scale."""
+
+CARRYING = Stepping(steps=Steps(smallest=1e-4, points=500))
+"""An orbit that has to creep does not arrive. Where a contact begins to stick, each orbit found by
+steps of 1e-6 takes tens of thousands of steps of the integrator, to no end."""
+
+
+def hold_parameter(size: int) -> Array:
+    """Return the constraint that keeps the parameter at its guess."""
+    row = np.zeros(size + 1)
+    row[-1] = 1.0
+    return row
+
+
+def carry_to(
+    curve: OrbitCurve,
+    z: Array,
+    target: float,
+    refuse: Callable[[OrbitPoint], str | None],
+    stepping: Stepping = CARRYING,
+) -> OrbitPoint | Failure:
+    """Follow a curve from an orbit to where its last parameter has another value, round its folds.
+
+    `refuse` says what is wrong with an orbit on the way, if anything is.
+    """
+    width = float(curve.orbits.width)
+    begin, end = float(z[-1]), target / width
+    correction = correct(curve, z, hold_parameter(len(z) - 1) * (np.sign(end - begin) or 1.0))
+    if not correction.converged:
+        return Failure("failed", correction.failure)
+    start = curve.point(correction, 0.0)
+    if begin == end:
+        return start
+    reached = None
+    for point in walk(curve, [start], STEP, [(-1, min(begin, end), max(begin, end))], stepping):
+        if isinstance(point, Failure):
+            return point
+        wrong = refuse(point)
+        if wrong is not None:
+            return Failure("limit", wrong)
+        reached = point
+    if reached is None or reached.z[-1] != end:
+        return Failure("turned", "it turns back before")
+    return reached
+
+
+class Straight(OrbitCurve):
+    """Orbits in two parameters that lie on a straight line.
+
+    `begin` and `end` are two places on it, in the units of the parameters.
+    """
+
+    def __init__(self, orbits: Orbits, begin: Array, end: Array) -> None:
+        self.orbits = orbits
+        self._begin = begin / orbits.widths
+        x, y = end / orbits.widths - self._begin
+        self._across = np.array([-y, x]) / np.hypot(x, y)
+
+    def _beside(self, z: Array) -> float:
+        return float(self._across @ (z[-2:] - self._begin))
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero."""
+        return np.append(self.orbits.defect(z), self._beside(z))
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the defect with its derivatives."""
+        gradient = np.zeros((1, len(z)))
+        gradient[0, -2:] = self._across
+        conditions = Conditions(np.array([self._beside(z)]), gradient)
+        return replace(self.orbits.linearise(z), conditions=conditions)
+
+    def described_by(self, by: Discretisation) -> Self:
+        """Return the same in terms of another discretisation."""
+        other = copy(self)
+        other.orbits = self.orbits.described_by(by)
+        return other
+
+    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
+        """Return the same orbit and direction, so described that all errors are others."""
+        other = copy(self)
+        other.orbits, moved, direction = self.orbits.shifted(z, tangent)
+        return other, moved, direction
+
+    def tests(
+        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
+    ) -> dict[str, float]:
+        """Return what tells a fold; stability is looked at point by point."""
+        return {"LP": float(tangent[-1])}
+
+
+C = TypeVar("C", bound=OrbitCurve)
+
+
+def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
+    """Return a curve by collocation on a mesh that fits, and a point of it; None if lost."""
+    orbits = curve.orbits
+    if isinstance(orbits.by, Collocation):
+        return _fitted(curve, point)
+    count = FIRST * orbits.period
+    assert isinstance(orbits.by, Segments)
+    scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
+    by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
+    other = curve.described_by(by)
+    size = np.ptp(orbits.nodes(point.z) / orbits.scales, axis=0).max()
+    if orbits.free_phase and size < STANDING:
+        return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None
+    again = other.retaken(point)
+    return None if again is None else _fitted(other, again)
+
+
+def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Array]:
+    """Describe an orbit by collocation on a mesh that fits it; nothing is corrected."""
+    assert isinstance(orbits.by, Segments)
+    scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z), stages)
+    count = max(orbits.segments, FIRST * orbits.period)
+    by: Collocation | None = Collocation(
+        orbits.model, orbits.by.free, orbits.period, count, scheme=scheme
+    )
+    for _ in range(ROUNDS):
+        if by is None:
+            break
+        other = orbits.described_by(by)
+        orbits, z = other, other.adopt(orbits, z)
+        by = by.better(orbits.nodes(z), orbits.constants(z))
+    return orbits, z
+
+
+def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:
+    for _ in range(ROUNDS):
+        following = curve.renewed([point])
+        if following is None:
+            break
+        curve, (point,) = following
+    return curve, point
+
+
+def _newborn(other: Orbits, orbits: Orbits, point: OrbitPoint) -> OrbitPoint:
+    """Return a cycle of no amplitude, the direction of which turns once, at other phases."""
+    turns = np.exp(2j * np.pi * np.arange(orbits.segments) / orbits.segments)
+    critical = turns.conj() @ orbits.nodes(point.tangent) * (2 / orbits.segments)
+    later = np.exp(2j * np.pi * np.arange(other.segments) / other.segments)
+    nodes = np.tile(orbits.nodes(point.z)[:1], (other.segments, 1))
+    z = other.join(nodes, orbits.free_values(point.z))
+    tangent = other.join(np.real(later[:, None] * critical), orbits.free_values(point.tangent))
+    tangent /= np.linalg.norm(tangent)
+    return other.known_point(z, tangent, point.arclength, point.monodromy, point.residual)
+
+
+def through_stick(
+    curve: C, point: OrbitPoint, before: OrbitPoint | None
+) -> tuple[C, OrbitPoint] | None:
+    """Return a curve through stick and slip instead of one that ends at a limit, and its point.
+
+    None where the limit, told by the point before, is none of a contact that may stick.
+    """
+    orbits = curve.orbits
+    beyond = {name for contact in contacts_of(orbits.model) for name in contact.limits}
+    limits = orbits.model.limits
+    if not beyond or not limits:
+        return None
+    earlier = None if before is None else limit_margins(before.curve.orbits, before.z)
+    if limits[limit_met(limit_margins(orbits, point.z), earlier)].name not in beyond:
+        return None
+    by = SwitchedShooting(orbits.model, orbits.by.free, orbits.period)
+    other = curve.described_by(by)
+    again = other.retaken(point)
+    if again is None:
+        return None
+    renewed = other.renewed([again])
+    return (other, again) if renewed is None else (renewed[0], renewed[1][0])

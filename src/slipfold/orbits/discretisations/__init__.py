@@ -1,1 +1,0 @@
-"""How orbits become equations: shooting, collocation, and of equilibria the vector field itself."""

@@ -1,1 +1,0 @@
-"""First orbits: cycles, forced responses, stiff ones."""

@@ -1,0 +1,313 @@
+"""Floquet multipliers: those of a product of matrices, of orbits and of cycles, and bounds."""
+
+from __future__ import annotations
+
+from functools import reduce
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array, Complex
+from slipfold.orbits.linearisation import MANY, Linearisation
+from slipfold.orbits.test_functions import Degeneracy, floquet_multipliers
+
+
+def growth_bound(blocks: NDArray[np.float64]) -> float:
+    r"""Return an upper bound of :math:`\log |\mu|` over all multipliers :math:`\mu`.
+
+    The monodromy matrix is the product of the segments' transition matrices, so its spectral radius
+    is at most the product of their norms, in any norm. That of the eigenvectors of their mean is
+    taken: where the coefficients of the linearised equations do not change along the orbit, all
+    segments have the same eigenvectors and the bound is exact; where they change, it exceeds the
+    truth by about what their change can do at most, which is what parametric resonances live on.
+
+    If the bound is negative, perturbations of the orbit shrink in that norm from one segment to the
+    next but for little, and no multiplier can be on the unit circle, whatever its phase.
+
+    Shapes: blocks (m, n, n).
+
+    >>> turn = np.array([[0.0, -0.9], [0.9, 0.0]])
+    >>> float(round(growth_bound(np.array([turn, turn])) / np.log(0.81), 12))
+    1.0
+    """
+    if not np.isfinite(blocks).all():
+        return np.inf
+    try:
+        basis = np.linalg.eig(blocks.mean(axis=0))[1]
+        inside = np.linalg.inv(basis) @ (blocks @ basis)
+        norms = np.linalg.svd(inside, compute_uv=False)[:, 0]
+    except np.linalg.LinAlgError:
+        return np.inf
+    with np.errstate(divide="ignore"):
+        bound = float(np.log(norms).sum())
+    return bound if not np.isnan(bound) else np.inf
+
+
+BLOCKS = 16
+"""Factors that are kept apart. A product of more loses digits of small multipliers, one of fewer
+takes longer: the ratio of two multipliers is spread over as many factors."""
+
+SWEEPS = 60
+"""Sweeps at most; what they leave together has moduli within a factor of two."""
+
+GAP = 100.0
+"""Moduli this far apart are separated: what is left together loses two digits at most."""
+
+TINY = 1e-300
+"""Keeps logarithms finite."""
+
+SEPARATE = 1e-13
+"""Invariant subspaces are told apart once the basis turns by no more than this."""
+
+DOUBLE = 1e-5
+"""Multipliers nearer than this may be one that is double. Each of two is then known to no more
+than the square root of the precision, their mean to all of it."""
+
+
+def product_eigenvalues(matrices: Array) -> Complex:
+    """Return the eigenvalues of a product of matrices, largest modulus first.
+
+    The product itself would bury the small ones under the rounding of the large ones. Simultaneous
+    iteration with a QR decomposition after every factor brings the product to block triangular
+    form, with a factor of each diagonal block from each matrix (periodic Schur form: Bojanczyk,
+    Golub and Van Dooren, SPIE 1770 (1992) 31-42).
+
+    Shapes: matrices (N, n, n); returns (n,).
+
+    >>> rotated = np.linalg.qr(np.array([[1.0, 2.0], [3.0, 1.0]]))[0]
+    >>> factor = rotated @ np.diag([1e-4, 1.0]) @ rotated.T
+    >>> product_eigenvalues(np.array([factor] * 8)).real * [1, 1e32]
+    array([1., 1.])
+    """
+    # There is none beside the motion of a single angle.
+    if not (matrices.size and np.isfinite(matrices).all()):
+        return np.full(matrices.shape[1], np.nan + 0j)
+    factors = [product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
+    basis = _dominant_first(product(np.array(factors)))
+    groups = [slice(None)]
+    for _ in range(SWEEPS):
+        start, triangles = basis, []
+        for factor in factors:
+            basis, triangle = np.linalg.qr(factor @ basis)
+            triangles.append(triangle)
+        turn = start.T @ basis
+        groups = _groups(turn)
+        growth = np.sum([np.log(np.abs(np.diag(item)) + TINY) for item in triangles], axis=0)
+        if all(np.ptp(growth[group]) < np.log(GAP) for group in groups):
+            break
+    values = [
+        np.linalg.eigvals(
+            turn[group, group] @ product(np.array([item[group, group] for item in triangles]))
+        )
+        for group in groups
+    ]
+    found = np.concatenate(values).astype(complex)
+    return found[np.lexsort((-found.imag, -np.round(np.log(np.abs(found) + TINY), 10)))]
+
+
+def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
+    """Return the multiplier of a cycle's own direction and the others.
+
+    The direction of motion is carried around the cycle. In bases that begin with it the transition
+    matrices are block triangular; the others are eigenvalues of what is left. So a fold, where
+    another multiplier meets this one, does not cost half of the digits.
+
+    Shapes: matrices (N, n, n); rates (N, n); returns others (n - 1,).
+    """
+    along, across = without_motion(matrices, rates)
+    return complex(np.prod(along)), product_eigenvalues(across)
+
+
+def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
+    """Return what each matrix does along a cycle's motion, (N,), and beside it, (N, n - 1, n - 1).
+
+    The motion is carried into itself but for errors, which are eliminated: where all else decays by
+    orders of magnitude they would decide. Matrices and rates are those of `cycle_multipliers`.
+    """
+    bases = motion_bases(rates)
+    turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases
+    along, left = turned[:, 0, 0], turned[:, 1:, :1] * turned[:, :1, 1:]
+    return along, turned[:, 1:, 1:] - left / along[:, None, None]
+
+
+def motion_bases(rates: Array) -> Array:
+    """Return orthonormal bases that begin with the direction of motion, (N, n, n).
+
+    The other vectors are Householder's reflections of the axes: smooth functions of the rates, as
+    what a QR factorisation returns need not be.
+    """
+    eye = np.eye(rates.shape[1])
+    lengths = np.linalg.norm(rates, axis=1)[:, None]
+    units = np.where(lengths > 0, rates / np.where(lengths > 0, lengths, 1.0), eye[0])
+    signs = np.copysign(1.0, units[:, :1])
+    across = units + signs * eye[0]
+    bases = eye - across[:, :, None] * (across / (1.0 + np.abs(units[:, :1])))[:, None, :]
+    bases[:, :, 0] = units
+    return np.asarray(bases)
+
+
+def product(matrices: Array) -> Array:
+    """Return the product of matrices of which the first acts first."""
+    return reduce(lambda result, matrix: matrix @ result, matrices)
+
+
+def multiplier_difference(values: Complex, others: Complex) -> float:
+    """Return the largest distance between multipliers and their counterparts."""
+    return float(multiplier_differences(values, others).max())
+
+
+def multiplier_differences(values: Complex, others: Complex) -> Array:
+    """Return the distance of each multiplier from its counterpart, shape (n,)."""
+    if not np.isfinite(others).all():
+        return np.full(len(values), np.nan)
+    rest, distances = list(others), []
+    for value in values:
+        nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
+        distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
+    return np.array(distances)
+
+
+def _dominant_first(product: Array) -> Array:
+    """Return an orthonormal basis whose first vectors span the dominant eigenspaces."""
+    values, vectors = np.linalg.eig(product)
+    order = np.lexsort((values.imag < 0, -np.round(np.abs(values), 12)))
+    values, vectors = values[order], vectors[:, order]
+    real = np.where(values.imag < 0, vectors.imag, vectors.real)
+    # What depends on the others, in a defective matrix, is replaced by something that does not.
+    return np.linalg.qr(real + 1e-14 * np.eye(len(values)))[0]
+
+
+def _groups(turn: Array) -> list[slice]:
+    """Return the parts of the basis that span subspaces which are mapped into themselves."""
+    n = len(turn)
+    inner = [i for i in range(1, n) if np.abs(turn[i:, :i]).max() < SEPARATE]
+    return [slice(first, last) for first, last in pairwise([0, *inner, n])]
+
+
+def _mean_near(value: complex, values: Complex) -> complex:
+    return complex(values[np.abs(values - value) < DOUBLE].mean())
+
+
+LARGE = 1e4
+"""Multipliers beside which others lose digits in the product."""
+
+
+class Multipliers:
+    """The Floquet multipliers of a forced orbit: the eigenvalues of its monodromy matrix."""
+
+    tests: tuple[str, ...] = ("PD", "fold", "NS")
+    """Test functions along a branch, as `slipfold.orbits.test_functions` names them."""
+
+    def matrix(self, part: Linearisation) -> Array:
+        """Return the matrix whose eigenvalues are watched, in scaled states."""
+        return part.product
+
+    def factors(self, part: Linearisation) -> Array:
+        """Return matrices whose product that matrix is, shape (m, n, n), in scaled states."""
+        return part.factors
+
+    def values(self, part: Linearisation) -> Complex:
+        """Return the eigenvalues of the matrix that is watched, largest modulus first.
+
+        Beside a large one the product keeps no digits of the others.
+        """
+        values = floquet_multipliers(part.monodromy)
+        if len(values) > 1 and not abs(values[0]) < LARGE:
+            return product_eigenvalues(self.factors(part))
+        return values
+
+    def growth(self, part: Linearisation) -> float:
+        """Return an upper bound of the logarithms of the multipliers' moduli."""
+        return growth_bound(part.few)
+
+    def whole(self, multipliers: Complex) -> Complex:
+        """Return the multipliers with those that are the same for all orbits, shape (n,)."""
+        return multipliers
+
+
+class CycleMultipliers(Multipliers):
+    """The multipliers of a cycle besides that of the flow's own direction, which is one.
+
+    They are those of the monodromy matrix on the quotient of the space by that direction.
+    """
+
+    def matrix(self, part: Linearisation) -> Array:
+        """Return the monodromy matrix on the quotient, shape (n - 1, n - 1).
+
+        With many nodes it is the product of what happens beside the motion from one to the next:
+        in the whole matrix growth on the way, and decay later, may have taken all digits.
+        """
+        if len(part.blocks) > MANY:
+            return product(self.factors(part))
+        return on_quotient(part.product, _direction(part))
+
+    def factors(self, part: Linearisation) -> Array:
+        """Return matrices whose product that matrix is, shape (m, n - 1, n - 1)."""
+        m, n = part.blocks.shape[:2]
+        return without_motion(part.factors, _gauge(part)[: m * n].reshape(m, n))[1]
+
+    def growth(self, part: Linearisation) -> float:
+        """Return infinity: along a cycle perturbations neither grow nor shrink."""
+        return np.inf
+
+    def whole(self, multipliers: Complex) -> Complex:
+        """Return the multipliers with that of the flow's own direction, shape (n,)."""
+        return np.insert(multipliers, int(np.count_nonzero(np.abs(multipliers) > 1)), 1.0)
+
+    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Degeneracy, Array]:
+        r"""Return a function of the quotient's matrix as one of M, and what else changes it.
+
+        The basis B of what is orthogonal to the flow's direction f turns with it: where
+        :math:`M f = f`, the derivative of :math:`p^T B^T M B q` is
+        :math:`(B p)^T dM (B q) - (B p)^T df \; (f^T M B q)`. Returned are the first term, and the
+        factor of :math:`-df` in the second, shape (1, n).
+        """
+        direction = _direction(part)
+        direction = direction / np.linalg.norm(direction)
+        basis = motion_bases(direction[None])[0][:, 1:]
+        lifted = Degeneracy(found.value, found.left @ basis.T, found.right @ basis.T)
+        return lifted, ((direction @ part.product @ lifted.right.T) @ lifted.left)[None]
+
+    def carried(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array, Array]:
+        r"""Carry vectors of the quotient from node to node: growth on the way spoils none.
+
+        With bases :math:`B_j` of what is orthogonal to the flow's directions :math:`f_j` the matrix
+        is the product of :math:`D_j = B_{j+1}^T A_j B_j`, and the derivative of
+        :math:`p_j^T D_j q_j`, since :math:`B_{j+1}^T A_j f_j = 0`, is
+
+        .. math:: (B_{j+1} p_j)^T dA_j (B_j q_j)
+                  - (B_{j+1} p_j)^T df_{j+1} \; (f_{j+1}^T A_j B_j q_j) .
+
+        Returned are :math:`B_j q_j` and :math:`B_{j+1} p_j`, shape (r, m, n), and for unit vectors
+        f the factors of :math:`-df_j`, shape (m, n).
+        """
+        m, n = part.blocks.shape[:2]
+        rates = _gauge(part)[: m * n].reshape(m, n)
+        units = rates / np.linalg.norm(rates, axis=1)[:, None]
+        beside = motion_bases(rates)[:, :, 1:]
+        forward, backward = found.carried(self.factors(part))
+        before = np.einsum("jab,rjb->rja", beside, forward)
+        behind = np.einsum("jab,rjb->rja", np.roll(beside, -1, axis=0), backward)
+        late = np.einsum("ja,jab,rjb->rj", np.roll(units, -1, axis=0), part.factors, before)
+        return before, behind, np.roll(np.einsum("rj,rja->ja", late, behind), 1, axis=0)
+
+
+def _gauge(part: Linearisation) -> Array:
+    """Direction of the flow at all nodes, then zeros, shape (m n + k,)."""
+    assert part.conditions.gradients is not None
+    return part.conditions.gradients[0]
+
+
+def _direction(part: Linearisation) -> Array:
+    """Direction of the flow at the first node, shape (n,)."""
+    return _gauge(part)[: part.blocks.shape[1]]
+
+
+def on_quotient(matrix: Array, direction: Array) -> Array:
+    """Return a matrix on the quotient of the space by one of its eigenvectors.
+
+    Shapes: matrix (n, n); direction (n,); returns (n - 1, n - 1).
+    """
+    basis = motion_bases(direction[None])[0][:, 1:]
+    return np.asarray(basis.T @ matrix @ basis)

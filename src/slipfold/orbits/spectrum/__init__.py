@@ -1,1 +1,0 @@
-"""How perturbations of an orbit grow: multipliers, eigenvalues, and functions of them."""

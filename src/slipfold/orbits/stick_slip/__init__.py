@@ -1,1 +1,0 @@
-"""Orbits through stick and slip."""
