@@ -11,8 +11,6 @@ Three lines lead to a bifurcation diagram:
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from slipfold import drawing
-
 if TYPE_CHECKING:
     from slipfold.branches import Branch as Branch
     from slipfold.branches import End as End
@@ -103,36 +101,34 @@ if TYPE_CHECKING:
     from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
     from slipfold.orbits import periodic_orbit as periodic_orbit
     from slipfold.progress import Progress as Progress
-    from slipfold.results.design_space.design import Design as Design
-    from slipfold.results.design_space.threshold_uncertainty import (
-        ThresholdUncertainty as ThresholdUncertainty,
-    )
+    from slipfold.results.attractors import Attractors as Attractors
+    from slipfold.results.attractors import BasinFractions as BasinFractions
+    from slipfold.results.attractors import Basins as Basins
+    from slipfold.results.attractors import Share as Share
+    from slipfold.results.attractors import Shares as Shares
     from slipfold.results.diagram import Diagram as Diagram
-    from slipfold.results.load import load as load
     from slipfold.results.locus_diagram import LocusDiagram as LocusDiagram
-    from slipfold.results.measured.fit import Fit as Fit
-    from slipfold.results.measured.measurement_plan import MeasurementPlan as MeasurementPlan
-    from slipfold.results.motions.attractors import Attractors as Attractors
-    from slipfold.results.motions.basin_fractions import BasinFractions as BasinFractions
-    from slipfold.results.motions.basin_fractions import Shares as Shares
-    from slipfold.results.motions.basins import Basins as Basins
-    from slipfold.results.motions.found_attractors import Share as Share
-    from slipfold.results.motions.lyapunov_exponents import (
+    from slipfold.results.measured import Fit as Fit
+    from slipfold.results.measured import MeasurementPlan as MeasurementPlan
+    from slipfold.results.responses import Responses as Responses
+    from slipfold.results.result import load as load
+    from slipfold.results.simulation import Simulation as Simulation
+    from slipfold.results.study import StudyResult as StudyResult
+    from slipfold.results.thresholds import Design as Design
+    from slipfold.results.thresholds import ThresholdMap as ThresholdMap
+    from slipfold.results.trajectories import (
         LyapunovExponents as LyapunovExponents,
     )
-    from slipfold.results.motions.regime_map import RegimeMap as RegimeMap
-    from slipfold.results.motions.sweep import Sweep as Sweep
-    from slipfold.results.responses import Responses as Responses
-    from slipfold.results.simulation import Simulation as Simulation
-    from slipfold.results.studies.study_result import StudyResult as StudyResult
-    from slipfold.results.threshold_map import ThresholdMap as ThresholdMap
+    from slipfold.results.trajectories import RegimeMap as RegimeMap
+    from slipfold.results.trajectories import Sweep as Sweep
+    from slipfold.results.uncertainty import (
+        ThresholdUncertainty as ThresholdUncertainty,
+    )
     from slipfold.tori.torus_branch import Locked as Locked
     from slipfold.tori.torus_branch import TorusBranch as TorusBranch
     from slipfold.tori.torus_spectrum import TorusSpectrum as TorusSpectrum
 
 _HOMES = {
-    "slipfold.long_term": ("Spectrum", "find_spectrum"),
-    "slipfold.long_term.attractor": ("Attractor",),
     "slipfold.branches": (
         "Branch",
         "End",
@@ -147,8 +143,8 @@ _HOMES = {
     "slipfold.computations.basins": ("basins",),
     "slipfold.computations.bifurcation_set": ("bifurcation_set",),
     "slipfold.computations.design": ("design",),
-    "slipfold.computations.gradients": ("gradients",),
     "slipfold.computations.fit": ("fit",),
+    "slipfold.computations.gradients": ("gradients",),
     "slipfold.computations.locus": ("locus",),
     "slipfold.computations.lyapunov": ("lyapunov",),
     "slipfold.computations.measure": ("measure",),
@@ -164,8 +160,22 @@ _HOMES = {
     "slipfold.design_space.scatter": ("Scatter",),
     "slipfold.design_space.sobol_indices": ("SobolIndices",),
     "slipfold.errors": ("InputError",),
-    "slipfold.loci.locus": ("Locus", "LocusEnd", "LocusPoint"),
-    "slipfold.loci.region_map": ("Region", "RegionCheck", "RegionMap", "RegionMotion"),
+    "slipfold.loci.locus": (
+        "Locus",
+        "LocusEnd",
+        "LocusPoint",
+    ),
+    "slipfold.loci.region_map": (
+        "Region",
+        "RegionCheck",
+        "RegionMap",
+        "RegionMotion",
+    ),
+    "slipfold.long_term": (
+        "Spectrum",
+        "find_spectrum",
+    ),
+    "slipfold.long_term.attractor": ("Attractor",),
     "slipfold.measured.csv_file": ("read_measurement",),
     "slipfold.measured.least_squares": ("Estimate",),
     "slipfold.measured.measurement": ("Measurement",),
@@ -213,27 +223,44 @@ _HOMES = {
         "Unforced",
         "built_in_models",
     ),
-    "slipfold.orbits": ("Extrema", "OrbitCheck", "PeriodicOrbit", "periodic_orbit"),
+    "slipfold.orbits": (
+        "Extrema",
+        "OrbitCheck",
+        "PeriodicOrbit",
+        "periodic_orbit",
+    ),
     "slipfold.progress": ("Progress",),
-    "slipfold.results.design_space.design": ("Design",),
-    "slipfold.results.design_space.threshold_uncertainty": ("ThresholdUncertainty",),
+    "slipfold.results.attractors": (
+        "Attractors",
+        "BasinFractions",
+        "Basins",
+        "Share",
+        "Shares",
+    ),
     "slipfold.results.diagram": ("Diagram",),
-    "slipfold.results.load": ("load",),
     "slipfold.results.locus_diagram": ("LocusDiagram",),
-    "slipfold.results.motions.attractors": ("Attractors",),
-    "slipfold.results.motions.basin_fractions": ("BasinFractions", "Shares"),
-    "slipfold.results.motions.basins": ("Basins",),
-    "slipfold.results.motions.found_attractors": ("Share",),
-    "slipfold.results.measured.fit": ("Fit",),
-    "slipfold.results.measured.measurement_plan": ("MeasurementPlan",),
-    "slipfold.results.motions.lyapunov_exponents": ("LyapunovExponents",),
-    "slipfold.results.motions.regime_map": ("RegimeMap",),
-    "slipfold.results.motions.sweep": ("Sweep",),
+    "slipfold.results.measured": (
+        "Fit",
+        "MeasurementPlan",
+    ),
     "slipfold.results.responses": ("Responses",),
+    "slipfold.results.result": ("load",),
     "slipfold.results.simulation": ("Simulation",),
-    "slipfold.results.studies.study_result": ("StudyResult",),
-    "slipfold.results.threshold_map": ("ThresholdMap",),
-    "slipfold.tori.torus_branch": ("Locked", "TorusBranch"),
+    "slipfold.results.study": ("StudyResult",),
+    "slipfold.results.thresholds": (
+        "Design",
+        "ThresholdMap",
+    ),
+    "slipfold.results.trajectories": (
+        "LyapunovExponents",
+        "RegimeMap",
+        "Sweep",
+    ),
+    "slipfold.results.uncertainty": ("ThresholdUncertainty",),
+    "slipfold.tori.torus_branch": (
+        "Locked",
+        "TorusBranch",
+    ),
     "slipfold.tori.torus_spectrum": ("TorusSpectrum",),
 }
 """Where public names come from, each imported when it is first asked for."""
@@ -257,11 +284,3 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """List the public names and what every module has."""
     return sorted({*__all__, *globals()})
-
-
-def _register_figures() -> None:
-    """Say how results are drawn; that takes every one of them."""
-    from slipfold import figures  # noqa: F401
-
-
-drawing.register = _register_figures

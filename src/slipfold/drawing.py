@@ -1,25 +1,84 @@
-"""What `plot` of a result or a law calls; the layer of plots says from above how each is drawn."""
+"""Which function of `slipfold.plots` draws what; they and matplotlib are imported when one does."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import singledispatch
+from collections.abc import Mapping
+from importlib import import_module
+from inspect import signature
 from typing import Any
 
+from slipfold.errors import InputError
 
-def _nothing() -> None:
-    """Register nothing."""
+FIGURES: Mapping[str, Mapping[str, str]] = {
+    "BasinFractions": {"fractions": "curves.draw_basin_fractions"},
+    "Basins": {"basins": "maps.draw_basins"},
+    "Design": {"designs": "curves.draw_design"},
+    "Diagram": {
+        "response": "response.draw_response",
+        "spectrum": "trajectories.draw_spectrum_at",
+    },
+    "Fit": {"fit": "response.draw_fit"},
+    "FrictionLaw": {"coefficient": "contacts.draw_friction"},
+    "LocusDiagram": {"loci": "loci.draw_loci"},
+    "MeasurementPlan": {"plan": "response.draw_plan"},
+    "RegimeMap": {"regimes": "maps.draw_regimes"},
+    "Simulation": {
+        "timeseries": "trajectories.draw_timeseries",
+        "spectrum": "trajectories.draw_spectrum",
+        "phase": "trajectories.draw_phase",
+        "hysteresis": "contacts.draw_hysteresis",
+        "friction": "contacts.draw_friction_force",
+        "path": "contacts.draw_path",
+        "track": "contacts.draw_track",
+        "timeline": "contacts.draw_timeline",
+    },
+    "StudyResult": {"study": "maps.draw_study"},
+    "Sweep": {
+        "points": "trajectories.draw_points",
+        "section": "trajectories.draw_section",
+        "waterfall": "trajectories.draw_waterfall",
+    },
+    "ThresholdMap": {"thresholds": "maps.draw_threshold_map"},
+    "ThresholdUncertainty": {"probability": "curves.draw_uncertainty"},
+    "TorusSpectrum": {"spectrum": "trajectories.draw_torus_spectrum"},
+}
+"""Functions by class and kind of figure; the first kind is the default."""
+
+SHOWN = ("output", "quantity")
+"""Names of the parameter that says which quantity is shown."""
 
 
-register: Callable[[], None] = _nothing
-"""Registers for each class how it is drawn, when something is: the top of the package sets it."""
+def draw(thing: object, output: str | None = None, kind: str | None = None, **options: Any) -> Any:
+    """Draw something and return its axes."""
+    names = [each.__name__ for each in type(thing).__mro__ if each.__name__ in FIGURES]
+    if not names:
+        raise InputError(f"there is no figure of a {type(thing).__name__}; plot another result")
+    ways = FIGURES[names[0]]
+    kind = next(iter(ways)) if kind is None else kind
+    if kind not in ways:
+        raise InputError(f"kind = {kind!r} is unknown; give {', '.join(ways)}")
+    known = _options(ways[kind])
+    for name in SHOWN if output is not None else ():
+        if name in known:
+            options[name] = output
+            break
+    else:
+        if output is not None:
+            options["output"] = output
+    for name in options:
+        if name not in known:
+            others = [f"kind = {other!r}" for other in ways if name in _options(ways[other])]
+            instead = f"it goes with {' and '.join(others)}" if others else "leave it out"
+            raise InputError(
+                f"kind = {kind!r} has no {name}; {instead}, or give {', '.join(known)}"
+            )
+    return _function(ways[kind])(thing, **options)
 
 
-@singledispatch
-def draw(thing: object, **options: Any) -> Any:
-    """Draw something and return its axes; `slipfold.figures` registers for each class how."""
-    register()
-    way = draw.dispatch(type(thing))
-    if way is draw.dispatch(object):
-        raise TypeError(f"nothing says how to draw a {type(thing).__name__}")
-    return way(thing, **options)
+def _function(name: str) -> Any:
+    module, _, function = name.rpartition(".")
+    return getattr(import_module(f"slipfold.plots.{module}"), function)
+
+
+def _options(name: str) -> list[str]:
+    return list(signature(_function(name)).parameters)[1:]

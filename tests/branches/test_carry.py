@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.carried.carry import carry_branches
-from slipfold.lines.of_branches import stretches_of
+from slipfold.lines import stretches_of
 from slipfold.orbits.kinds import ForcedOrbits
 
 SPAN = (0, 0.9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.lines.of_branches import stretches_of
+from slipfold.lines import stretches_of
 
 
 def duffing(k3: float, force: float = 0.1) -> sf.System:

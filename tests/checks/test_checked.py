@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.checks import choice
+from slipfold.checks import curves as choice
 from slipfold.checks.checked import Check, Checked
-from slipfold.checks.choice import Candidate, check_some
-from slipfold.checks.of_thresholds import check_thresholds
+from slipfold.checks.curves import Candidate, check_some, check_thresholds
 from slipfold.models import model_named
 
 GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)

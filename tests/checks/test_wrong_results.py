@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from slipfold import Settings, SlidingOscillator, System, periodic_orbit, response
 from slipfold.checks import orbit_difference as checks
 from slipfold.checks.checked import Check, Checked
-from slipfold.checks.of_motion import check_motion
+from slipfold.checks.motions import check_motion
 from slipfold.checks.orbit_difference import (
     ALLOWED,
     Difference,

@@ -166,7 +166,7 @@ PLACES = [
     (RESPONSE, "computations.response.response", ("--out", "--json", "--csv")),
     (LOCUS, "computations.bifurcation_set.bifurcation_set", ("--out", "--json", "--csv")),
     (("simulate", "sliding"), "computations.simulate.simulate", ("--out", "--json")),
-    (("plot", "some.nc"), "results.load.load", ("--out",)),
+    (("plot", "some.nc"), "results.result.load", ("--out",)),
 ]
 
 

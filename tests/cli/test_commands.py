@@ -14,7 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.progress import locus_progress
 from slipfold.models import SlidingOscillator
-from slipfold.results.load import load
+from slipfold.results.result import load
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
 SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]

@@ -15,7 +15,7 @@ import pytest
 
 from helpers.command_line import run as run_here
 from slipfold.cli.progress import live_line
-from slipfold.results.load import load
+from slipfold.results.result import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.cli"]
 # So many points that it is still running when it is interrupted.
@@ -162,7 +162,7 @@ def test_an_interrupt_while_normal_forms_are_computed_keeps_the_branches(tmp_pat
     assert status == 130
     assert "interrupted before the normal forms of 1 of 1 special points" in said
     assert "interrupted before its normal form was computed" in output
-    assert "interrupted before it was computed how certain it is" in output
+    assert "Interrupted before the uncertainty was computed of" in output
     assert "checked: nothing, as it was interrupted" in output
     diagram = load(path)
     assert [branch.stopped.kind for branch in diagram.branches] == ["span", "span"]
@@ -176,7 +176,7 @@ def test_an_interrupt_while_results_are_checked_keeps_them_unchecked(tmp_path):
     path = tmp_path / "x.nc"
     command = ["response", "sliding", "--vary", "Nd=0:0.05", "--out", str(path)]
     status, output, said = interrupted_within(
-        "slipfold.checks.choice:_check", "checks: 0 done", command
+        "slipfold.checks.curves:_check", "checks: 0 done", command
     )
     assert status == 130
     assert "interrupted before all checks were done" in said

@@ -63,8 +63,8 @@ def test_plots_of_contacts(tmp_path):
     for options, words in {
         ("--kind", "path"): "pad slides along a line",
         ("--kind", "timeline", "--contact", "pat"): "did you mean pad?",
-        ("--contact", "pad"): "shows an output and no contact",
-        ("--kind", "timeline", "--output", "x"): "leave output = 'x' out",
+        ("--contact", "pad"): "has no contact; it goes with kind = 'hysteresis'",
+        ("--kind", "timeline", "--output", "x"): "has no output; it goes with",
     }.items():
         refused = run("plot", str(path), *options)
         assert refused.exit_code == 2

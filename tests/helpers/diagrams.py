@@ -12,7 +12,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.settings import Steps
 from slipfold.models import SlidingOscillator
 from slipfold.results.diagram import Diagram
-from slipfold.results.provenance import Provenance
+from slipfold.results.records import Provenance
 
 MODEL = SlidingOscillator(f=12.5, alpha="59.9deg")
 

@@ -11,7 +11,7 @@ from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models import SlidingOscillator
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.provenance import Provenance
+from slipfold.results.records import Provenance
 
 MODEL = SlidingOscillator(f=11.5, Nd=0.0, alpha="59.9deg")
 VARY = ("f", "Nd")

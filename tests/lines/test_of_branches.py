@@ -14,7 +14,7 @@ from helpers.hand_drawn import (
 from slipfold.branches.settings import Settings
 from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError
-from slipfold.lines.of_branches import MEASURES, measure_of, stretches_of
+from slipfold.lines import MEASURES, measure_of, stretches_of
 
 
 def kinds(branch):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from helpers.hand_drawn_loci_plots import drawn_locus, drawn_locus_point, valley
-from slipfold.lines.of_loci import locus_stretches
+from slipfold.lines import locus_stretches
 
 
 def kinds(locus):

@@ -14,7 +14,7 @@ from slipfold.flow.strobes.strobe_many import models_with, strobe_many
 from slipfold.long_term import places
 from slipfold.long_term.open_motions import tell_open
 from slipfold.long_term.repeats import repeats_of
-from slipfold.plots.motions.regime_colours import COLOURS
+from slipfold.plots.regions import COLOURS
 
 OSCILLATOR = sf.SlidingOscillator()
 

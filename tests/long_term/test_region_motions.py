@@ -11,9 +11,8 @@ import slipfold as sf
 from slipfold.computations import bifurcation_set
 from slipfold.loci.region_map import Region, RegionMap, RegionMotion
 from slipfold.long_term.region_motions import resolve_regions
-from slipfold.plots.locus_legend import legend_options
-from slipfold.plots.motions.regime_colours import COLOURS
-from slipfold.plots.regions import draw_regions, region_labels, sharpen
+from slipfold.plots.loci import legend_options
+from slipfold.plots.regions import COLOURS, draw_regions, region_labels, sharpen
 
 PLANE, WINDOW = ("f", "Nd"), ((12.499, 12.501), (0.03, 0.15))
 MODEL = sf.SlidingOscillator(f=12.5, Nd=0.1)

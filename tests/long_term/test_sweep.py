@@ -11,7 +11,7 @@ from helpers.dry_friction import den_hartog
 from slipfold.errors import InputError
 from slipfold.flow.strobes.own_motion import OwnMotion
 from slipfold.long_term.repeats import reached, repeats_of
-from slipfold.plots.motions.sweep import dots_of
+from slipfold.plots.trajectories import dots_of
 
 OSCILLATOR = sf.SlidingOscillator(f=12.2)
 

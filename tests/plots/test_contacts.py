@@ -19,7 +19,7 @@ from slipfold.plots import (
     draw_timeline,
     draw_track,
 )
-from slipfold.plots.contact_style import BANDS, THICK
+from slipfold.plots.contacts import BANDS, THICK
 
 
 @pytest.fixture

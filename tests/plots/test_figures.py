@@ -22,8 +22,7 @@ from slipfold.plots import (
     draw_spectrum,
     draw_timeseries,
 )
-from slipfold.plots.marks import marks_of
-from slipfold.plots.response import name_family
+from slipfold.plots.response import marks_of, name_family
 
 
 @pytest.fixture

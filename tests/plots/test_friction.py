@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from slipfold.errors import InputError
 from slipfold.models.friction import Coulomb, Jenkins, LuGre, Regularised, Stribeck
-from slipfold.plots.friction import draw_friction
+from slipfold.plots.contacts import draw_friction
 
 
 @pytest.fixture

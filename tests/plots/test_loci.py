@@ -16,10 +16,8 @@ from helpers.hand_drawn_loci_plots import (
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.plots import draw_loci
-from slipfold.plots.angles import quantity_text
-from slipfold.plots.loci import name_loci
-from slipfold.plots.locus_marks import locus_marks
-from slipfold.plots.locus_style import LOCUS_COLOURS
+from slipfold.plots.loci import LOCUS_COLOURS, locus_marks, name_loci
+from slipfold.plots.style import quantity_text
 
 
 @pytest.fixture

@@ -6,12 +6,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, locus_diagram, valley
-from slipfold.lines.of_loci import locus_stretches
+from slipfold.lines import locus_stretches
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
-from slipfold.plots.locus_legend import legend_options
-from slipfold.plots.region_colours import PALE
+from slipfold.plots.loci import legend_options
 from slipfold.plots.regions import (
+    PALE,
     PIXELS,
     draw_regions,
     region_labels,

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from slipfold.lines.of_branches import KINDS
-from slipfold.plots.locus_style import LOCUS_COLOURS
-from slipfold.plots.region_colours import OTHERS, PALE, region_colour
+from slipfold.lines import KINDS
+from slipfold.plots.loci import LOCUS_COLOURS
+from slipfold.plots.regions import OTHERS, PALE, region_colour
 from slipfold.plots.style import LINES, figure_style, palette
 
 # Machado, Oliveira & Fernandes 2009, doi:10.1109/TVCG.2009.113, severity 1, in linear RGB.

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from slipfold.models import SlidingOscillator
 from slipfold.plots import draw_threshold_map, figure_style
-from slipfold.plots.threshold_map import HATCHES
+from slipfold.plots.maps import HATCHES
 from slipfold.thresholds.threshold_map import GridThresholds
 
 SPEEDS, ANGLES = np.linspace(0.4, 1.0, 7), np.radians(np.linspace(30, 75, 6))

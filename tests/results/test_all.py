@@ -10,9 +10,9 @@ import xarray
 
 from helpers.all_results import MADE
 from slipfold.errors import InputError
-from slipfold.results import load as load_module
-from slipfold.results.labelled_table import LabelledTable, read_netcdf
-from slipfold.results.load import load
+from slipfold.results import result as load_module
+from slipfold.results.result import load
+from slipfold.results.tables import LabelledTable, read_netcdf
 
 
 @pytest.fixture(scope="module", params=list(MADE))

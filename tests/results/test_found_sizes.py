@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.results.labelled_table import LabelledTable, read_netcdf
-from slipfold.results.load import load
-from slipfold.results.saved_table import open_table
+from slipfold.results.records import open_table
+from slipfold.results.result import load
+from slipfold.results.tables import LabelledTable, read_netcdf
 
 TINY = sf.System(
     name="micrometres",

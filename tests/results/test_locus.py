@@ -13,7 +13,7 @@ from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError
 from slipfold.loci import isolated
 from slipfold.models import SlidingOscillator
-from slipfold.results.load import load
+from slipfold.results.result import load
 
 PLANE = ("f", "Nd")
 WINDOW = ((12.3, 12.6), (0.0, 0.1))

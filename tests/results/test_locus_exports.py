@@ -17,7 +17,7 @@ from helpers.locus_diagrams import (
 )
 from slipfold.loci.locus import LocusEnd
 from slipfold.models import model_named
-from slipfold.results.criticality import criticalities, point_criticality
+from slipfold.results.locus_diagram import criticalities, point_criticality
 
 
 @pytest.fixture(scope="module")

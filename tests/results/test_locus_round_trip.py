@@ -21,10 +21,10 @@ from slipfold.loci.locus import LocusEnd
 from slipfold.loci.region_map import Region, RegionCheck, RegionMotion
 from slipfold.models import SlidingOscillator
 from slipfold.models.friction import RationalStribeck
-from slipfold.results.labelled_table import Variable
-from slipfold.results.load import load
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.saved_table import open_table
+from slipfold.results.records import open_table
+from slipfold.results.result import load
+from slipfold.results.tables import Variable
 
 
 class OtherModel(SlidingOscillator):

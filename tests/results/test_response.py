@@ -8,7 +8,7 @@ from slipfold.branches.settings import Settings
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator, model_named
-from slipfold.results.load import load
+from slipfold.results.result import load
 
 
 @pytest.fixture(scope="module")

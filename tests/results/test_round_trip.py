@@ -28,7 +28,7 @@ from slipfold.continuation.settings import Newton, Steps
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.load import load
+from slipfold.results.result import load
 
 OUTPUTS = ("x", "y", "vx", "vy", *(item.name for item in MODEL.outputs()))
 

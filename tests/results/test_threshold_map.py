@@ -15,8 +15,8 @@ from helpers.threshold_maps import KINDS, REASON, made_map
 from slipfold.computations.threshold_map import threshold_map
 from slipfold.errors import InputError
 from slipfold.models import Parameter, SlidingOscillator
-from slipfold.results.load import load
-from slipfold.results.threshold_map import ThresholdMap
+from slipfold.results.result import load
+from slipfold.results.thresholds import ThresholdMap
 
 
 def assert_same(one, other):
@@ -52,7 +52,7 @@ def computed():
         SlidingOscillator(), "Nd", over=over, span=("0", "50mN"), observer=seen.append, f="12.5Hz"
     )
     assert isinstance(seen[-1], sf.Progress)
-    assert (seen[-1].done, seen[-1].failures) == (3, 1)
+    assert (seen[-1].done, seen[-1].values["failures"]) == (3, 1)
     return found
 
 

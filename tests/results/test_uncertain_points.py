@@ -13,13 +13,13 @@ from helpers.locus_diagrams import doubling_locus, locus_point, made_locus_diagr
     [
         (1e-9, None),
         (8e-3, "PD of branch 1 at Nd = 0.0436 N is uncertain by 8e-03 N."),
-        (math.inf, "PD of branch 1 at Nd = 0.0436 N: how certain it is could not be computed."),
+        (math.inf, "PD of branch 1 at Nd = 0.0436 N: its uncertainty could not be computed."),
     ],
 )
 def test_on_branches(uncertainty, said):
     point = special_point("PD", value=0.0436, uncertainty=uncertainty)
     diagram = made_diagram(branches=(response_branch(special=(point,)),))
-    assert ("certain" in diagram.summary()) == (said is not None)
+    assert ("uncertain" in diagram.summary()) == (said is not None)
     if said:
         assert said in diagram.summary().splitlines()
         assert said in diagram._repr_html_()

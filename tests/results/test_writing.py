@@ -14,7 +14,7 @@ import pytest
 from helpers.studies import files_of_at_most
 from slipfold.errors import InputError
 from slipfold.results import writing
-from slipfold.results.labelled_table import LabelledTable, Variable
+from slipfold.results.tables import LabelledTable, Variable
 from slipfold.results.writing import check_writable, write_file
 
 FULL = Path("/dev/full")

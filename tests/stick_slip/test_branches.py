@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
-from slipfold.lines.of_branches import stretches_of
-from slipfold.plots.marks import marks_of
+from slipfold.lines import stretches_of
+from slipfold.plots.response import marks_of
 
 
 @pytest.mark.parametrize("largest", [0.05, 0.2])
@@ -58,7 +58,7 @@ def test_a_branch_that_sticks_is_saved_and_loaded(tmp_path):
     assert np.array_equal(copy.stuck_fraction, branch.stuck_fraction)
     assert copy.orbit(0).sticking == branch.orbit(0).sticking
     ax = diagram.plot(measure="stuck_fraction", ax=Figure().add_subplot())
-    assert ax.get_ylabel() == "share of the period in which a contact sticks"
+    assert ax.get_ylabel() == "fraction of the period in which a contact sticks"
     assert ax.lines[0].get_ydata()[[0, -1]] == pytest.approx(branch.stuck_fraction[[0, -1]])
     # Stick lasts 2 D/v of each period.
     speeds, stuck = branch.parameter, branch.stuck_fraction * branch.durations

@@ -7,9 +7,8 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
-from slipfold.checks.held_legs import hold_legs
-from slipfold.checks.of_switched_motion import check_switched_motion
-from slipfold.checks.switched_difference import switched_difference
+from slipfold.checks.motions import check_switched_motion
+from slipfold.checks.switched import hold_legs, switched_difference
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import switched_flow_of

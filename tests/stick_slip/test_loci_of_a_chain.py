@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.checks.switched_difference import switched_difference
+from slipfold.checks.switched import switched_difference
 
 ROWS = [2, 6, -3]
 

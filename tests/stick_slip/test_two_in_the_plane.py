@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 import slipfold as sf
-from slipfold.checks.held_legs import hold_legs
+from slipfold.checks.switched import hold_legs
 from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
 

@@ -10,7 +10,7 @@ import slipfold as sf
 from helpers.studies import CHEAP, content
 from slipfold.design_space.drawn import drawn
 from slipfold.errors import InputError
-from slipfold.results.studies import gathered
+from slipfold.results import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan
 from slipfold.studies.task import Task, compute, versions

@@ -13,7 +13,7 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.lines.of_tori import torus_stretches
+from slipfold.lines import torus_stretches
 from slipfold.paper.cases import read_cases
 from slipfold.tori.of_response import INVARIANT
 

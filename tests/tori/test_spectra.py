@@ -112,7 +112,7 @@ def test_they_are_drawn(diagram, tori, spectrum):
         plt.close(ax.figure)
     with pytest.raises(sf.InputError, match="has no measure"):
         diagram.plot(kind="spectrum", at=1.1, measure="max")
-    with pytest.raises(sf.InputError, match="at goes with the spectrum"):
+    with pytest.raises(sf.InputError, match="has no at; it goes with kind = 'spectrum'"):
         diagram.plot(at=1.1)
 
 

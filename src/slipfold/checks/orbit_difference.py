@@ -1,9 +1,4 @@
-"""How far an orbit is from the one that collocation would come to, by one step of Newton's method.
-
-The mesh is that of the retraced orbit: where the orbit satisfies the equations, its polynomials are
-those of collocation, and the step is what separates the two methods. That costs a tenth of
-`PeriodicOrbit.check`, which finds mesh and orbit anew.
-"""
+"""The distance of an orbit from that of collocation, by one step of Newton's method."""
 
 from __future__ import annotations
 
@@ -14,18 +9,45 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.checks.checked import LOOSEST as NOT_KNOWN
-from slipfold.checks.implicit_drift import implicit_drift
 from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit.intervals import Field, newton_step
 from slipfold.flow.implicit.stage_equations import LinearPart
+from slipfold.flow.implicit.steps import End, implicit_motion
+from slipfold.flow.implicit.takeover import Takeover
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.check import SINGULAR, is_singular, rests
 from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+
+PARTS = 8
+"""Parts of an orbit, each from a node of its own, so that errors do not grow on the way."""
+
+
+def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
+    """Return by how much they miss where parts end, over the size; None if motion is not stiff."""
+    constants = flow.constants_of(orbit.model)
+    if not flow.is_stiff(orbit.state, constants):
+        return None
+    takeover = Takeover(flow, constants)
+    count = len(orbit.nodes)
+    places = np.arange(0, count, max(1, count // PARTS))
+    nodes = orbit.nodes[places] / constants.scales
+    phases = np.append(places, count) * (orbit.period / count)
+    apart = np.full(nodes.shape, np.inf)
+    for row, (state, start, end) in enumerate(zip(nodes, phases, phases[1:], strict=False)):
+        motion = implicit_motion(takeover.field, state, start, end)
+        if motion.end is not End.ARRIVED:
+            break
+        following = nodes[(row + 1) % len(nodes)]
+        apart[row] = without_turns(
+            motion.state - following, orbit.model.whole_turns / constants.scales
+        )
+    return float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
+
 
 ALLOWED = 1e-8
 """Difference of states (scaled), duration and multipliers (relative) that is allowed."""

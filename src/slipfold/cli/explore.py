@@ -12,7 +12,7 @@ from slipfold.cli.status import note, say
 from slipfold.errors import InputError
 
 if TYPE_CHECKING:
-    from slipfold.results.studies.study_result import StudyResult
+    from slipfold.results.study import StudyResult
 
 NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
 
@@ -80,8 +80,8 @@ def explore(
 
 
 def _study(file: str) -> StudyResult:
-    from slipfold.results.load import load
-    from slipfold.results.studies.study_result import StudyResult
+    from slipfold.results.result import load
+    from slipfold.results.study import StudyResult
 
     found = load(file)
     if not isinstance(found, StudyResult):

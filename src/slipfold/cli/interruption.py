@@ -19,9 +19,9 @@ KEEPING = frozenset(
     {
         "slipfold.branches.complete.complete_branches",
         "slipfold.branches.make_branch.describe_in_turn",
-        "slipfold.checks.choice.check_some",
-        "slipfold.checks.of_motion.check_motion",
-        "slipfold.checks.of_switched_motion.check_switched_motion",
+        "slipfold.checks.curves.check_some",
+        "slipfold.checks.motions.check_motion",
+        "slipfold.checks.motions.check_switched_motion",
         "slipfold.continuation.atlas.Atlas.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.integrated",

@@ -111,8 +111,8 @@ def plot(
     """Draw a saved result."""
     from slipfold.models.quantity import parse_quantity
     from slipfold.results.diagram import Diagram
-    from slipfold.results.load import load
-    from slipfold.results.motions.sweep import Sweep
+    from slipfold.results.result import load
+    from slipfold.results.trajectories import Sweep
     from slipfold.results.writing import check_writable, write_file
 
     path = Path(result).with_suffix(".png") if out is None else Path(out)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def load_response(path: str) -> Diagram:
     """Read a saved response."""
     from slipfold.results.diagram import Diagram
-    from slipfold.results.load import load
+    from slipfold.results.result import load
 
     found = load(path)
     if not isinstance(found, Diagram):
@@ -103,7 +103,7 @@ def first_point(diagram: Diagram, kind: str | None, period: int | None) -> Speci
 
 def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
     from slipfold.branches.special_point import LOCUS_TYPES
-    from slipfold.results.diagram_summary import points_by_label
+    from slipfold.results.diagram import points_by_label
 
     points = points_by_label(diagram.branches)
     return {label: point for label, point in points.items() if point.type in LOCUS_TYPES}

@@ -11,8 +11,8 @@ from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.search import search
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.motions.attractors import Attractors
-from slipfold.results.provenance import provenance
+from slipfold.results.attractors import Attractors
+from slipfold.results.records import provenance
 
 
 def attractors(

@@ -16,8 +16,8 @@ from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.long_term.basin_fractions import find_fractions
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.motions.basin_fractions import BasinFractions
-from slipfold.results.provenance import provenance
+from slipfold.results.attractors import BasinFractions
+from slipfold.results.records import provenance
 
 
 def basin_fractions(

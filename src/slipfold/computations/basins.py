@@ -18,8 +18,8 @@ from slipfold.long_term.basin_boundaries import find_basins
 from slipfold.long_term.box import checked_box
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.motions.basins import PHASE, Basins
-from slipfold.results.provenance import provenance
+from slipfold.results.attractors import PHASE, Basins
+from slipfold.results.records import provenance
 
 
 def basins(

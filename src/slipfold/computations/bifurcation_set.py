@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slipfold.branches.settings import Settings
-from slipfold.checks.of_loci import check_loci
+from slipfold.checks.curves import check_loci
 from slipfold.computations.given import (
     checked_count,
     checked_model,
@@ -25,7 +25,7 @@ from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.progress import Observer
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
 
 
 def bifurcation_set(

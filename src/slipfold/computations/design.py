@@ -20,9 +20,9 @@ from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
 from slipfold.progress import Observer, Progress
-from slipfold.results.design_space.design import Design
 from slipfold.results.diagram import Labelled
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
+from slipfold.results.thresholds import Design
 
 Number = float | str
 

@@ -13,8 +13,8 @@ from slipfold.measured.least_squares import find_fit
 from slipfold.measured.measurement import Measurement
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.measured.fit import Fit
-from slipfold.results.provenance import provenance
+from slipfold.results.measured import Fit
+from slipfold.results.records import provenance
 
 
 def fit(

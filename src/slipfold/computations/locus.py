@@ -8,7 +8,7 @@ from typing import Any
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.checks.of_loci import check_loci
+from slipfold.checks.curves import check_loci
 from slipfold.computations.bifurcation_set import bifurcation_set
 from slipfold.computations.given import checked_settings
 from slipfold.computations.plane import GivenWindow, corner_model, parse_plane, with_place
@@ -18,7 +18,7 @@ from slipfold.models.model import Model
 from slipfold.progress import Observer
 from slipfold.results.diagram import Labelled
 from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
 
 Given = SpecialPoint | Labelled
 """A special point, alone or with its branch."""

@@ -12,8 +12,8 @@ from slipfold.long_term.exponents import Estimate, find_exponents
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.progress import Observer
-from slipfold.results.motions.lyapunov_exponents import LyapunovExponents
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
+from slipfold.results.trajectories import LyapunovExponents
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -11,8 +11,8 @@ from slipfold.errors import InputError
 from slipfold.measured.information import plan
 from slipfold.measured.quantity import parse_measured
 from slipfold.models.model import Model
-from slipfold.results.measured.measurement_plan import MeasurementPlan
-from slipfold.results.provenance import provenance
+from slipfold.results.measured import MeasurementPlan
+from slipfold.results.records import provenance
 
 
 def plan_measurement(

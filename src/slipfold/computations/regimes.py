@@ -12,8 +12,8 @@ from slipfold.flow.simulate import initial_state
 from slipfold.long_term.regimes import find_regimes
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.motions.regime_map import RegimeMap
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
+from slipfold.results.trajectories import RegimeMap
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -12,7 +12,7 @@ from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import Begin
 from slipfold.checks.checked import Checked
-from slipfold.checks.of_branches import check_branches
+from slipfold.checks.curves import check_branches
 from slipfold.computations.given import (
     checked_model,
     checked_settings,
@@ -28,7 +28,7 @@ from slipfold.orbits.find import may_slip, orbit_near, periodic_orbit, settled_o
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer
 from slipfold.results.diagram import Diagram
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
 from slipfold.tori.of_response import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
 

@@ -17,7 +17,7 @@ from slipfold.branches.abreast.responses import FEWEST, follow_abreast
 from slipfold.branches.event import Event
 from slipfold.branches.response import measured_over
 from slipfold.branches.settings import Settings
-from slipfold.checks.of_branches import check_branches
+from slipfold.checks.curves import check_branches
 from slipfold.computations.given import (
     Values,
     checked_model,
@@ -33,7 +33,7 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
 from slipfold.results.responses import INTERRUPTED, Responses
 
 AT_ONCE = 256

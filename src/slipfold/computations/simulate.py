@@ -7,14 +7,13 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from slipfold.checks.checked import Checked
-from slipfold.checks.of_motion import check_motion
-from slipfold.checks.of_switched_motion import check_switched_motion
+from slipfold.checks.motions import check_motion, check_switched_motion
 from slipfold.computations.given import checked_model
 from slipfold.flow.switched.simulate import simulate_smooth_or_switched
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
 from slipfold.results.simulation import Simulation
 
 if TYPE_CHECKING:

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from slipfold.progress import Observer
-from slipfold.results.model_record import structure_record
-from slipfold.results.provenance import provenance
-from slipfold.results.studies.study_result import StudyResult, study_result
+from slipfold.results.records import provenance, structure_record
+from slipfold.results.study import StudyResult, study_result
 from slipfold.studies.cases import digest, total
 from slipfold.studies.executors import open_place
 from slipfold.studies.plan import Plan, read_plan

@@ -18,8 +18,8 @@ from slipfold.flow.simulate import initial_state
 from slipfold.long_term.sweep import DOWN, UP, find_sweep
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.motions.sweep import Sweep
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
+from slipfold.results.trajectories import Sweep
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from time import perf_counter
 
-from slipfold.checks.of_thresholds import check_thresholds
+from slipfold.checks.curves import check_thresholds
 from slipfold.computations.given import (
     Values,
     checked_model,
@@ -17,8 +17,8 @@ from slipfold.errors import InputError
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.progress import Observer
-from slipfold.results.provenance import provenance
-from slipfold.results.threshold_map import ThresholdMap
+from slipfold.results.records import provenance
+from slipfold.results.thresholds import ThresholdMap
 from slipfold.thresholds.threshold_map import find_threshold_map
 
 

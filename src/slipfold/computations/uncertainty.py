@@ -26,9 +26,9 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.progress import Observer, Progress
-from slipfold.results.design_space.threshold_uncertainty import ThresholdUncertainty
 from slipfold.results.diagram import Labelled
-from slipfold.results.provenance import provenance
+from slipfold.results.records import provenance
+from slipfold.results.uncertainty import ThresholdUncertainty
 
 
 def uncertainty(

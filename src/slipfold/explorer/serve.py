@@ -20,7 +20,7 @@ from slipfold.explorer.security import LOCAL, Access
 from slipfold.explorer.views.study import study_view
 from slipfold.explorer.workers import Workers
 from slipfold.models.model import Model
-from slipfold.results.studies.study_result import StudyResult
+from slipfold.results.study import StudyResult
 from slipfold.threads import take_one_thread
 
 MOST_WORKERS = 4

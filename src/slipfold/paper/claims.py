@@ -10,7 +10,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.lines.of_branches import stretches_of
+from slipfold.lines import stretches_of
 from slipfold.paper.cases import Row
 from slipfold.paper.findings import Findings, NotComputed, band, first, on_branches, reached
 from slipfold.paper.tables import number, table

@@ -17,10 +17,9 @@ from slipfold.long_term.spectrum import Spectrum
 from slipfold.paper.cases import Curve, Figure, Row, Steady, equation_text, value_text
 from slipfold.paper.figure_files import figure_files
 from slipfold.paper.legend import draw_legend
-from slipfold.plots.marks import marks_of
-from slipfold.plots.response import HasBranches, draw_family, name_family
-from slipfold.plots.spectrum import draw_spectrum, name_lines
+from slipfold.plots.response import HasBranches, draw_family, marks_of, name_family
 from slipfold.plots.style import COLUMN, figure_style, palette
+from slipfold.plots.trajectories import draw_spectrum, name_lines
 
 OUTPUTS = ("y", "x")
 """Left and right panel of a row, as in the paper."""

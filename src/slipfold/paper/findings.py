@@ -10,7 +10,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.lines.of_branches import stretches_of
+from slipfold.lines import stretches_of
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, Row, Steady

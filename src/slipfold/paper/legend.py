@@ -8,9 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from slipfold.plots.long_term.tori import BREAKS, torus_handles
-from slipfold.plots.marks import marks_of
-from slipfold.plots.response import HasBranches
+from slipfold.plots.response import BREAKS, HasBranches, marks_of, torus_handles
 from slipfold.plots.style import LINES, MARKERS
 
 LINE_NAMES = {

@@ -15,8 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from slipfold.lines.of_branches import OTHER, STABLE
-from slipfold.lines.of_tori import torus_stretches
+from slipfold.lines import OTHER, STABLE, torus_stretches
 from slipfold.long_term.sweep import DOWN, UP
 from slipfold.paper.cases import Curve, equation_text
 from slipfold.paper.figure_files import figure_files
@@ -28,15 +27,12 @@ from slipfold.paper.motions import (
     RegimeFigure,
     SweepCase,
 )
-from slipfold.plots.long_term.basins import COLOURS as BASINS
-from slipfold.plots.long_term.basins import draw_basins
-from slipfold.plots.motions.regimes import draw_regimes
-from slipfold.plots.motions.sweep import COLOURS, OTHERS, SIZE, dots_of
+from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
 from slipfold.plots.response import draw_family, name_family
 from slipfold.plots.style import COLUMN, LINES, figure_style
-from slipfold.results.motions.basins import Basins
-from slipfold.results.motions.found_attractors import in_words
-from slipfold.results.motions.sweep import Sweep
+from slipfold.plots.trajectories import COLOURS, OTHERS, SIZE, dots_of
+from slipfold.results.attractors import Basins, in_words
+from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
 
 OUTPUTS = ("y", "x")

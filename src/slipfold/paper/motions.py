@@ -15,9 +15,8 @@ from slipfold.loci.window import Window
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, changes
 from slipfold.paper.planes import Plane
-from slipfold.results.motions.basins import Basins
-from slipfold.results.motions.regime_map import RegimeMap
-from slipfold.results.motions.sweep import Sweep
+from slipfold.results.attractors import Basins
+from slipfold.results.trajectories import RegimeMap, Sweep
 
 BOX = {"x": (-0.3, 0.3), "y": (-0.3, 0.3), "vx": (-10, 10), "vy": (-10, 10)}
 """Where motions begin that do not follow others."""

@@ -18,8 +18,7 @@ from slipfold.models.model import Model
 from slipfold.paper.cases import equation_text
 from slipfold.paper.figure_files import figure_files
 from slipfold.paper.planes import Plane, PlaneFigure
-from slipfold.plots.loci import HasLoci, draw_loci, name_loci
-from slipfold.plots.locus_legend import legend_options
+from slipfold.plots.loci import HasLoci, draw_loci, legend_options, name_loci
 from slipfold.plots.style import COLUMN, figure_style
 
 HEIGHT = 2.6

@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from slipfold.lines.of_loci import locus_stretches
+from slipfold.lines import locus_stretches
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
 from slipfold.loci.region_map import Region
 from slipfold.models.parameter import Parameter
 from slipfold.paper.planes import Plane, PlaneFigure
 from slipfold.paper.tables import table
-from slipfold.plots.angles import quantity_text
 from slipfold.plots.loci import HasLoci
+from slipfold.plots.style import quantity_text
 
 
 def planes_markdown(figures: Sequence[PlaneFigure], diagrams: Mapping[Plane, HasLoci]) -> str:

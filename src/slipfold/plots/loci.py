@@ -3,32 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Protocol
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Protocol
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
+from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.errors import InputError
-from slipfold.lines.of_loci import locus_stretches
-from slipfold.loci.locus import Locus
+from slipfold.lines import CRITICALITIES, locus_stretches
+from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
+from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.plots.angles import label_axis
-from slipfold.plots.axes import axes_or_new, settle
 from slipfold.plots.labels import Label, place_labels
-from slipfold.plots.locus_legend import legend_options
-from slipfold.plots.locus_marks import locus_marks
-from slipfold.plots.locus_style import LOCUS_COLOURS, line_style, locus_colour, mark_style
-from slipfold.plots.regions import draw_regions, region_labels, sharpen
+from slipfold.plots.regions import (
+    STICKS,
+    UNKNOWN,
+    draw_regions,
+    motion_shades,
+    region_colour,
+    region_labels,
+    sharpen,
+    shown_regions,
+)
+from slipfold.plots.response import limit_name
+from slipfold.plots.style import MARKERS, axes_or_new, label_axis, quantity_text, settle, within
 
-Window = tuple[tuple[float, float], tuple[float, float]]
+LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
+)
+"""Colour of each type of locus; they differ in lightness too, and from all pale areas."""
 
-ANCHORS = 60
-"""Places along each locus where its name may stand."""
+WIDTHS = {1: 1.9, 2: 1.0}
+"""Line width by period."""
 
-ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
-"""From the lowest to the topmost line."""
+DASHES: Mapping[str, Any] = MappingProxyType(
+    {"supercritical": "-", "subcritical": (0, (4.0, 1.6)), "": (0, (1.0, 1.2))}
+)
+"""Line style by criticality; dotted where it is not known."""
+
+FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
+"""Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
+
+TOUCHING: Mapping[str, Any] = MappingProxyType(
+    {
+        "GRAZE": (0, (3.0, 1.0, 1.0, 1.0, 1.0, 1.0)),
+        "LIFT": (0, (1.0, 1.0, 1.0, 3.0)),
+        "STICK": (0, (6.0, 1.0, 1.0, 1.0)),
+    }
+)
+"""Line styles of what is no bifurcation; all are black."""
 
 
 class HasLoci(Protocol):
@@ -60,6 +90,204 @@ class HasLoci(Protocol):
         ...
 
 
+def locus_colour(type_: str, colours: Mapping[str, str] = LOCUS_COLOURS) -> str:
+    """Return the colour of a type of locus."""
+    return colours.get(type_, "#000000")
+
+
+def line_style(
+    type_: str,
+    period: int,
+    criticality: str,
+    colours: Mapping[str, str] = LOCUS_COLOURS,
+    kind: str = "periodic",
+) -> dict[str, Any]:
+    """Return the line properties of a stretch of a locus."""
+    own = {"LP": "-" if kind == "equilibrium" else FOLD, **TOUCHING}
+    return {
+        "color": locus_colour(type_, colours),
+        "linestyle": own.get(type_, DASHES[criticality]),
+        "linewidth": WIDTHS.get(period, 0.7),
+    }
+
+
+def mark_style(type_: str) -> dict[str, Any]:
+    """Return the marker properties of a point of a bifurcation set."""
+    style: dict[str, Any] = {"linestyle": "none", "color": "black", "zorder": 3}
+    if type_ in CODIMENSION_TWO:
+        return {**style, "marker": "o", "markersize": 3.8, "markeredgewidth": 0.0}
+    if type_ in MARKERS:
+        return {**style, "marker": MARKERS[type_], "markersize": 4.5, "markeredgewidth": 0.9}
+    return {
+        **style,
+        "marker": "o",
+        "markersize": 3.0,
+        "markerfacecolor": "white",
+        "markeredgewidth": 0.6,
+    }
+
+
+SAME = 1e-4
+"""Points of one type this near, over the range of each parameter, are one point of two loci."""
+
+
+@dataclass(frozen=True)
+class LocusMark:
+    """A marked point."""
+
+    type: str  # ``"GPD"`` and the like, ``"MIN"``, ``"MAX"``, ``"LIMIT"`` or ``"FAILED"``
+    name: str  # what stands beside it; empty for nothing
+    values: tuple[float, ...]  # where it is
+
+
+def locus_marks(
+    loci: Sequence[Locus],
+    window: tuple[tuple[float, float], tuple[float, float]],
+    lowest: Collection[str] = (),
+) -> tuple[LocusMark, ...]:
+    """Return the marks of a bifurcation set, each once, whatever number of loci meets there."""
+    found: list[LocusMark] = []
+    size = np.ptp(np.array(window), axis=1)
+    for mark in (mark for locus in loci for mark in _of_locus(locus, lowest)):
+        if not any(
+            mark.type == other.type
+            and np.all(np.abs(np.subtract(mark.values, other.values)) < SAME * size)
+            for other in found
+        ):
+            found.append(mark)
+    return tuple(found)
+
+
+def _of_locus(locus: Locus, lowest: Collection[str]) -> list[LocusMark]:
+    least = _lowest(locus) if locus.type in lowest else None
+    marks = []
+    for i, point in enumerate(locus.special):
+        name = point.type if point.type in CODIMENSION_TWO else ""
+        marks.append(LocusMark(point.type, _value(locus, i) if i == least else name, point.values))
+    for end in (locus.begun, locus.stopped):
+        if end.kind == "limit":
+            marks.append(LocusMark("LIMIT", limit_name(locus.model, end.reason), end.values))
+        elif end.kind == "failed":
+            marks.append(LocusMark("FAILED", "", end.values))
+    return marks
+
+
+def _lowest(locus: Locus) -> int | None:
+    """Return which special point is the minimum in the second parameter with the smallest value."""
+    minima = [
+        i
+        for i, point in enumerate(locus.special)
+        if point.type == "MIN" and point.name.endswith(f" {locus.vary[1]}")
+    ]
+    return min(minima, key=lambda i: locus.special[i].values[1], default=None)
+
+
+def _value(locus: Locus, index: int) -> str:
+    """Return e.g. ``"lowest: 0.04008 N at 12.46 Hz"``."""
+    first, second = (locus.model.parameter(name) for name in locus.vary)
+    values = locus.special[index].values
+    return f"lowest: {quantity_text(second, values[1])} at {quantity_text(first, values[0])}"
+
+
+SIZE = 7.5
+"""Font size in points."""
+
+COLUMN_WIDTH = 1.9
+"""Width of a column of the legend in inches."""
+
+MARK_NAMES = {
+    "MIN": "extremum of a locus",
+    "LIMIT": "limit of the model",
+    "FAILED": "given up",
+    **SEAMS,
+}
+
+
+def legend_options(
+    diagrams: Sequence[HasLoci],
+    colours: Mapping[str, str] = LOCUS_COLOURS,
+    regions: bool = True,
+    width: float = np.inf,
+) -> dict[str, Any]:
+    """Return what a legend shows, with lines, markers and shades in a column each if they fit."""
+    groups = [_lines(diagrams, colours), _marks(diagrams), _shades(diagrams) if regions else []]
+    groups = [group for group in groups if group]
+    columns = max(int(min(width / COLUMN_WIDTH, len(groups))), 1)
+    if columns == len(groups):
+        rows = max(map(len, groups), default=0)
+        groups = [group + [_nothing()] * (rows - len(group)) for group in groups]
+    handles = [handle for group in groups for handle in group]
+    return {"handles": handles, "ncols": columns, "handlelength": 2.8, "fontsize": SIZE}
+
+
+def _nothing() -> Artist:
+    return Line2D([], [], linestyle="none", label=" ")
+
+
+def _lines(diagrams: Sequence[HasLoci], colours: Mapping[str, str]) -> list[Artist]:
+    kinds = {
+        (locus.type, locus.period, stretch.criticality, locus.kind)
+        for diagram in diagrams
+        for locus in diagram.loci
+        for stretch in locus_stretches(locus)
+    }
+    order = [*colours, *TOUCHING]
+    handles: list[Artist] = []
+    for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
+        text = locus_title(kind[0], kind[1], kind[3]) + ", " * bool(kind[2]) + kind[2]
+        handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colours, kind[3])))
+    return handles
+
+
+def _marks(diagrams: Sequence[HasLoci]) -> list[Artist]:
+    marks = [m for diagram in diagrams for m in locus_marks(diagram.loci, diagram.window)]
+    types = {"MIN" if mark.type == "MAX" else mark.type for mark in marks}
+    found = sorted(types & {*CODIMENSION_TWO})
+    handles: list[Artist] = []
+    if found:
+        names = ", ".join(found) if len(found) < 4 else "codimension two"
+        handles.append(Line2D([], [], label=names, **mark_style(found[0])))
+    handles += [
+        Line2D([], [], label=name, **mark_style(type_))
+        for type_, name in MARK_NAMES.items()
+        if type_ in types
+    ]
+    return handles
+
+
+def _shades(diagrams: Sequence[HasLoci]) -> list[Artist]:
+    shown = [
+        region
+        for diagram in diagrams
+        if diagram.regions is not None
+        for region in shown_regions(diagram.regions)
+        if not region.motions
+    ]
+    kinds = {(region.stable, region.name): region for region in shown if region.known}
+    shades: list[Artist] = [
+        Patch(
+            facecolor=region_colour(stable),
+            edgecolor=STICKS["edgecolor"] if region.sticking else "0.6",
+            hatch=STICKS["hatch"] if region.sticking else None,
+            linewidth=0.4,
+            label=f"stable: {name}" if stable else "stable: neither 1 nor 2",
+        )
+        for (stable, name), region in kinds.items()
+    ]
+    if not all(region.known for region in shown):
+        style: dict[str, Any] = {**UNKNOWN, "linewidth": 0.4}
+        shades.append(Patch(**style, label="unknown"))
+    told = [shade for item in diagrams if item.regions for shade in motion_shades(item.regions)]
+    return [*shades, *{str(shade.get_label()): shade for shade in told}.values()]
+
+
+ANCHORS = 60
+"""Places along each locus where its name may stand."""
+
+ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
+"""From the lowest to the topmost line."""
+
+
 def draw_loci(
     diagram: HasLoci,
     ax: Axes | None = None,
@@ -87,7 +315,8 @@ def draw_loci(
     ax.set_xlim(view[0])
     ax.set_ylim(view[1])
     if shaded and diagram.regions is not None:
-        labels = sharpen(diagram.regions, _lines(diagram), diagram.window, view)
+        lines = [part.points for locus in diagram.loci for part in locus_stretches(locus)]
+        labels = sharpen(diagram.regions, lines, diagram.window, view)
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
         for stretch in locus_stretches(locus):
@@ -100,7 +329,15 @@ def draw_loci(
     label_axis(ax, "x", diagram.model.parameter(diagram.vary[0]))
     label_axis(ax, "y", diagram.model.parameter(diagram.vary[1]))
     if legend:
-        _draw_legend(ax, diagram, colours, regions)
+        figure = ax.get_figure(root=True)
+        assert figure is not None
+        # Five lines below the axes: clear of the numbers and the name of the parameter.
+        ax.legend(
+            **legend_options([diagram], colours, regions, figure.get_figwidth()),
+            loc="upper center",
+            bbox_to_anchor=(0.5, 0.0),
+            borderaxespad=5.0,
+        )
     if annotate:
         name_loci(ax, diagram, colours=colours, regions=regions, lowest=lowest)
     return ax
@@ -123,11 +360,13 @@ def name_loci(
     labels = []
     for mark in locus_marks(diagram.loci, diagram.window, lowest):
         place = np.array([mark.values])
-        hidden = without is not None and len(_within(place, without)) > 0
-        if mark.name and not hidden and len(_within(place, _view(ax))):
+        hidden = without is not None and all(
+            low <= value <= high for value, (low, high) in zip(mark.values, without, strict=True)
+        )
+        if mark.name and not hidden and len(within(ax, place)):
             labels.append(Label(mark.name, place))
     for locus in diagram.loci:
-        anchors = _within(_anchors(locus), _view(ax))
+        anchors = within(ax, _anchors(locus))
         if len(anchors):
             labels.append(
                 Label(_name(locus), anchors, locus_colour(locus.type, colours), 7.5, leader=False)
@@ -135,22 +374,6 @@ def name_loci(
     if regions and diagram.regions is not None:
         labels += region_labels(ax, diagram.regions)
     place_labels(ax, labels)
-
-
-def _draw_legend(ax: Axes, diagram: HasLoci, colours: Mapping[str, str], regions: bool) -> None:
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    # Five lines below the axes: clear of the numbers and the name of the parameter.
-    ax.legend(
-        **legend_options([diagram], colours, regions, figure.get_figwidth()),
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0.0),
-        borderaxespad=5.0,
-    )
-
-
-def _lines(diagram: HasLoci) -> list[Array]:
-    return [stretch.points for locus in diagram.loci for stretch in locus_stretches(locus)]
 
 
 def _name(locus: Locus) -> str:
@@ -166,13 +389,3 @@ def _anchors(locus: Locus) -> Array:
         return np.zeros((0, 2))
     together = np.concatenate(points)
     return together[np.linspace(0, len(together) - 1, ANCHORS).astype(int)]
-
-
-def _view(ax: Axes) -> Window:
-    return ax.get_xlim(), ax.get_ylim()
-
-
-def _within(points: Array, view: Window) -> Array:
-    """Return those of the points that lie in a part of the plane."""
-    low, high = np.sort(np.array(view).T, axis=0)
-    return points[((points >= low) & (points <= high)).all(axis=1)]

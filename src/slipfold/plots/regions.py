@@ -3,21 +3,151 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from colorsys import hsv_to_rgb
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, to_hex, to_rgba
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial import KDTree
 
 from slipfold.arrays import Array, Mask
 from slipfold.loci.region_map import Region, RegionMap
+from slipfold.loci.window import Window
 from slipfold.plots.labels import Label
-from slipfold.plots.motions.region_motions import draw_region_motions
-from slipfold.plots.region_colours import PALE, STICKS, UNKNOWN, region_colour
+
+PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
+    {(1,): "#f6f7f2", (1, 2): "#e3efdc", (2,): "#c3ded6", (): "#b3b1b0"}
+)
+"""Colour of a region by the periods of its stable responses; each is darker than the one before."""
+
+OTHERS = (
+    "#e0befa", "#ffbd99", "#71d0d5", "#f5dc98", "#f6dcfb", "#dcb87a",
+    "#f3aece", "#e6f8b4", "#abe7b7", "#bcb4f4", "#d5c2b3", "#d5d1f5",
+)  # fmt: skip
+"""Colours of other combinations, in the order of `_rank`: each the one farthest, for full sight and
+two kinds of colour blindness, from all those before it, and lighter than any line."""
+
+UNKNOWN: Mapping[str, str] = MappingProxyType(
+    {"facecolor": "white", "edgecolor": "0.75", "hatch": "...."}
+)
+"""How a region is drawn whose label is contradicted."""
+
+STICKS: Mapping[str, str] = MappingProxyType(
+    {"facecolor": "none", "edgecolor": "0.72", "hatch": "///"}
+)
+"""How a region is marked in which contacts of stable responses stop."""
+
+GOLDEN = 0.6180339887498949
+"""Turn of the hue, in circles, that never comes back to where it was."""
+
+
+def region_colour(stable: tuple[int, ...]) -> str:
+    """Return the colour of regions with these stable responses, the same in every figure.
+
+    >>> region_colour((1,)), region_colour((1, 1)), region_colour((2, 2))
+    ('#f6f7f2', '#e0befa', '#ffbd99')
+    """
+    if stable in PALE:
+        return PALE[stable]
+    rank = _rank(stable)
+    if rank < len(OTHERS):
+        return OTHERS[rank]
+    return to_hex(hsv_to_rgb(rank * GOLDEN % 1, 0.22, 0.95 - 0.03 * (rank % 4)))
+
+
+def _rank(stable: tuple[int, ...]) -> int:
+    """Number combinations from 0: those of periods 1 and 2 by how many there are, then others."""
+    doubled, count = stable.count(2), len(stable)
+    if set(stable) <= {1, 2}:
+        # 2, 4, 5, 6 ... combinations of two, three, four, five ...; of two, (1, 2) has its own.
+        before = (count - 2) * (count + 3) // 2 - (count > 2)
+        return before + (doubled if count > 2 else doubled // 2)
+    return 1000 + sum(period * 31**place for place, period in enumerate(sorted(stable)))
+
+
+COLOURS = {
+    "period 1": "#eef0e2",
+    "period 2": "#b7ddd0",
+    "period 4": "#6fb7b0",
+    "period 8": "#3a8a94",
+    "other periods": "#8db4dc",
+    "torus": "#f5c451",
+    "chaos": "#b5322b",
+    "sticks": "#8f7cc0",
+    "stopped": "#9a9a9a",
+    "undecided": "#ffffff",
+    "not done": "#ffffff",
+    "none": "#ffffff",
+}
+"""Colour of each regime: lightness tells them apart in grey as well."""
+
+
+def grouped(names: Any) -> Any:
+    """Return what motions do, with periods that have no colour of their own together.
+
+    >>> grouped(["torus", "period 4", "period 5"]).tolist()
+    ['torus', 'period 4', 'other periods']
+    """
+    named = np.asarray(names).astype(object)
+    named[~np.isin(named, list(COLOURS))] = "other periods"
+    return named
+
 
 Labels = NDArray[np.int64]
-Window = tuple[tuple[float, float], tuple[float, float]]
+
+
+def draw_region_motions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
+    """Paint each pixel of a region as the nearest motion in it does, within the axes' limits.
+
+    Shapes: labels (rows, columns), of pixels that fill the axes.
+    """
+    picture = np.zeros((*labels.shape, 4))
+    for region in regions.regions:
+        if region.motions:
+            rows, columns = np.nonzero(labels == region.id)
+            picture[rows, columns] = _colours(ax, region, rows, columns, labels.shape)
+    if picture.any():
+        ax.imshow(
+            picture,
+            extent=(*ax.get_xlim(), *ax.get_ylim()),
+            origin="lower",
+            aspect="auto",
+            interpolation="nearest",
+            zorder=0.2,
+        )
+
+
+def _colours(
+    ax: Axes,
+    region: Region,
+    rows: NDArray[np.intp],
+    columns: NDArray[np.intp],
+    shape: tuple[int, ...],
+) -> NDArray[np.float64]:
+    """Return the colours of pixels of a region, shape (n, 4)."""
+    low = np.array([ax.get_xlim()[0], ax.get_ylim()[0]])
+    pixel = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())]) / shape[::-1]
+    places = np.array([motion.values for motion in region.motions])
+    nearest = KDTree((places - low) / pixel).query(np.column_stack([columns, rows]) + 0.5)[1]
+    names = grouped([motion.name for motion in region.motions])
+    return np.array([to_rgba(COLOURS[name]) for name in names])[nearest]
+
+
+def motion_shades(regions: RegionMap) -> list[Artist]:
+    """Return what a legend shows of them."""
+    found = {name for region in regions.regions for name in grouped([*region.regimes]).tolist()}
+    return [
+        Patch(facecolor=colour, edgecolor="0.6", linewidth=0.4, label=f"simulated: {name}")
+        for name, colour in COLOURS.items()
+        if name in found
+    ]
+
 
 PIXELS = (1000, 800)
 """Size of the picture of the regions: finer than the map, so that its cells are not seen."""

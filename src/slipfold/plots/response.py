@@ -1,36 +1,64 @@
-"""Response diagrams: what orbits reach, with their stability and bifurcations."""
+"""Response diagrams: branches, tori, special points and measurements over a parameter."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.lines import Line2D
 
+from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.errors import InputError
-from slipfold.lines.of_branches import STUCK, stretches_of
+from slipfold.lines import (
+    OTHER,
+    STABLE,
+    STUCK,
+    measured_along,
+    measured_at,
+    stretches_of,
+    torus_stretches,
+)
 from slipfold.measured.measurement import Measurement
-from slipfold.plots.angles import label_output
-from slipfold.plots.axes import axes_or_new, settle
+from slipfold.measured.quantity import parse_measured
+from slipfold.models.model import Model
 from slipfold.plots.labels import Label, place_labels
-from slipfold.plots.long_term.tori import draw_tori, torus_handles
-from slipfold.plots.marks import marks_of
-from slipfold.plots.readings import draw_readings
-from slipfold.plots.style import LINES, MARKERS, palette
+from slipfold.plots.style import (
+    LINES,
+    MARKERS,
+    MEASURE_NAMES,
+    axes_or_new,
+    label_output,
+    palette,
+    settle,
+    within,
+)
+from slipfold.plots.trajectories import COLOURS, OTHERS, draw_points
+from slipfold.results.measured import Fit, MeasurementPlan
+from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
-
-MEASURE_NAMES = {
-    "max": "max",
-    "min": "min",
-    "peak_to_peak": "peak-to-peak",
-    "modulus": "max modulus of",
-}
 
 ANCHORS = 40
 """Places along each branch where its name may stand."""
+
+READ = "#c2410c"
+"""Colour of measurements: of no branch, and darker than paper in grey."""
+
+SWEEPS = {
+    "up": ("measured, upward", READ, 2.8),
+    "down": ("measured, downward", "none", 5.0),
+    "": ("measured", READ, 2.8),
+}
+"""Name, colour and size of measurements by how the parameter came to its value."""
+
+TORI = {STABLE: "torus", OTHER: "unstable torus"}
+
+BREAKS = ("broken", "failed", "homoclinic", "points", "resonance")
+"""Kinds of ends of tori that are marked as not followed further."""
 
 
 class HasBranches(Protocol):
@@ -47,38 +75,68 @@ class HasBranches(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Mark:
+    """A point with a marker: a bifurcation, an event, a limit or a failure."""
+
+    type: str  # key of `MARKERS`
+    name: str  # text next to it
+    parameter: float
+    value: float
+    hollow: bool = False  # whether the marker is open: a subcritical bifurcation
+
+
 def draw_response(
     diagram: HasBranches,
-    output: str = "x",
+    output: str | None = None,
     measure: str = "max",
     ax: Axes | None = None,
     colour: str = "black",
     annotate: bool = True,
     measured: Measurement | None = None,
+    under: Sweep | None = None,
 ) -> Axes:
-    """Draw one response diagram, with what was `measured` if that is given.
+    """Draw one response diagram, with a measurement or a sweep `under` it if they are given.
 
     Stable orbits are solid, and so are neutral ones, which nothing damps; unstable by period
     doubling dashed; unstable by a fold or a torus dotted. A subcritical PD or NS has an open
     marker. Tori are drawn lighter.
     """
+    output = output or _first_output(diagram)
+    if under is not None:
+        ax = draw_points(under, output, measure, ax, legend=False)
     ax = draw_family([diagram], output, measure, ax, [colour])
-    handles = torus_handles(diagram.tori, colour) if measure != STUCK else []
-    if handles:
-        ax.legend(handles=handles)
+    handles: list[Any] = torus_handles(diagram.tori, colour) if measure != STUCK else []
+    if under is not None:
+        handles += _sweep_handles(under)
     if measured is not None:
-        curves: list[Any] = [*diagram.branches, *diagram.tori]
-        vary = curves[0].vary
+        vary = _curves([diagram])[0].vary
         if measured.vary != vary:
             raise InputError(
                 f"{measured.vary} was varied in the measurement but the diagram is over {vary}; "
                 f"follow the response over {measured.vary}"
             )
-        draw_readings(ax, measured, measure, output)
-        ax.legend()
+        draw_measured(ax, measured, measure, output)
+        handles += ax.get_legend_handles_labels()[0]
+    if handles:
+        ax.legend(handles=handles)
     if annotate:
         name_family(ax, [diagram], None, output, measure, [colour])
     return ax
+
+
+def _first_output(diagram: HasBranches) -> str:
+    """Return the first state, but none that takes all values of an angle."""
+    names = [state.name for state in _curves([diagram])[0].model.states]
+    turning = {name for branch in diagram.branches for name, count in branch.turns.items() if count}
+    return next((name for name in names if name not in turning), names[0])
+
+
+def _curves(diagrams: Sequence[HasBranches]) -> list[Any]:
+    curves = [item for each in diagrams for item in (*each.branches, *each.tori)]
+    if not curves:
+        raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
+    return curves
 
 
 def draw_family(
@@ -89,25 +147,27 @@ def draw_family(
     colours: Sequence[str] | None = None,
 ) -> Axes:
     """Draw several response diagrams into one picture; `name_family` then names what is in it."""
-    branches: list[Any] = [item for each in diagrams for item in (*each.branches, *each.tori)]
-    if not branches:
-        raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
+    first = _curves(diagrams)[0]
     ax = axes_or_new(ax)
     if measure == STUCK:
-        ax.set_ylabel("share of the period in which a contact sticks")
+        ax.set_ylabel("fraction of the period in which a contact sticks")
     else:
-        label_output(ax, "y", branches[0].model, output, MEASURE_NAMES.get(measure, ""))
+        label_output(ax, "y", first.model, output, MEASURE_NAMES.get(measure, ""))
     colours = palette(len(diagrams)) if colours is None else colours
     for diagram, colour in zip(diagrams, colours, strict=True):
         for branch in diagram.branches:
             for line in stretches_of(branch, output, measure):
                 ax.plot(line.parameter, line.value, color=colour, **LINES[line.kind])
-        draw_tori(ax, diagram.tori, output, measure, colour)
+        _draw_tori(ax, diagram.tori, output, measure, colour)
     # Markers lie on top of all lines.
     for diagram, colour in zip(diagrams, colours, strict=True):
-        for branch in diagram.branches:
-            _draw_marks(ax, branch, output, measure, colour)
-    ax.set_xlabel(branches[0].model.parameter(branches[0].vary).label)
+        for mark in _marks([diagram], output, measure):
+            ax.plot(
+                mark.parameter, mark.value, linestyle="none", marker=MARKERS[mark.type],
+                color=colour, markerfacecolor="white" if mark.hollow else colour,
+                markeredgewidth=0.9, zorder=3,
+            )  # fmt: skip
+    ax.set_xlabel(first.model.parameter(first.vary).label)
     return ax
 
 
@@ -122,41 +182,25 @@ def name_family(
 ) -> None:
     """Name the special points of a picture, and its curves, where nothing is covered.
 
-    What is drawn later may be covered by a name, or may move it.
+    A name may cover, or be moved by, what is drawn later.
     """
     settle(ax)
     colours = palette(len(diagrams)) if colours is None else colours
     labels = []
     for diagram, colour in zip(diagrams, colours, strict=True):
-        for branch in diagram.branches:
-            for mark in marks_of(branch, output, measure):
-                place = np.array([[mark.parameter, mark.value]])
-                hidden = without and without[0] <= mark.parameter <= without[1]
-                if mark.name and not hidden and len(_within(ax, place)):
-                    labels.append(Label(mark.name, place, colour))
-    if names is not None:
-        for diagram, name, colour in zip(diagrams, names, colours, strict=True):
-            anchors = _within(ax, _anchors(diagram, output, measure))
-            if len(anchors):
-                labels.append(Label(name, anchors, colour, size=7.5))
+        for mark in _marks([diagram], output, measure):
+            place = np.array([[mark.parameter, mark.value]])
+            hidden = without and without[0] <= mark.parameter <= without[1]
+            if mark.name and not hidden and len(within(ax, place)):
+                labels.append(Label(mark.name, place, colour))
+    for diagram, name, colour in zip(diagrams, names or (), colours, strict=names is not None):
+        anchors = within(ax, _anchors(diagram, output, measure))
+        if len(anchors):
+            labels.append(Label(name, anchors, colour, size=7.5))
     place_labels(ax, labels)
 
 
-def _draw_marks(ax: Axes, branch: Branch, output: str, measure: str, colour: str) -> None:
-    for mark in marks_of(branch, output, measure):
-        ax.plot(
-            mark.parameter,
-            mark.value,
-            linestyle="none",
-            marker=MARKERS[mark.type],
-            color=colour,
-            markerfacecolor="white" if mark.hollow else colour,
-            markeredgewidth=0.9,
-            zorder=3,
-        )
-
-
-def _anchors(diagram: HasBranches, output: str, measure: str) -> NDArray[np.float64]:
+def _anchors(diagram: HasBranches, output: str, measure: str) -> Array:
     """Return points along all branches, shape (n, 2)."""
     chosen = []
     for branch in diagram.branches:
@@ -166,7 +210,134 @@ def _anchors(diagram: HasBranches, output: str, measure: str) -> NDArray[np.floa
     return np.concatenate(chosen)
 
 
-def _within(ax: Axes, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return those of the points that the axes show."""
-    low, high = np.sort(np.array([ax.get_xlim(), ax.get_ylim()]).T, axis=0)
-    return points[((points >= low) & (points <= high)).all(axis=1)]
+def _marks(diagrams: Sequence[HasBranches], output: str, measure: str) -> Iterator[Mark]:
+    for diagram in diagrams:
+        for branch in diagram.branches:
+            yield from marks_of(branch, output, measure)
+
+
+def marks_of(branch: Branch, output: str, measure: str = "max") -> tuple[Mark, ...]:
+    """Return the marks of a branch."""
+    found = []
+    for point in branch.special:
+        # A branch point lies on two branches; the one met first marks it.
+        again = point.type == "BP" and (point.leads_to or branch.id) < branch.id
+        if point.type in MARKERS and not again:
+            name = point.name if point.type == "EVENT" else point.type
+            value = measured_at(point, output, measure)
+            hollow = point.criticality == "subcritical"
+            found.append(Mark(point.type, name, float(point.value), value, hollow))
+    end = branch.stopped
+    if len(branch) and end.kind in ("limit", "failed"):
+        type_, name = "FAILED", ""
+        if end.kind == "limit":
+            type_, name = "LIMIT", limit_name(branch.model, end.reason)
+        value = float(measured_along(branch, output, measure)[-1])
+        found.append(Mark(type_, name, float(branch.parameter[-1]), value))
+    return tuple(mark for mark in found if np.isfinite(mark.value))
+
+
+def limit_name(model: Model, reason: str) -> str:
+    """Return one word for a limit of a model, e.g. ``"collapse"``."""
+    for limit in model.limits:
+        if reason.startswith(limit.reason.partition("{")[0]):
+            return limit.name.split()[-1]
+    return "limit"
+
+
+def _draw_tori(
+    ax: Axes, tori: Sequence[TorusBranch], output: str, measure: str, colour: str
+) -> None:
+    """Draw tori in a lighter shade of a colour; unstable ones are dotted."""
+    for each in tori:
+        lines = torus_stretches(each, output, measure)
+        for line in lines:
+            ax.plot(line.parameter, line.value, color=_lighter(colour), **LINES[line.kind])
+        if lines and each.stopped.kind in BREAKS:
+            place = lines[-1].parameter[-1], lines[-1].value[-1]
+            ax.plot(*place, linestyle="none", marker=MARKERS["FAILED"], color=colour, zorder=3)
+
+
+def torus_handles(tori: Sequence[TorusBranch], colour: str) -> list[Line2D]:
+    """Return what a legend says of tori."""
+    stable = np.concatenate([each.stable[1:] for each in tori] or [np.empty(0, bool)])
+    return [
+        Line2D([], [], color=_lighter(colour), label=TORI[kind], **LINES[kind])
+        for kind, found in ((STABLE, stable.any()), (OTHER, not stable.all()))
+        if found
+    ]
+
+
+def _sweep_handles(sweep: Sweep) -> list[Line2D]:
+    """Return what a legend says of the dots of a sweep."""
+    colours = {
+        f"sweep {name}" if name in COLOURS else "from many starts": COLOURS.get(name, OTHERS)
+        for name in sweep.runs
+    }
+    return [
+        Line2D([], [], linestyle="none", marker="o", markersize=3, color=colour, label=name)
+        for name, colour in colours.items()
+    ]
+
+
+def _lighter(colour: str) -> str:
+    red, green, blue = (0.5 + 0.5 * part for part in to_rgb(colour))
+    return to_hex((red, green, blue))
+
+
+def draw_measured(ax: Axes, measurement: Measurement, measure: str, output: str) -> None:
+    """Draw the measurements of one quantity, with their errors where there are any."""
+    read, errors = measurement.of(measure, output)
+    sweep = np.array(measurement.sweep, dtype=object)
+    for way, (name, inside, size) in SWEEPS.items():
+        rows = (sweep == way) & np.isfinite(read)
+        if rows.any():
+            ax.errorbar(
+                measurement.values[rows], read[rows], np.nan_to_num(errors[rows]),
+                linestyle="none", marker="o", markersize=size, markeredgewidth=0.7, elinewidth=0.7,
+                color=READ, label=name, zorder=2.5, markerfacecolor=inside,
+            )  # fmt: skip
+
+
+def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw measurements, what the fitted model predicts for them, and which were not used."""
+    measured = fit.measurement
+    chosen = measured.quantities[0] if quantity is None else parse_measured(quantity, fit.model)
+    column = measured.quantities.index(chosen)
+    ax = axes_or_new(ax)
+    draw_measured(ax, measured, chosen.measure, chosen.output)
+    ax.plot(
+        measured.values, fit.predicted[:, column], linestyle="none", marker="_", markersize=9,
+        color="black", label="fitted", zorder=2,
+    )  # fmt: skip
+    left = ~fit.used & np.isfinite(measured.readings[:, column])
+    if left.any():
+        ax.plot(
+            measured.values[left], measured.readings[left, column], linestyle="none", marker="x",
+            markersize=7, color="0.4", label="left out", zorder=3,
+        )  # fmt: skip
+    ax.set_xlabel(fit.model.parameter(measured.vary).label)
+    label_output(ax, "y", fit.model, chosen.output, MEASURE_NAMES[chosen.measure])
+    ax.legend()
+    return ax
+
+
+def draw_plan(plan: MeasurementPlan, ax: Axes | None = None) -> Axes:
+    """Draw how much each measurement tells: its change with each parameter, over its error."""
+    ax = axes_or_new(ax)
+    sizes = np.abs([plan.model.values[name] for name in plan.fitted])
+    told = np.abs(plan.slopes) / plan.errors[:, None] * sizes
+    order = np.argsort(plan.values)
+    for column, colour in enumerate(palette(len(plan.fitted))):
+        for row, quantity in enumerate(plan.quantities):
+            values = told[order, row, column]
+            ax.plot(
+                plan.values[order], np.where(values > 0, values, np.nan), color=colour, marker=".",
+                linestyle=("-", "--", ":", "-.")[row % 4],
+                label=f"{plan.fitted[column]}, {quantity}",
+            )  # fmt: skip
+    ax.set_yscale("log")
+    ax.set_xlabel(plan.model.parameter(plan.vary).label)
+    ax.set_ylabel(r"$|\partial\,$reading$/\partial\,\ln p\,|\;/\;$error")
+    ax.legend()
+    return ax

@@ -1,15 +1,27 @@
-"""The look of all figures: fonts, colours safe in grey and for colour blindness, lines, markers."""
+"""The look of figures: fonts, colours, lines, markers, axes and their labels."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import to_hex
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.models.model import Model
+from slipfold.models.output import Output
+from slipfold.models.parameter import Parameter, State
+from slipfold.models.turns import TURN
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
@@ -40,6 +52,14 @@ MARKERS: Mapping[str, str] = MappingProxyType(
     }
 )
 """Marker of each type of special point, and of the end of a branch that could not be followed."""
+
+MEASURE_NAMES = {
+    "max": "max",
+    "min": "min",
+    "peak_to_peak": "peak-to-peak",
+    "modulus": "max modulus of",
+}
+"""Measures of an output over an orbit, as axes name them."""
 
 _STYLE: dict[Any, Any] = {
     "axes.grid": False,
@@ -95,3 +115,129 @@ def palette(count: int) -> tuple[str, ...]:
     """
     positions = np.linspace(0.0, 0.74, count) if count > 1 else [0.0]
     return tuple(to_hex(mpl.colormaps["plasma"](position)) for position in positions)
+
+
+def axes_or_new(ax: Axes | None) -> Axes:
+    """Return the axes given, or those of a new figure."""
+    if ax is not None:
+        return ax
+    # Only here, where a figure is to be shown: it looks for a window system and takes its time.
+    from matplotlib import pyplot
+
+    return pyplot.subplots(layout="constrained")[1]
+
+
+def label_of(model: Model, output: str) -> str:
+    """Return the axis label of a state or output."""
+    items: list[State | Output] = [*model.states, *model.outputs()]
+    for item in items:
+        if item.name == output:
+            return item.label or item.name
+    known = ", ".join(item.name for item in items)
+    raise InputError(f"{model.name} has no output {output!r}; it has {known}")
+
+
+def add_colour_bar(ax: Axes, mesh: ScalarMappable) -> Axes:
+    """Add the scale of the colours of a map and return its axes."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    return figure.colorbar(mesh, ax=ax, pad=0.02).ax
+
+
+def within(ax: Axes, points: Array) -> Array:
+    """Return those of the points that the axes show; shapes: points (n, 2)."""
+    low, high = np.sort(np.array([ax.get_xlim(), ax.get_ylim()]).T, axis=0)
+    return points[((points >= low) & (points <= high)).all(axis=1)]
+
+
+def settle(ax: Axes) -> None:
+    """Fix limits and layout, so that places in the figure can be computed."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    engine = figure.get_layout_engine()
+    # A layout moves when it is drawn; a place holder stands for one that no longer does.
+    if engine is not None and not isinstance(engine, PlaceHolderLayoutEngine):
+        figure.draw_without_rendering()
+    # Limits are computed when they are asked for, and not when a transform uses them.
+    ax.set_xlim(ax.get_xlim())
+    ax.set_ylim(ax.get_ylim())
+
+
+def cell_edges(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where the cells of increasing places begin and end: halfway to their neighbours.
+
+    The outermost cells end at their places; one place alone gets some room.
+    """
+    if len(places) == 1:
+        room = 0.05 * abs(places[0]) or 0.5
+        return np.array([places[0] - room, places[0] + room])
+    return np.concatenate([places[:1], (places[1:] + places[:-1]) / 2, places[-1:]])
+
+
+class _DegreeLocator(MaxNLocator):
+    """Places ticks at round numbers of degrees, on an axis of radians."""
+
+    def __init__(self) -> None:
+        super().__init__(nbins=7)
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        # Beyond a quarter of a revolution ticks are fractions of it, not tens of degrees.
+        is_wide = np.degrees(abs(vmax - vmin)) > 90.0
+        self.set_params(steps=[1, 1.5, 3, 4.5, 6, 9, 10] if is_wide else [1, 2, 5, 10])
+        return np.radians(super().tick_values(np.degrees(vmin), np.degrees(vmax)))
+
+
+def label_axis(ax: Axes, which: Literal["x", "y"], parameter: Parameter) -> None:
+    """Write symbol and unit beside an axis, and degrees on an axis of radians."""
+    angle = parameter.unit == "rad"
+    label = f"{parameter.symbol or parameter.name} (°)" if angle else parameter.label
+    _label(ax, which, label, angle=angle)
+
+
+def label_output(
+    ax: Axes, which: Literal["x", "y"], model: Model, output: str, what: str = ""
+) -> None:
+    """Write what is shown of a state or output beside an axis, and degrees on that of an angle."""
+    angle = output in _angles(model)
+    label = f"{label_of(model, output)} (°)" if angle else label_of(model, output)
+    _label(ax, which, f"{what} {label}".strip(), angle=angle)
+
+
+def on_circles(
+    model: Model, named: Sequence[tuple[str, Array]], along: Sequence[Array] = ()
+) -> list[Array]:
+    """Return outputs, then what they are drawn along, with angles within half a turn of zero.
+
+    Where an angle begins anew the line is broken, by what is no number.
+    """
+    wrapped, breaks = [], np.empty(0, dtype=int)
+    for name, column in named:
+        if name in _angles(model):
+            column = column - TURN * np.round(column / TURN)
+            jumps = np.flatnonzero(np.abs(np.diff(column)) > TURN / 2) + 1
+            breaks = np.union1d(breaks, jumps).astype(int)
+        wrapped.append(column)
+    return [np.insert(column, breaks, np.nan) for column in (*wrapped, *along)]
+
+
+def _angles(model: Model) -> set[str]:
+    return {state.name for state in model.states if state.angle}
+
+
+def _label(ax: Axes, which: Literal["x", "y"], label: str, *, angle: bool) -> None:
+    axis = ax.xaxis if which == "x" else ax.yaxis
+    if angle:
+        axis.set_major_locator(_DegreeLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{np.degrees(value):.6g}"))
+    axis.set_label_text(label)
+
+
+def quantity_text(parameter: Parameter, value: float, digits: int = 4) -> str:
+    """Return a value with its unit as figures show it, angles in degrees.
+
+    >>> quantity_text(Parameter("alpha", 1.0, "rad"), 1.0471975511965976)
+    '60°'
+    """
+    if parameter.unit == "rad":
+        return f"{np.degrees(value):.{digits}g}°"
+    return f"{value:.{digits}g}{' ' * bool(parameter.unit)}{parameter.unit}"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,12 +12,21 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
 from slipfold.results.fields import COMPLEX, REAL, TEXT, WHOLE, Axes, Column, Table, axes_of
-from slipfold.results.frame import Frame, frame_of, joined
-from slipfold.results.labelled_table import Variable
-from slipfold.results.saved_table import SavedTable
+from slipfold.results.records import SavedTable
+from slipfold.results.tables import Frame, Variable, frame_of, joined
+from slipfold.text.one_line import listed, parameter_text
+from slipfold.text.printed_table import with_unit
 
 Columns = tuple[Column, ...]
+
+UNCERTAIN = 1e-6
+"""Fraction of the span above which the uncertainty of a point is reported: points are located to
+1e-12, and no figure shows less."""
+
+ROUNDING = 1e-14
+"""What is smaller than this fraction of the size of its column is rounding, and shown as zero."""
 
 LASTING = "of one round; of an equilibrium, what multipliers are over"
 NODES = "states at equal phases over the period, the first"
@@ -207,7 +217,7 @@ def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[C
     """How much of a period contacts stick, where curves go through stick."""
     if not sticks:
         return ()
-    meaning = "share of the period in which a contact sticks; NaN: none was watched for stick"
+    meaning = "fraction of the period in which a contact sticks; NaN: none was watched for stick"
 
     def known(item: Any) -> Any:
         found = get(item)
@@ -216,3 +226,50 @@ def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[C
     return (
         Column("stuck_fraction", REAL, meaning, "", get=known, record=point, head="stuck fraction"),
     )
+
+
+def without_defaults(model: Model, varied: Collection[str]) -> str:
+    """Return the parameters that were set, as the end of a title: nothing if none was.
+
+    The duration of a cycle is found, not set.
+    """
+    values = ", ".join(
+        with_unit(f"{item.name} = {model.values[item.name]:.6g}", item.unit)
+        for item in model.variable_parameters
+        if item.name not in varied and model.values[item.name] != item.default
+    )
+    return f"; {values}" if values else ""
+
+
+def uncertainty_notes(
+    parameters: Sequence[Parameter],
+    spans: Sequence[tuple[float, float]],
+    points: Iterable[tuple[str, Sequence[float], Sequence[float]]],
+) -> list[str]:
+    """Say which special points are less certain than they should be, and by how much.
+
+    A point is its name, its values and their uncertainty.
+    """
+    notes, interrupted = list[str](), list[str]()
+    limits = [UNCERTAIN * abs(last - first) for first, last in spans]
+    for name, values, uncertainty in points:
+        if all(u <= limit for u, limit in zip(uncertainty, limits, strict=True)):
+            continue
+        pairs = zip(parameters, values, strict=True)
+        place = f"{name} at {', '.join(parameter_text(item, value) for item, value in pairs)}"
+        if any(map(math.isnan, uncertainty)):
+            interrupted.append(place)
+        elif all(map(math.isfinite, uncertainty)):
+            amounts = [
+                with_unit(f"{amount:.0e}", item.unit)
+                for item, amount in zip(parameters, uncertainty, strict=True)
+            ]
+            notes.append(f"{place} is uncertain by {' and '.join(amounts)}.")
+        else:
+            notes.append(f"{place}: its uncertainty could not be computed.")
+    if interrupted:
+        notes.append(
+            "Interrupted before the uncertainty was computed of "
+            f"{len(interrupted)} special points: {listed(interrupted)}"
+        )
+    return notes

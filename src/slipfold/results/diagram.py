@@ -1,4 +1,4 @@
-"""A response diagram: all branches of one computation, with what was asked for and by whom."""
+"""A response diagram: all branches of one computation."""
 
 from __future__ import annotations
 
@@ -13,24 +13,102 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive_to
+from slipfold.branches.special_point import BIFURCATIONS, LOCUS_TYPES, SpecialPoint, sensitive_to
 from slipfold.checks.checked import Checked
-from slipfold.drawing import draw
+from slipfold.continuation.end import End
+from slipfold.errors import InputError
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
+from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.curves import Curves, sticking
-from slipfold.results.diagram_summary import DiagramSummary
-from slipfold.results.fields import REAL, TEXT, WHOLE, Column, axes_of, meaning_of
-from slipfold.results.frame import Frame
-from slipfold.results.labelled_table import Variable
-from slipfold.results.motions.torus_table import Tori, torus_sentence
-from slipfold.results.provenance import Provenance
+from slipfold.results.curves import ROUNDING, Curves, sticking, uncertainty_notes, without_defaults
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Part, axes_of, meaning_of
+from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.text.one_line import listed
-from slipfold.text.stability import outside
+from slipfold.results.tables import Frame, Variable
+from slipfold.results.tori import Tori, torus_sentence
+from slipfold.text.one_line import certain, headed, listed
+from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.text.stability import outside, stability_word
+from slipfold.text.turns import turns_text
 from slipfold.tori.torus_branch import TorusBranch
+
+SHOWN = 2
+"""States shown where nobody says which."""
+
+WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
+"""What the column that asks whether an orbit is stable says."""
+
+_Row = tuple[list[str], float, Extrema, list[str]]
+"""A line of a table: its beginning, the value of the parameter, the extrema, its end."""
+
+LOCATED = 1e-9
+"""What special points are located to, over the largest value of the span."""
+
+
+def points_by_label(branches: Sequence[Branch]) -> dict[int, SpecialPoint]:
+    """Return the special points by their number under LAB in the table."""
+    found: dict[int, SpecialPoint] = {}
+    label = 1
+    for branch in branches:
+        if len(branch):  # both ends of a branch have labels, too
+            found |= dict(enumerate(branch.special, label + 1))
+            label += len(branch.special) + 2
+    return found
+
+
+def _rows(branch: Branch, noise: float) -> list[_Row]:
+    """Return the first point, the special points and the last point of a branch."""
+    if not len(branch):
+        return []
+    first, last = (
+        _end_row(branch, index, end, noise)
+        for index, end in ((0, branch.begun), (len(branch) - 1, branch.stopped))
+    )
+    return [first, *(_special_row(branch, point) for point in branch.special), last]
+
+
+def _row(branch: Branch, number: int, kind: str, *rest: Any) -> _Row:
+    return [str(branch.id), str(branch.period), str(number), kind], *rest
+
+
+def _end_row(branch: Branch, index: int, end: End, noise: float) -> _Row:
+    kind = "MX" if end.kind == "failed" else "EP"
+    note = end.kind if end.kind in ("limit", "closed", "interrupted", "points") else ""
+    stable = _stability(branch, branch.multipliers[index])
+    # A branch that leaves another has a multiplier on the unit circle there, within rounding.
+    if index == 0 and branch.begun.kind in ("born", "closed"):
+        stable = ""
+    value = certain(float(branch.parameter[index]), noise)
+    return _row(branch, index + 1, kind, value, _extrema(branch, index), [stable, note])
+
+
+def _special_row(branch: Branch, point: SpecialPoint) -> _Row:
+    number = int(np.searchsorted(branch.arclength, point.arclength, side="right"))
+    stable = "" if point.type in BIFURCATIONS else _stability(branch, point.multipliers)
+    value = certain(point.value, point.uncertainty)
+    end = [stable, point.outcome]
+    return _row(branch, number, point.type, value, point.orbit.extrema, end)
+
+
+def _stability(branch: Branch, multipliers: NDArray[np.complex128]) -> str:
+    """Say whether an orbit is stable; without damping it is neither that nor unstable."""
+    cycle = branch.kind == "periodic" and not branch.model.forced
+    return WORDS[stability_word(multipliers, cycle=cycle)]
+
+
+def _extrema(branch: Branch, index: int) -> Extrema:
+    """Return the extrema of one orbit, without computing those of all."""
+    known = vars(branch).get("extrema")
+    if known is None or np.isnan(known.maximum[index]).all():  # never asked for, or interrupted
+        return branch.orbit(index).extrema
+    return Extrema(known.names, known.minimum[index, None], known.maximum[index, None])
+
+
+def _stuck(branch: Branch) -> str:
+    """Say for how much of the period contacts stick at most, if they do."""
+    most = 0.0 if branch.stuck_fraction is None else float(np.nanmax(branch.stuck_fraction))
+    return f"contacts stick for up to {most:.4g} of the period" if most > 0 else ""
 
 
 class Labelled(NamedTuple):
@@ -47,12 +125,8 @@ class Labelled(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Branches:
+class Branches(Part):
     """Branches as an attribute of a diagram."""
-
-    def names(self, key: str) -> set[str]:
-        """Return nothing: no array is named for a parameter."""
-        return set()
 
     def curves(self, result: Any) -> Curves:
         """Return what is said of branches and of their points."""
@@ -130,6 +204,10 @@ class Diagram(Result):
     along ``torus``, ``torus_point``, ``fold`` and ``resonance``, are rows below those of branches,
     and branches of ``"kind": "torus"`` with their ``rotation`` and ``values``.
 
+    `plot` draws the diagram, e.g. with ``measure="peak_to_peak"``, ``measured=`` a
+    `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose motions are dots under the
+    branches; with ``kind="spectrum"`` the lines of the torus nearest to the value ``at=``.
+
     Examples
     --------
     >>> import slipfold as sf
@@ -140,6 +218,7 @@ class Diagram(Result):
 
     schema = "slipfold.response/1"
     title = "periodic responses of {0.model.name} over {0.vary}"
+    gap = "\n\n"
 
     model: Model
     vary: str
@@ -186,31 +265,7 @@ class Diagram(Result):
         InputError
             For an unknown output.
         """
-        return self._summary().text(outputs)
-
-    def plot(self, output: str | None = None, **options: Any) -> Any:
-        """Draw the diagram.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model; the first state if None.
-        **options
-            Options of the drawing, e.g. ``measure="peak_to_peak"``, ``under=`` a `slipfold.Sweep`
-            whose motions are dots under the branches, and ``ax=`` the axes to draw in.
-            ``kind="spectrum"`` draws the lines of the torus nearest to the value ``at=`` instead.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
-
-        Raises
-        ------
-        InputError
-            For an unknown output.
-        """
-        return draw(self, output=output, **options)
+        return self._text(self._sections(outputs))
 
     def __repr__(self) -> str:
         """One line: what was followed, how far, and what was found."""
@@ -221,13 +276,108 @@ class Diagram(Result):
             f"{len(self.branches)} branches, {found}>"
         )
 
-    def _repr_html_(self) -> str:
-        return self._summary().html()
+    def _head(self) -> str:
+        unit = self.model.parameter(self.vary).unit
+        span = with_unit(f"{self.vary} from {self.span[0]:g} to {self.span[1]:g}", unit)
+        return f"{self.model.name}: {span}{without_defaults(self.model, [self.vary])}"
 
-    def _remarks(self) -> list[str]:
+    def _sections(self, outputs: Sequence[str] | None = None) -> list[PrintedTable | list[str]]:
+        return [self._cells(outputs), self._notes(), *self._gradients()]
+
+    def _cells(self, outputs: Sequence[str] | None) -> PrintedTable:
+        states = [state.name for state in self.model.states]
+        names = states[:SHOWN] if outputs is None else list(outputs)
+        known = [*states, *(output.name for output in self.model.outputs())]
+        for name in names:
+            if name not in known:
+                has = ", ".join(known)
+                raise InputError(f"no output {name!r}; {suggest(name, known)}it has {has}")
+        noise = self._noise()
+        rows = [row for branch in self.branches for row in _rows(branch, noise)]
+        scales = dict(zip(states, self.model.state_scales().tolist(), strict=True))
+        rounding = {
+            name: ROUNDING
+            * np.nanmax(
+                [scales.get(name, 0.0), *(abs(end[0]) for row in rows for end in row[2].of(name))]
+            )
+            for name in names
+        }
+        lines = []
+        for label, (begin, value, extrema, end) in enumerate(rows, 1):
+            reached = [
+                f"{certain(each[0], rounding[name]):.6g}"
+                for name in names
+                for each in reversed(extrema.of(name))
+            ]
+            lines.append([*begin, str(label), f"{value:.10g}", *reached, *end])
+        heads = ["BR", "period", "PT", "TY", "LAB", self.vary]
+        heads += [f"{which} {name}" for name in names for which in ("max", "min")]
+        return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
+
+    def _gradients(self) -> list[PrintedTable | list[str]]:
+        """Return how special points move with each parameter, if that was asked for."""
+        points = points_by_label(self.branches).items()
+        known = {label: point for label, point in points if point.gradients}
+        if not known:
+            return []
+        lines = [
+            [headed(self.model.parameter(name))]
+            + [f"{(point.gradients or {})[name]:.8g}" for point in known.values()]
+            for name in sensitive_to(self.model, self.vary)
+        ]
+        heads = [f"{point.type} ({label})" for label, point in known.items()]
+        title = (
+            f"Derivatives of {self.vary} at special points (LAB), by each parameter in SI units:"
+        )
+        return [[title], PrintedTable(["by", *heads], lines, words=("by",))]
+
+    def _noise(self) -> float:
+        """Return what an end may differ from zero by and be there: branches begin at points."""
+        wide = max(map(abs, self.span))
+        zeros = [
+            point.uncertainty
+            for _, point in self.special
+            if abs(point.value) <= point.uncertainty <= LOCATED * wide
+        ]
+        return max([ROUNDING * wide, *zeros])
+
+    def _endings(self) -> list[str]:
+        unit = self.model.parameter(self.vary).unit
+        sentences, noise = [], self._noise()
+
+        def at(value: float) -> str:
+            return with_unit(f"{self.vary} = {certain(value, noise):.8g}", unit)
+
+        for branch in self.branches:
+            begun, stopped = branch.ends
+            size = f"period {branch.period}, {len(branch)} points"
+            size = ", ".join(filter(None, [size, turns_text(branch.turns), _stuck(branch)]))
+            closed = begun.reason == stopped.reason  # it ends where it begins
+            if branch.parent is None and not closed and begun.value != self.span[0]:
+                sentences.append(f"Branch {branch.id}: {begun.reason}")
+            if branch.parent is not None and begun.kind != "born":
+                sentences.append(f"Branch {branch.id} begins at {at(begun.value)}: {begun.reason}")
+            sentences.append(
+                f"Branch {branch.id} ({size}) stopped at {at(stopped.value)}: {stopped.reason}"
+            )
+        return sentences
+
+    def _notes(self) -> list[str]:
+        uncertain = uncertainty_notes(
+            [self.model.parameter(self.vary)],
+            [self.span],
+            (
+                (f"{point.type} of branch {branch.id}", [point.value], [point.uncertainty])
+                for branch, point in self.special
+            ),
+        )
+        tori = map(torus_sentence, self.tori)
+        return [*self._endings(), *uncertain, *tori, *self._search_note(), *super()._notes()]
+
+    def _search_note(self) -> list[str]:
         searched = self.searched
         if searched is None:
-            return super()._remarks()
+            return []
         number = len(searched.found)
         found = f"{number or 'no'} more branch{'' if number == 1 else 'es'}"
         if number:
@@ -238,11 +388,7 @@ class Diagram(Result):
             for state, low, high in zip(self.model.states, searched.low, searched.high, strict=True)
         )
         where = f"{searched.starts} starts each at {self.vary} = {places}"
-        return [f"Searched from {where}: {found}; in {box}", *super()._remarks()]
-
-    def _summary(self) -> DiagramSummary:
-        remarks = [*map(torus_sentence, self.tori), *self._remarks()]
-        return DiagramSummary(self.model, self.vary, self.span, self.branches, remarks)
+        return [f"Searched from {where}: {found}; in {box}"]
 
     def _record(self) -> dict[str, Any]:
         branches = [*Branches().record(self, "branches"), *Tori().record(self, "tori")]

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
-from slipfold.results.labelled_table import Variable
-from slipfold.results.plain_data import types_of
-from slipfold.results.saved_table import SavedTable
+from slipfold.results.records import SavedTable, types_of
+from slipfold.results.tables import Variable
 from slipfold.text.one_line import headed
 
 Axes = Mapping[str, Sequence[str]]
@@ -269,20 +268,28 @@ class Declared(Protocol):
         """Return the name of the variable of a parameter or state."""
 
 
-class Part(Protocol):
+class Part:
     """How one attribute of a result is written as arrays, and read back from them."""
 
-    def variables(self, result: Declared, key: str) -> Mapping[str, Variable]:
+    def variables(self, result: Any, key: str) -> Mapping[str, Variable]:
         """Return the arrays of an attribute."""
+        return {}
 
     def names(self, key: str) -> set[str]:
         """Return names of its arrays and dimensions, besides those named for a parameter."""
+        return set()
 
-    def read(self, saved: SavedTable, result: Declared, key: str) -> Any:
+    def attributes(self, result: Any, key: str) -> dict[str, Any]:
+        """Return the attributes of the file that it needs besides its arrays."""
+        return {}
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> Any:
         """Return the attribute; those that were declared before it are there."""
+        raise NotImplementedError
 
-    def record(self, result: Declared, key: str) -> Any:
-        """Return what records hold of it."""
+    def record(self, result: Any, key: str) -> Any:
+        """Return it as records hold it; nothing where they hold its parts."""
+        return None
 
 
 @cache
@@ -298,7 +305,7 @@ def parts_of(kind: type[Declared]) -> dict[str, Part]:
 
 
 @dataclass(frozen=True)
-class Field:
+class Field(Part):
     """An attribute that is an array, as the note of its type: ``Annotated[Array, Field(...)]``.
 
     References such as ``{vary}`` stand for the parameter that an attribute names.
@@ -373,7 +380,7 @@ def axis(reference: str) -> Field:
 
 
 @dataclass(frozen=True)
-class Labels:
+class Labels(Part):
     """An attribute with values of parameters by name, along dimensions named for them or one."""
 
     dimension: str | None = None
@@ -407,7 +414,7 @@ class Labels:
 
 
 @dataclass(frozen=True)
-class Items:
+class Items(Part):
     """An attribute with many items of one class, each a row; or a tuple of them for each owner."""
 
     dimension: str

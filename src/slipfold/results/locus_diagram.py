@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 from types import MappingProxyType
@@ -13,32 +13,120 @@ from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
 from slipfold.checks.checked import Checked
-from slipfold.drawing import draw
-from slipfold.loci.locus import Locus, LocusPoint, hopf_duration
+from slipfold.loci.locus import (
+    CODIMENSION_TWO,
+    COEFFICIENT,
+    Locus,
+    LocusEnd,
+    LocusPoint,
+    hopf_duration,
+    locus_title,
+)
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.results.criticality import criticalities, point_criticality
-from slipfold.results.curves import LASTING, Curves, sticking
+from slipfold.normal_forms.normal_form import criticality_of
+from slipfold.results.curves import (
+    LASTING,
+    ROUNDING,
+    Curves,
+    sticking,
+    uncertainty_notes,
+    without_defaults,
+)
 from slipfold.results.fields import (
     COMPLEX,
     REAL,
     TEXT,
     WHOLE,
     Column,
+    Part,
     Table,
     axes_of,
     meaning_of,
     names,
 )
-from slipfold.results.frame import Frame
-from slipfold.results.labelled_table import Variable
-from slipfold.results.locus_summary import LocusSummary
-from slipfold.results.provenance import Provenance
+from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.regions import Regions
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable
-from slipfold.text.one_line import capitalised, listed
+from slipfold.results.tables import Frame, Variable
+from slipfold.text.one_line import capitalised, certain, listed
+from slipfold.text.printed_table import PrintedTable, with_unit
+
+
+def criticalities(locus: Locus) -> list[str | None]:
+    """Return whether the bifurcation is super- or subcritical at each point of a locus."""
+    return [_in_words(locus, float(value)) for value in locus.coefficient]
+
+
+def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
+    """Return whether the bifurcation is super- or subcritical at an extremum of a locus."""
+    name = COEFFICIENT.get(locus.type, "")
+    if point.type in CODIMENSION_TWO or name not in point.coefficients:
+        return None
+    return _in_words(locus, point.coefficients[name])
+
+
+def _in_words(locus: Locus, coefficient: float) -> str | None:
+    """Judge a coefficient beside the others, whatever the units of the states."""
+    size = float(np.nan_to_num(np.abs(locus.coefficient)).max(initial=0.0))
+    return criticality_of(locus.type, coefficient / (size or 1.0))
+
+
+NOTED = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
+"""Kinds of ends that stand in the table; that it ends at the window is the usual case."""
+
+FROM_A_CYCLE = (
+    "The equilibria found were followed across it, and cycles born on them there; for loci of "
+    "another cycle save a response that has it (--settled) and give that file."
+)
+"""What else can be done for an autonomous model."""
+
+
+def _rows_of(locus: Locus, noise: Sequence[float]) -> list[list[str]]:
+    if not len(locus):
+        return []
+    found = [_special_row(locus, point) for point in locus.special]
+    ends = [(0, locus.begun), (-1, locus.stopped)]
+    first, last = (_end_row(locus, index, end, noise) for index, end in ends)
+    return [first, *found, last]
+
+
+def _end_row(locus: Locus, index: int, end: LocusEnd, noise: Sequence[float]) -> list[str]:
+    kind = "MX" if end.kind == "failed" else "EP"
+    word = criticalities(locus)[index]
+    note = end.kind if end.kind in NOTED else ""
+    values = map(certain, locus.values[index], noise)
+    return _row(locus, 1 if index == 0 else len(locus), kind, values, word, "", note)
+
+
+def _special_row(locus: Locus, point: LocusPoint) -> list[str]:
+    number = int(np.searchsorted(locus.arclength, point.arclength, side="right"))
+    coefficients = ", ".join(f"{name} = {value:.6g}" for name, value in point.coefficients.items())
+    word = point_criticality(locus, point)
+    return _row(locus, number, point.type, point.certain_values, word, coefficients, point.outcome)
+
+
+def _row(
+    locus: Locus, number: int, kind: str, values: Iterable[float], *rest: str | None
+) -> list[str]:
+    begin = [str(locus.id), locus.type, str(locus.period), str(number), kind]
+    return [*begin, *(f"{value:.10g}" for value in values), *(text or "" for text in rest)]
+
+
+def _regions_table(diagram: LocusDiagram) -> PrintedTable:
+    assert diagram.regions is not None
+    heads, lines = ["region", "stable", "share", *diagram.vary, "responses", "checks"], []
+    with_motions = any(region.motions for region in diagram.regions.regions)
+    for region in diagram.regions.regions:
+        agreeing = sum(check.agrees for check in region.checks)
+        checks = f"{agreeing} of {len(region.checks)} agree" if region.checks else "none"
+        place = [f"{value:.6g}" for value in region.place]
+        responses = "agree" if region.consistent else "disagree"
+        line = [str(region.id), region.name, f"{region.share:.2%}", *place, responses, checks]
+        lines.append([*line, region.regimes_text] if with_motions else line)
+    words = ("stable", "responses", "checks", "motions")
+    return PrintedTable([*heads, "motions"] if with_motions else heads, lines, words)
 
 
 class LabelledLocus(NamedTuple):
@@ -55,12 +143,8 @@ class LabelledLocus(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Loci:
+class Loci(Part):
     """Loci as an attribute of a diagram."""
-
-    def names(self, key: str) -> set[str]:
-        """Return nothing: no array is named for a parameter."""
-        return set()
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the arrays of loci."""
@@ -137,7 +221,8 @@ class LocusDiagram(Result):
     their coefficients. Along ``parameter``: the two parameters. The regions are in
     ``region_of_cell`` over ``first`` and ``second``, and along ``region``, ``check`` and
     ``motion``. In the spreadsheet of `to_csv`, one row a point, special points among them in their
-    order. In `to_json`, schema slipfold.locus/1, loci, special points and regions.
+    order. In `to_json`, schema slipfold.locus/1, loci, special points and regions. `plot` draws
+    the loci and, without ``regions=False``, the regions between them.
 
     Examples
     --------
@@ -149,6 +234,7 @@ class LocusDiagram(Result):
     """
 
     schema = "slipfold.locus/1"
+    gap = "\n\n"
     title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"
 
     model: Model
@@ -177,25 +263,6 @@ class LocusDiagram(Result):
         """Whether any of the loci goes through stick."""
         return any(locus.stuck_fraction is not None for locus in self.loci)
 
-    def summary(self) -> str:
-        """Return tables of ends, special points and regions, and why loci begin and end."""
-        return self._summary().text()
-
-    def plot(self, **options: Any) -> Any:
-        """Draw the loci in their plane, and the regions between them.
-
-        Parameters
-        ----------
-        **options
-            Options of the drawing, e.g. ``regions=False`` and ``ax=`` the axes to draw in.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
-        """
-        return draw(self, **options)
-
     def __repr__(self) -> str:
         """One line: the plane, how many loci, and what was found on them."""
         spans = ", ".join(
@@ -205,18 +272,80 @@ class LocusDiagram(Result):
         found = listed((point.type for _, point in self.special), "no special points")
         return f"<LocusDiagram of {self.model.name}: {spans}, {len(self.loci)} loci, {found}>"
 
-    def _repr_html_(self) -> str:
-        return self._summary().html()
-
-    def _summary(self) -> LocusSummary:
-        what = (self.model, self.vary, self.window, self.loci, self.regions, self.interrupted)
-        return LocusSummary(*what, self._remarks())
-
-    def _remarks(self) -> list[str]:
-        return [
-            *(capitalised(item, self.model.parameters) for item in self.missing),
-            *super()._remarks(),
+    def _head(self) -> str:
+        spans = [
+            with_unit(f"{name} from {low:g} to {high:g}", self.model.parameter(name).unit)
+            for name, (low, high) in zip(self.vary, self.window, strict=True)
         ]
+        changed = without_defaults(self.model, self.vary)
+        return f"{self.model.name}: bifurcations for {' and '.join(spans)}{changed}"
+
+    def _sections(self) -> list[PrintedTable | list[str]]:
+        regions = self.regions
+        found: list[PrintedTable | list[str]] = [self._rows(), self._notes()]
+        if regions is not None:
+            found += [_regions_table(self), self._disagreements(regions)]
+        return found
+
+    def _rows(self) -> PrintedTable:
+        """Return the ends and special points of all loci, numbered throughout."""
+        heads = ["LO", "type", "period", "PT", "TY", "LAB", *self.vary, "criticality"]
+        noise = [ROUNDING * max(map(abs, span)) for span in self.window]
+        rows = [row for locus in self.loci for row in _rows_of(locus, noise)]
+        lines = [[*row[:5], str(label), *row[5:]] for label, row in enumerate(rows, 1)]
+        words = ("type", "TY", "criticality", "coefficients", "")
+        return PrintedTable([*heads, "coefficients", ""], lines, words)
+
+    def _notes(self) -> list[str]:
+        notes = [sentence for locus in self.loci for sentence in self._endings(locus)]
+        if not self.loci:
+            notes.append("No locus was found in this window.")
+            notes += [] if self.model.forced else [FROM_A_CYCLE]
+        if self.interrupted:
+            notes.append("Interrupted: some of the set is missing.")
+        notes += uncertainty_notes(
+            [self.model.parameter(name) for name in self.vary],
+            self.window,
+            (
+                (f"{point.type} of locus {locus.id}", point.values, point.uncertainty)
+                for locus, point in self.special
+            ),
+        )
+        missing = [capitalised(item, self.model.parameters) for item in self.missing]
+        return [*notes, *missing, *super()._notes()]
+
+    def _endings(self, locus: Locus) -> list[str]:
+        size = f"{locus_title(locus.type, locus.period, locus.kind)}, {len(locus)} points"
+        size += f", from locus {locus.parent}" if locus.parent is not None else ""
+        if locus.closed:
+            return [f"Locus {locus.id} ({size}): {locus.stopped.reason}"]
+        begins = f"begins at {self._at(locus.begun.values)}: {locus.begun.reason}"
+        ends = f"ends at {self._at(locus.stopped.values)}: {locus.stopped.reason}"
+        return [f"Locus {locus.id} ({size}) {begins}", f"Locus {locus.id} {ends}"]
+
+    def _at(self, values: Sequence[float]) -> str:
+        return ", ".join(
+            with_unit(f"{name} = {value:.8g}", self.model.parameter(name).unit)
+            for name, value in zip(self.vary, values, strict=True)
+        )
+
+    def _disagreements(self, regions: RegionMap) -> list[str]:
+        """Why regions are not known: simulations or responses do not fit what others say."""
+        sentences = []
+        for region in regions.regions:
+            title = f"Region {region.id} ({region.claim})"
+            sentences += [
+                f"{title} at {self._at(check.values)}, started {check.begins}: {check.note}"
+                for check in region.checks
+                if not check.agrees
+            ]
+            if not region.consistent:
+                what = "bifurcations of what sticks" if region.sticking else "branch points"
+                sentences.append(
+                    f"{title}: not true all over it, as responses across it show; {what}, "
+                    "whose loci are not known, may divide it"
+                )
+        return sentences
 
     def _record(self) -> dict[str, Any]:
         return {

@@ -12,11 +12,9 @@ from slipfold.models.output import Output
 from slipfold.models.parameter import State
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.fields import COMPLEX, Column, Table, axes_of, names
-from slipfold.results.frame import frame_of
-from slipfold.results.labelled_table import LabelledTable
-from slipfold.results.provenance import provenance
+from slipfold.results.records import SavedTable, provenance
 from slipfold.results.result import described
-from slipfold.results.saved_table import SavedTable
+from slipfold.results.tables import LabelledTable, frame_of
 
 SCHEMA = "slipfold.orbit/1"
 

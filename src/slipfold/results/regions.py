@@ -7,9 +7,9 @@ from typing import Any
 
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models.model import Model
-from slipfold.results.fields import TEXT, TRUTH, WHOLE, Column, Table, axes_of, meaning_of
-from slipfold.results.labelled_table import Variable
-from slipfold.results.saved_table import SavedTable
+from slipfold.results.fields import TEXT, TRUTH, WHOLE, Column, Part, Table, axes_of, meaning_of
+from slipfold.results.records import SavedTable
+from slipfold.results.tables import Variable
 
 CHECKS = Table(
     ("check",),
@@ -80,12 +80,8 @@ def _cells(model: Model, vary: tuple[str, str]) -> tuple[Table, ...]:
 
 
 @dataclass(frozen=True)
-class Regions:
+class Regions(Part):
     """The regions of a plane as an attribute, which may be None."""
-
-    def names(self, key: str) -> set[str]:
-        """Return nothing: no array is named for a parameter."""
-        return set()
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the regions with their names, units and meanings."""

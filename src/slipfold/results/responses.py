@@ -15,14 +15,12 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
 from slipfold.results.diagram import Diagram
-from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Field, Items, Labels
-from slipfold.results.frame import Frame, frame_of
-from slipfold.results.labelled_table import LabelledTable, Variable
-from slipfold.results.provenance import Provenance
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Field, Items, Labels, Part
+from slipfold.results.records import Provenance, SavedTable, open_table
 from slipfold.results.result import Result
-from slipfold.results.saved_table import SavedTable, open_table
+from slipfold.results.tables import Frame, LabelledTable, frame_of
 from slipfold.text.one_line import listed
-from slipfold.text.printed_table import PrintedTable, html_list
+from slipfold.text.printed_table import PrintedTable
 
 INTERRUPTED = "interrupted before this case was reached"
 
@@ -36,16 +34,8 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Diagrams:
+class Diagrams(Part):
     """Diagrams of many cases, each in a group of the file."""
-
-    def names(self, key: str) -> set[str]:
-        """Return nothing: groups have names of their own."""
-        return set()
-
-    def variables(self, result: Any, key: str) -> dict[str, Variable]:
-        """Return nothing: diagrams are in groups."""
-        return {}
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Diagram | None, ...]:
         """Return the diagrams."""
@@ -55,9 +45,6 @@ class Diagrams:
             None if reason else Diagram._read(open_table(groups[f"case_{case}"], kind))
             for case, reason in enumerate(saved.columns["reason"].tolist())
         )
-
-    def record(self, result: Any, key: str) -> None:
-        """Return nothing: records are made of all cases."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -180,10 +167,6 @@ class Responses(Result, Sequence["Diagram | None"]):
         """
         return {name: float(values[index]) for name, values in self.over.items()}
 
-    def summary(self) -> str:
-        """Return how many cases have which special points, and why others have no diagram."""
-        return "\n".join([repr(self)[1:-1], *self._rows().text(), *self._missing()])
-
     def _table(self) -> LabelledTable:
         """Return cases and special points; each diagram is a group of its own."""
         known = enumerate(self.diagrams)
@@ -208,16 +191,12 @@ class Responses(Result, Sequence["Diagram | None"]):
         units |= dict.fromkeys(("value", "uncertainty"), units[self.vary])
         return Frame({"case": cases, **given} | {**found.columns}, units)
 
-    def __repr__(self) -> str:
-        """One line: what was followed for how many cases, over what, and how many failed."""
+    def _line(self) -> str:
         found = sum(diagram is not None for diagram in self.diagrams)
         return (
-            f"<Responses of {self.model.name}: {self.vary} = {self.span[0]:g} to {self.span[1]:g} "
-            f"over {listed(self.over)}, {found} of {len(self)} cases>"
+            f"Responses of {self.model.name}: {self.vary} = {self.span[0]:g} to {self.span[1]:g} "
+            f"over {listed(self.over)}, {found} of {len(self)} cases"
         )
-
-    def _repr_html_(self) -> str:
-        return self._rows().html(repr(self)[1:-1]) + html_list(self._missing())
 
     def _rows(self) -> PrintedTable:
         """Special points by type and period: in how many cases, and over what range."""
@@ -235,6 +214,6 @@ class Responses(Result, Sequence["Diagram | None"]):
         ]  # fmt: skip
         return PrintedTable(head, rows, ("type",))
 
-    def _missing(self) -> list[str]:
+    def _notes(self) -> list[str]:
         counts = Counter(reason for reason in self.reasons if reason)
         return [f"{count} without a diagram: {reason}" for reason, count in counts.most_common()]

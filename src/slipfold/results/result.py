@@ -1,34 +1,46 @@
-"""What every result offers, whatever was computed: printing, saving, exporting."""
+"""The base class of all results: printing, saving, exporting, loading."""
 
 from __future__ import annotations
 
 import json
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from abc import ABC
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 from slipfold.checks.checked import Checked
+from slipfold.drawing import draw
+from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
 from slipfold.read_only import ReadOnly
 from slipfold.results.fields import Part, bound, names, parts_of
-from slipfold.results.frame import Frame, frame_of
-from slipfold.results.labelled_table import LabelledTable, Variable
-from slipfold.results.model_record import scales_record, structure_record
-from slipfold.results.plain_data import decoded, encoded, finite, types_of
-from slipfold.results.provenance import Provenance
-from slipfold.results.saved_table import SavedTable
+from slipfold.results.records import (
+    Provenance,
+    SavedTable,
+    decoded,
+    encoded,
+    finite,
+    open_table,
+    scales_record,
+    structure_record,
+    types_of,
+)
+from slipfold.results.tables import Frame, LabelledTable, Variable, frame_of, read_netcdf
 from slipfold.results.writing import write_file
 from slipfold.text.one_line import OneLine
+from slipfold.text.printed_table import PrintedTable, html_list
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]
     import xarray
+
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 COMMON = ("model", "provenance", "checked")
 """Fields that all results write alike."""
@@ -54,13 +66,45 @@ class Result(OneLine, ReadOnly, ABC):
     recorded: ClassVar[tuple[str, ...]] = ()
     """Attributes in records."""
 
+    gap: ClassVar[str] = "\n"
+    """What stands between title, tables and sentences of a summary."""
+
     model: Model
     provenance: Provenance
     checked: Checked | None = None
 
-    @abstractmethod
     def summary(self) -> str:
-        """Return the result as lines of text."""
+        """Return what it is, its numbers in tables, and what there is to know besides."""
+        return self._text(self._sections())
+
+    def _text(self, sections: Sequence[PrintedTable | list[str]]) -> str:
+        lines = [each.text() if isinstance(each, PrintedTable) else each for each in sections]
+        return self.gap.join("\n".join(each) for each in [[self._head()], *lines] if each)
+
+    def plot(self, output: str | None = None, kind: str | None = None, **options: Any) -> Any:
+        """Draw the result.
+
+        Parameters
+        ----------
+        output
+            The state or output to draw, of a study the quantity; the first one if None.
+        kind
+            Kind of figure, where the notes of the class name several; the first one if None.
+        **options
+            Options of the drawing that the notes of the class name, and ``ax=`` the axes to draw
+            in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes or ndarray of them
+            The axes.
+
+        Raises
+        ------
+        InputError
+            For an unknown output, kind or option, or a result that has no figure.
+        """
+        return draw(self, output, kind, **options)
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as plain data for `json`; the notes of the class name the schema.
@@ -123,8 +167,28 @@ class Result(OneLine, ReadOnly, ABC):
         """
         write_file(path, self._csv().encode())
 
-    def _remarks(self) -> list[str]:
-        """Return what the summary says last."""
+    def _repr_html_(self) -> str:
+        caption, *said = self._head().split("\n")
+        page = ""
+        for section in self._sections():
+            if isinstance(section, PrintedTable):
+                page += section.html(caption)
+                caption = ""
+            elif [*said, *section]:
+                page += html_list([*said, *section])
+                said = []
+        return page
+
+    def _head(self) -> str:
+        """Return the first lines of the summary."""
+        return self._line()
+
+    def _sections(self) -> list[PrintedTable | list[str]]:
+        """Return the tables and sentences of the summary."""
+        return [self._rows(), self._notes()]
+
+    def _notes(self) -> list[str]:
+        """Return sentences that follow the tables, what was checked last."""
         return [] if self.checked is None else [str(self.checked)]
 
     def _title(self) -> str:
@@ -170,7 +234,7 @@ class Result(OneLine, ReadOnly, ABC):
                 value = json.dumps(encoded(value))
             found[name] = value
         for name, each in parts_of(type(self)).items():
-            found |= each.attributes(self, name) if hasattr(each, "attributes") else {}
+            found |= each.attributes(self, name)
         return found
 
     def _variables(self) -> Mapping[str, Variable]:
@@ -270,3 +334,71 @@ def described(
     text = json.dumps({**whole, **given})
     head = {"schema": schema, "title": title, "model": model.name, "input": text}
     return {**head, **origin.attributes()}
+
+
+KINDS = {
+    "attractors": "attractors.Attractors",
+    "basin_fractions": "attractors.BasinFractions",
+    "basins": "attractors.Basins",
+    "design": "thresholds.Design",
+    "fit": "measured.Fit",
+    "locus": "locus_diagram.LocusDiagram",
+    "lyapunov": "trajectories.LyapunovExponents",
+    "measurement-plan": "measured.MeasurementPlan",
+    "orbit": "orbit.SavedOrbit",
+    "regimes": "trajectories.RegimeMap",
+    "response": "diagram.Diagram",
+    "responses": "responses.Responses",
+    "simulation": "simulation.Simulation",
+    "study": "study.StudyResult",
+    "sweep": "trajectories.Sweep",
+    "threshold_map": "thresholds.ThresholdMap",
+    "uncertainty": "uncertainty.ThresholdUncertainty",
+}
+"""Class of each schema; it alone is imported."""
+
+
+def load(path: str | Path, *, kind: type[Model] | None = None) -> Result | PeriodicOrbit:
+    """Read a result that was saved.
+
+    Parameters
+    ----------
+    path
+        A file written by ``save``, by the command line's ``--out``, or saved from the explorer.
+    kind
+        The class of the model, if it is not a built-in one.
+
+    Returns
+    -------
+    Result or PeriodicOrbit
+        What was saved, number for number: a `slipfold.Diagram`, `slipfold.Simulation` or whatever
+        else it was.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is damaged, or was not written by slipfold.
+    """
+    table = read_netcdf(path)
+    schema = str(table.attributes.get("schema", ""))
+    known = {f"slipfold.{name}/1": where for name, where in KINDS.items()}
+    if schema in known:
+        module, _, name = known[schema].rpartition(".")
+        reader = getattr(import_module(f"slipfold.results.{module}"), name)
+        try:
+            found: Result | PeriodicOrbit = reader._read(open_table(table, kind))
+            return found
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+        # The numbers are those of the schema, or somebody changed the file.
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            raise InputError(
+                f"{path} is damaged: it says it is {schema} but lacks parts of it "
+                f"({type(error).__name__}: {error}); compute it anew"
+            ) from error
+    if schema.startswith("slipfold."):
+        raise InputError(
+            f"{path} holds {schema}, which this version cannot read; it reads "
+            f"{', '.join(known)}; upgrade slipfold"
+        )
+    raise InputError(f"{path} is not a result of slipfold; give a file that slipfold saved")

@@ -1,31 +1,139 @@
-"""A simulated motion as a result: saved, printed, drawn, with where it comes from."""
+"""A simulated trajectory as a result."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from html import escape
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.checks.checked import Checked
-from slipfold.drawing import draw
 from slipfold.flow.last_round import LastRound, last_round
+from slipfold.flow.switched.history import Interval
+from slipfold.flow.switched.mode import Status
 from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.trajectory import Trajectory
+from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.results.fields import WHOLE, Field
-from slipfold.results.frame import Frame
-from slipfold.results.provenance import Provenance
+from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, Field, Part, Table
+from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
-from slipfold.results.stick_table import Contacts, stick_columns, stick_record, stick_text
+from slipfold.results.tables import Frame, Variable
 from slipfold.text.one_line import capitalised
+from slipfold.text.printed_table import PrintedTable
 
 if TYPE_CHECKING:
     from slipfold.long_term.spectrum import Spectrum
+
+WORDS = {
+    Status.STICK: "stick", Status.FORTH: "slip", Status.BACK: "slip backwards", Status.OPEN: "open",
+}  # fmt: skip
+
+TOLD = 4
+"""Times of stick that a summary tells of each contact."""
+
+CONTACTS = Table(
+    ("contact",),
+    (Column("name", TEXT, "name of the contact", name="contact", get=str, label=True),),
+)
+MODES = Table(
+    ("strobe",),
+    (
+        Column(
+            "modes", WHOLE, "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open", "",
+            ("contact",), name="modes", head=None,
+        ),
+    ),
+    joined=True,
+)  # fmt: skip
+
+
+def _intervals(model: Model) -> Table:
+    unit = "" if model.forced else "s"
+    since = "forcing periods since the start" if model.forced else "time since the start"
+    return Table(
+        ("interval",),
+        (
+            Column("contact", TEXT, "contact that does one thing in an interval"),
+            Column("state", TEXT, "what it does: slip, stick or free"),
+            Column("begin", REAL, f"begin of the interval, {since}", unit),
+            Column("end", REAL, f"end of the interval, {since}", unit),
+            Column("work", REAL, "work of friction on the structure", "J"),
+            Column("heat", REAL, "heat from friction", "J"),
+        ),
+        prefix="interval_",
+    )
+
+
+@dataclass(frozen=True)
+class Contacts(Part):
+    """What contacts did, as an attribute that is None of a motion that always slips."""
+
+    def names(self, key: str) -> set[str]:
+        """Return the dimensions of its arrays."""
+        return {"contact", "interval"}
+
+    def variables(self, result: Declared, key: str) -> dict[str, Variable]:
+        """Return the arrays of what contacts did."""
+        sticking: Sticking | None = getattr(result, key)
+        if sticking is None:
+            return {}
+        axes: Axes = {"contact": sticking.contacts}
+        return {
+            **CONTACTS.variables(sticking.contacts, {}),
+            **MODES.variables([sticking], axes),
+            **_intervals(result.model).variables(sticking.intervals, {}),
+        }
+
+    def read(self, saved: SavedTable, result: Declared, key: str) -> Sticking | None:
+        """Return what contacts did."""
+        if not {"modes", "contact"} & set(saved.columns):
+            return None
+        contacts = tuple(str(name) for name in saved.columns["contact"])
+        (modes,) = MODES.read(saved, {"contact": contacts}, ...).values()
+        modes.setflags(write=False)
+        table = _intervals(saved.model)
+        intervals = [Interval(**table.read(saved, {}, row)) for row in range(table.count(saved))]
+        return Sticking(contacts, np.asarray(modes), tuple(intervals))
+
+
+def stick_record(last: LastRound) -> dict[str, Any]:
+    """Return what records hold of the times in which contacts stick."""
+    return {
+        "fraction": last.fraction,
+        "count": len(last.sticking),
+        "intervals": [
+            {"contact": item.contact, "from": item.begin, "to": item.end} for item in last.sticking
+        ],
+    }
+
+
+def stick_columns(sticking: Sticking | None) -> dict[str, list[str]]:
+    """Return what each contact does at the start of every forcing period, in words."""
+    if sticking is None:
+        return {}
+    return {
+        name: [WORDS[Status(int(value))] for value in sticking.modes[:, place]]
+        for place, name in enumerate(sticking.contacts)
+    }
+
+
+def stick_text(last: LastRound, unit: str) -> str:
+    """Return when contacts stick, counted from the start of the round."""
+    names = dict.fromkeys(item.contact for item in last.sticking)
+    parts = []
+    for name in names:
+        own = [item for item in last.sticking if item.contact == name]
+        spans = [f"{item.begin:.6g} to {item.end:.6g}" for item in own[:TOLD]]
+        more = f" and {len(own) - TOLD} times more" if len(own) > TOLD else ""
+        parts.append(f"{name} from {', '.join(spans)}{more}")
+    return f"{'; '.join(parts)} ({unit} from its start)"
+
 
 HIGHEST = 3
 """Multiples of the forcing frequency shown."""
@@ -65,6 +173,12 @@ class Simulation(Trajectory, Result):
     is in the attributes. In the spreadsheet of `to_csv`, time and states once every forcing period,
     at phase zero, and what each contact does then if one sticks. In `to_json`, schema
     slipfold.simulation/1, the outcome.
+
+    `plot` draws ``kind="timeseries"``, ``"spectrum"`` or ``"phase"`` of an output. Of contacts with
+    exact friction, in the last ``rounds=``, of all or one ``contact=``: ``"hysteresis"``, friction
+    over displacement; ``"friction"``, over the velocity of the moving surface relative to the body;
+    ``"path"``, where a contact in a plane goes, and ``"track"``, where on the moving surface;
+    ``"timeline"``, when contacts stick, slip and are open.
 
     Examples
     --------
@@ -143,76 +257,52 @@ class Simulation(Trajectory, Result):
 
         return find_spectrum(self, periods, per_period)
 
-    def summary(self) -> str:
-        """Return whether it settled, its last state, and the amplitudes of what it settled on."""
-        names = [state.name for state in self.model.states]
-        state = ", ".join(
-            f"{name} = {value:.12g}" for name, value in zip(names, self.strobe[-1], strict=True)
-        )
-        message, last = self.settlement.message, self.last_round
-        forced = self.model.forced
+    def _head(self) -> str:
         length = f"{self.duration:.6g} s"
-        # At how long intervals a motion that nothing forces was kept is no property of the model.
-        model = self.model if forced else self.model.replace(**{DURATION.name: DURATION.default})
-        lines = [
-            f"{model!r} over "
-            + (f"{self.periods} forcing periods ({length})" if forced else length),
-            capitalised(message, (*model.parameters, *model.states)),
-            f"Last state{' at phase zero' if forced else ''}: {state}",
+        if self.model.forced:
+            return f"{self.model!r} over {self.periods} forcing periods ({length})"
+        # The intervals at which an autonomous motion is stored are no property of the model.
+        return f"{self.model.replace(**{DURATION.name: DURATION.default})!r} over {length}"
+
+    def _sections(self) -> list[PrintedTable | list[str]]:
+        model, last, spectrum = self.model, self.last_round, self._response_spectrum
+        pairs = zip(model.states, self.strobe[-1], strict=True)
+        state = ", ".join(f"{item.name} = {value:.12g}" for item, value in pairs)
+        sentences = [
+            capitalised(self.settlement.message, (*model.parameters, *model.states)),
+            f"Last state{' at phase zero' if model.forced else ''}: {state}",
         ]
         if last is not None and last.sticking:
-            lines.append(
+            sentences.append(
                 f"In its last round contacts stick {100 * last.fraction:.6g}% of the time: "
-                f"{stick_text(last, 'forcing periods' if forced else 's')}"
+                f"{stick_text(last, 'forcing periods' if model.forced else 's')}"
             )
-        spectrum = self._response_spectrum()
-        if spectrum is not None:
-            lines += ["", f"{'Hz':>12}" + "".join(f"{name:>14}" for name in names)]
-            for index in range(_lines(spectrum)):
-                values = [spectrum.of(name)[index] for name in names]
-                # Lines of rounding errors are no lines.
-                cells = "".join(f"{value if abs(value) > 1e-12 else 0:14.8g}" for value in values)
-                lines.append(f"{np.round(spectrum.frequency[index], 9):12.8g}" + cells)
-        return "\n".join([*lines, *self._remarks()])
+        if spectrum is None:
+            return [sentences, self._notes()]
+        frequencies, amplitudes = spectrum
+        lines = [
+            # Lines of rounding errors are no lines.
+            [f"{np.round(f, 9):.8g}", *(f"{v if abs(v) > 1e-12 else 0:.8g}" for v in values)]
+            for f, *values in zip(frequencies, *amplitudes.values(), strict=True)
+        ]
+        return [[*sentences, ""], PrintedTable(["Hz", *amplitudes], lines), self._notes()]
 
-    def plot(self, output: str | None = None, kind: str = "timeseries", **options: Any) -> Any:
-        """Draw the motion.
-
-        Parameters
-        ----------
-        output
-            A state or output of the model; the first state if None. Of a contact there is none.
-        kind
-            ``"timeseries"``, ``"spectrum"`` or ``"phase"`` of an output. Of contacts with exact
-            friction, in the last round: ``"hysteresis"``, friction over displacement;
-            ``"friction"``, over the velocity of the counter-body relative to the body;
-            ``"path"``, where a contact in a plane goes, and ``"track"``, where on the counter-body;
-            ``"timeline"``, when contacts stick, slip and are open.
-        **options
-            Options of the drawing, e.g. ``ax=`` the axes to draw in, ``contact=`` the name of one
-            contact, ``rounds=`` how many rounds are shown of it.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
-
-        Raises
-        ------
-        InputError
-            For an unknown output, contact or kind, or one that the model has no picture of.
-        """
-        return draw(self, output=output, kind=kind, **options)
-
-    def _response_spectrum(self) -> Spectrum | None:
-        """Return the spectrum over one response; None if there is none, or nothing moves."""
+    @cached_property
+    def _response_spectrum(self) -> tuple[Array, dict[str, Array]] | None:
+        """Frequencies and amplitudes of the response; None if there is none, or nothing moves."""
         period = self.settlement.period
-        still = self.settlement.kind == "equilibrium"
-        return None if period is None or still else self.spectrum(period)
+        if period is None or self.settlement.kind == "equilibrium":
+            return None
+        spectrum = self.spectrum(period)
+        count = HIGHEST * spectrum.periods + 1
+        names = [state.name for state in self.model.states]
+        amplitudes = {name: spectrum.of(name)[:count] for name in names}
+        return spectrum.frequency[:count], amplitudes
 
     def _record(self) -> dict[str, Any]:
-        settlement, spectrum = self.settlement, self._response_spectrum()
-        last = self.last_round
+        settlement, spectrum, last = self.settlement, self._response_spectrum, self.last_round
+        pairs = () if last is None else zip(self.model.states, last.least, last.most, strict=True)
+        extrema = {state.name: [float(low), float(high)] for state, low, high in pairs}
         return {
             "periods": self.periods,
             "initial_state": self.strobe[0],
@@ -226,8 +316,10 @@ class Simulation(Trajectory, Result):
             "message": settlement.message,
             "regime": self.regime,
             "stick": None if self.regime is None or last is None else stick_record(last),
-            "extrema": None if last is None else _extrema_record(self.model, last),
-            "spectrum": None if spectrum is None else _spectrum_record(self.model, spectrum),
+            "extrema": None if last is None else extrema,
+            "spectrum": None
+            if spectrum is None
+            else {"frequency": spectrum[0], "amplitude": spectrum[1]},
             "stopped": None if self.stopped is None else asdict(self.stopped),
         }
 
@@ -240,21 +332,4 @@ class Simulation(Trajectory, Result):
         return Frame({**found.columns, **stick_columns(self.sticking)}, found.units)
 
     def _repr_html_(self) -> str:
-        from html import escape
-
         return f"<pre>{escape(self.summary())}</pre>"
-
-
-def _lines(spectrum: Spectrum) -> int:
-    return HIGHEST * spectrum.periods + 1
-
-
-def _extrema_record(model: Model, last: LastRound) -> dict[str, list[float]]:
-    pairs = zip(model.states, last.least, last.most, strict=True)
-    return {state.name: [float(least), float(most)] for state, least, most in pairs}
-
-
-def _spectrum_record(model: Model, spectrum: Spectrum) -> dict[str, Any]:
-    count = _lines(spectrum)
-    amplitudes = {state.name: spectrum.of(state.name)[:count] for state in model.states}
-    return {"frequency": spectrum.frequency[:count], "amplitude": amplitudes}

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from helpers.explorer_page import PLANE, ExplorerPage
-from slipfold.plots.region_colours import OTHERS, PALE, region_colour
+from slipfold.plots.regions import OTHERS, PALE, region_colour
 
 WINDOW = "model=sliding&p.f=12.2&p.Nd=0.1&plane=f~12.1~12.5~Nd~0~0.3"
 """Two responses are stable in a part of it: many seconds to compute."""

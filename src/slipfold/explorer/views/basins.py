@@ -15,8 +15,7 @@ from slipfold.explorer.views.numbers import number, short
 from slipfold.long_term.attractor import Attractor
 from slipfold.models.model import Model
 from slipfold.progress import Progress
-from slipfold.results.motions.basins import Basins
-from slipfold.results.motions.found_attractors import in_words
+from slipfold.results.attractors import Basins, in_words
 
 FINER = (16, 48, 144)
 """Starts along both states, picture after picture; the last has eight times those before it."""

@@ -9,7 +9,7 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.explorer.views.checked import checked_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
-from slipfold.lines.of_branches import measure_of, stretches_of
+from slipfold.lines import measure_of, stretches_of
 from slipfold.results.diagram import Diagram
 from slipfold.text.one_line import certain
 

@@ -10,7 +10,7 @@ import numpy as np
 from slipfold.explorer.views.checked import checked_view
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short
-from slipfold.lines.of_loci import locus_stretches
+from slipfold.lines import locus_stretches
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.results.locus_diagram import LocusDiagram

@@ -9,7 +9,7 @@ import numpy as np
 from slipfold.errors import InputError
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number
-from slipfold.results.studies.study_result import StudyResult
+from slipfold.results.study import StudyResult
 from slipfold.studies.cases import Grid
 
 MOST = 20_000

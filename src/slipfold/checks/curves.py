@@ -1,0 +1,254 @@
+"""Orbits of branches, loci and threshold maps computed again by other means.
+
+As many are computed again as a tenth of the work for the result pays for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from slipfold.branches.branch import Branch
+from slipfold.branches.progress import branch_progress
+from slipfold.branches.seams import NAMES as SEAMS
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.checks.checked import Check, Checked
+from slipfold.checks.orbit_difference import (
+    ALLOWED,
+    Difference,
+    orbit_difference,
+    pieces_of,
+    retraced_difference,
+)
+from slipfold.checks.switched import switched_difference
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.orbits.grazing import MET
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.progress import Observer
+from slipfold.text.one_line import parameter_text
+
+if TYPE_CHECKING:
+    from slipfold.loci.locus import Locus
+    from slipfold.thresholds.threshold_map import GridThresholds
+
+SHARE = 0.1
+"""Fraction of the work for a result that goes into its checks."""
+
+ONCE, EACH, LARGE = 0.35, 0.0125, 20
+"""A check of an orbit of n states in N pieces takes the time of ONCE + N EACH (1 + n / LARGE)
+points of a branch of period 1, as measured with 2 to 20 states. Work is counted, not timed, so that
+the same is checked on every machine."""
+
+QUICK, SWITCHED = 0.1, 1.0
+"""The same of an equilibrium, and of an orbit through stick and slip."""
+
+COST, FOLLOWED, MINIMUM = 0.1, 6.0, 12.0
+"""Work for a threshold, for one whose whole response was followed, and for a map at least, which
+pays for one check by collocation; in points of a branch of period 1, as measured."""
+
+ENDS = ((-1, "end"), (0, "beginning"))
+"""Indices and names of the ends of a curve."""
+
+
+class Candidate(NamedTuple):
+    """An orbit that may be checked."""
+
+    name: str
+    orbit: PeriodicOrbit
+    resting: bool
+
+
+def check_branches(branches: Sequence[Branch], observer: Observer | None = None) -> Checked:
+    """Check special points, those that come first on each branch first, then ends.
+
+    Nothing is checked of interrupted branches.
+    """
+    if any(branch.interrupted for branch in branches):
+        return Checked((), interrupted=True)
+    points = sum(len(branch) * branch.period for branch in branches)
+    special = (_special(branch, point) for branch, point in _ranked(branches))
+    # The first point is left out where it is the special point from which the branch emanates.
+    ends = (
+        _end(branch, index, word, branch.parameter[index])
+        for branch in branches
+        for index, word in (ENDS if len(branch) else ())
+        if index == -1 or (branch.begun.kind != "born" and len(branch) > 1)
+    )
+
+    def report(done: int) -> None:
+        if observer is not None:
+            last = branches[-1]
+            at = last.id, last.period, len(last), last.stopped.value
+            names = tuple(point.type for point in last.special)
+            parameter = last.model.parameter(last.vary)
+            observer(branch_progress(parameter, *at, names, "checks", done))
+
+    return check_some(chain(special, ends), points, report)
+
+
+def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Checked:
+    """Check the ends of each locus, then its special points, those that come first first.
+
+    Nothing is checked of interrupted loci.
+    """
+    if any(locus.interrupted for locus in loci):
+        return Checked((), interrupted=True)
+    points = sum(len(locus) * locus.period for locus in loci)
+    # Next to a grazing orbit the order of events changes, so there is nothing to compare with.
+    chosen = [locus for locus in loci if len(locus) and locus.type not in MET]
+    ends = (
+        _end(locus, index, word, locus.values[index]) for index, word in ENDS for locus in chosen
+    )
+    special = (
+        Candidate(
+            f"{point.type} of locus {locus.id} at {_at(locus, point.values)}",
+            point.orbit,
+            locus.kind == "equilibrium",
+        )
+        for locus, point in _ranked(chosen)
+        if point.type not in SEAMS
+    )
+
+    def report(done: int) -> None:
+        if observer is not None:
+            from slipfold.loci.progress import locus_progress  # a response needs no loci
+
+            first, second = loci[-1].stopped.values
+            observer(locus_progress("checks", done, None, (first, second), "by another method"))
+
+    return check_some(chain(ends, special), points, report)
+
+
+def check_thresholds(found: GridThresholds) -> Checked:
+    """Check the orbits at some thresholds and that one of their multipliers is -1 there.
+
+    The highest threshold and the lowest come first, then those between. Nothing is checked of an
+    interrupted map.
+    """
+    if found.interrupted:
+        return Checked((), interrupted=True)
+    followed = int(found.followed.sum())
+    points = COST * (found.values.size - followed) + FOLLOWED * followed
+    return check_some(_thresholds(found), max(points, MINIMUM))
+
+
+def check_some(
+    candidates: Iterable[Candidate],
+    points: float,
+    on_progress: Callable[[int], None] = lambda done: None,
+) -> Checked:
+    """Check orbits in their order as long as the work for so many points of a branch allows it.
+
+    The first is checked in any case; if it is too expensive, only its motion is. An interruption
+    returns what is done.
+    """
+    left, checks = SHARE * points, list[Check]()
+    try:
+        for candidate in candidates:
+            if left < QUICK and checks:
+                break
+            on_progress(len(checks))
+            cost, check = _check(candidate, left, first=not checks)
+            left -= cost
+            checks += [] if check is None else [check]
+    except KeyboardInterrupt:
+        return Checked(tuple(checks), interrupted=True)
+    return Checked(tuple(checks))
+
+
+def spread(count: int) -> list[int]:
+    """Choose some of a row in their order: the last, the first, then halfway between others.
+
+    There are 17 at most.
+
+    >>> spread(100)[:5]
+    [99, 0, 49, 24, 74]
+    """
+    fractions = [1.0, 0.0, *(odd / 2**n for n in range(1, 5) for odd in range(1, 2**n, 2))]
+    return list(dict.fromkeys(int(fraction * (count - 1)) for fraction in fractions))
+
+
+def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Check | None]:
+    """Return the cost of a check and the check, if that much is left; never an exception."""
+    orbit = candidate.orbit
+
+    def named(method: str, found: Difference) -> Check:
+        return Check(candidate.name, method, found.value, found.allowed, found.what, found.unknown)
+
+    try:
+        with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
+            if isinstance(orbit, StickSlipOrbit):
+                return SWITCHED, named("other steps", switched_difference(orbit))
+            pieces = 0 if candidate.resting else pieces_of(orbit)
+            each = EACH * (1 + len(orbit.state) / LARGE)
+            cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf
+            if cost <= left:
+                found = orbit_difference(orbit, pieces)
+                if found.excess > 1 and found.what == "multipliers":
+                    found = orbit_difference(orbit, pieces, orbit.multiplier_uncertainty)
+                return cost, named("collocation", found)
+            if first:
+                found = retraced_difference(orbit)
+                return 0.0, named(found.method, found)
+    except np.linalg.LinAlgError:
+        return left, Check(candidate.name, "collocation", np.inf, ALLOWED)
+    return 0.0, None
+
+
+def _ranked(curves: Sequence[Branch] | Sequence[Locus]) -> list[tuple[Any, Any]]:
+    """Return curves with their special points, those that come first on each first."""
+    ranked = [(rank, curve, point) for curve in curves for rank, point in enumerate(curve.special)]
+    return [(curve, point) for _, curve, point in sorted(ranked, key=lambda item: item[0])]
+
+
+def _end(curve: Branch | Locus, index: int, word: str, values: Any) -> Candidate:
+    thing = "branch" if isinstance(curve, Branch) else "locus"
+    name = f"{word} of {thing} {curve.id} at {_at(curve, values)}"
+    return Candidate(name, curve.orbit(index), curve.kind == "equilibrium")
+
+
+def _special(branch: Branch, point: SpecialPoint) -> Candidate:
+    name = f"{point.type} of branch {branch.id} at {_at(branch, point.value)}"
+    planar = any(len(each.slip) == 2 for each in contacts_of(branch.model))
+    if not (point.type == "GRAZE" and planar):
+        return Candidate(name, point.orbit, branch.kind == "equilibrium")
+    # Slip that vanishes at a graze in the plane has no direction, so nothing propagates a
+    # trajectory through it, and stops that only just happen change as square roots, which
+    # differences cannot resolve: a neighbor is checked, one that always slips if there is one.
+    away = np.abs(branch.arclength - point.arclength)
+    if branch.stuck_fraction is not None and not (branch.stuck_fraction > 0).all():
+        away[branch.stuck_fraction > 0] = np.inf
+    index = int(away.argmin())
+    place = _at(branch, branch.parameter[index])
+    return Candidate(f"orbit beside {name}, at {place},", branch.orbit(index), False)
+
+
+def _at(curve: Branch | Locus, values: Any) -> str:
+    names = (curve.vary,) if isinstance(curve.vary, str) else curve.vary
+    pairs = zip(names, np.atleast_1d(values).tolist(), strict=True)
+    return ", ".join(parameter_text(curve.model.parameter(name), value) for name, value in pairs)
+
+
+def _thresholds(found: GridThresholds) -> Iterator[Candidate]:
+    known = np.argwhere(np.isfinite(found.values))
+    ordered = known[np.argsort(found.values[tuple(known.T)], kind="stable")]
+    for place in spread(len(ordered)) if len(ordered) else ():
+        first, second = ordered[place].tolist()
+        model = found.model_at(first, second)
+        at = ", ".join(
+            parameter_text(model.parameter(name), model.values[name])
+            for name in (found.threshold, *found.axes)
+        )
+        # The critical multiplier is what it is said to be; eight segments carry the state round.
+        flow = flow_of(model)
+        start, one_period = found.states[first, second][None], (np.zeros(1), np.ones(1))
+        nodes = flow.sample(start, *one_period, 8, flow.constants_of(model))[0]
+        multipliers = found.multipliers[first, second].copy()
+        multipliers[np.argmin(np.abs(multipliers + 1))] = -1
+        residual = float(found.residuals[first, second])
+        orbit = PeriodicOrbit(model, 1, nodes, multipliers, residual)
+        yield Candidate(f"{found.type} at {at}", orbit, resting=False)

@@ -1,0 +1,317 @@
+"""Periods of a trajectory computed again by other means."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.checks.checked import Check, Checked
+from slipfold.checks.curves import spread
+from slipfold.checks.orbit_difference import ALLOWED, PIECES
+from slipfold.checks.retraced import Motion, retrace
+from slipfold.checks.switched import FORCES, elsewhere, hold_legs
+from slipfold.collocation_points import radau_points
+from slipfold.flow.equilibrium import PUSH
+from slipfold.flow.flow import flow_of
+from slipfold.flow.implicit.steps import End, implicit_motion
+from slipfold.flow.implicit.takeover import Takeover
+from slipfold.flow.precision import LANES
+from slipfold.flow.sizes.own_sizes import own_sizes, unfed_states
+from slipfold.flow.switched.sampled import dense_legs
+from slipfold.flow.switched.switched_flow import switched_flow_of
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models.turns import without_turns
+
+AGAIN, ONE_IN = 48, 20
+"""Forcing periods that are integrated again in any case, and one in how many of a long motion: in
+batches that takes a third of the time that the motion took."""
+
+PIECES_A_PERIOD = 0.05
+"""Pieces that may be tried for each forcing period of the motion: one takes the time in which a
+period, in its ten to twenty steps, is integrated."""
+
+FEW, CHEAP = 2, 240
+"""Forcing periods that are retraced in any case, as long as that takes no more pieces than this."""
+
+BRIEF, SHORT, UNSETTLED, BATCH = 400, 600, 2000, 8
+"""Of a motion of fewer forcing periods than the first none is retraced, as one takes the time of
+thirty, and of fewer than the second only one, or than the third where it has not settled and is
+disturbed instead; so many are integrated again. That is a tenth of the time of fifty."""
+
+SMALL = 1e-6
+"""Scaled size below which what nothing feeds is looked at by itself."""
+
+IMPLICIT = "implicit steps of another order"
+"""How stiff periods are repeated."""
+
+OTHER_POINTS, FINER = radau_points(6), 1e-12
+"""Points of their steps, and what the last terms of these may be: twice as many steps as those of
+the motion, with errors of order 11 instead of 15 where they are not stiff."""
+
+MANY = 5_000
+"""Such steps in a period at most: one of large reversing slip takes five hundred."""
+
+FEW_IMPLICIT = 2
+"""Stiff periods that are repeated in any case, and one in twenty of many: each takes twice the time
+that the motion took for it."""
+
+BESIDE_ITSELF = "other steps, relative to it"
+"""How that is compared."""
+
+SHARES = (1, 16, 1024)
+"""Calls that integrate a period, tried one after the other: sixteen are enough where forcing is
+10,000 times slower than vibration, a thousand for bristles that relax as much faster still."""
+
+
+def check_motion(motion: Trajectory) -> Checked:
+    """Integrate some forcing periods again, with other steps, and hold a few against the equations.
+
+    The first finds what goes wrong now and then, the second also what goes wrong always.
+    """
+    if not motion.periods:
+        return Checked(())
+    try:
+        with np.errstate(all="ignore"):  # numbers of a wrong motion may overflow
+            again = _again(motion)
+            stiff = any(check.method == IMPLICIT for check in again)
+            traced = [] if motion.periods < BRIEF or stiff else _retraced(motion)
+            checks = (*traced, *again, *_smallest(motion))
+            return Checked(checks, _remark(motion, checks))
+    except KeyboardInterrupt:
+        return Checked((), interrupted=True)
+
+
+def _again(motion: Trajectory) -> list[Check]:
+    count = min(motion.periods, max(BATCH if _short(motion) else AGAIN, motion.periods // ONE_IN))
+    chosen = np.linspace(0, motion.periods - 1, count).astype(int)
+    chosen = chosen[~_pushed(motion)[chosen]]
+    for shares in SHARES:  # a period may take more steps than one call allows
+        ends = _ends(motion, motion.strobe[chosen], shares)
+        lost = ~np.isfinite(ends).all(axis=1)
+        if not lost.any():
+            break
+        if shares == SHARES[0]:
+            continue
+        few = max(FEW_IMPLICIT, motion.periods // ONE_IN)
+        stiff = chosen[lost][np.unique(np.linspace(0, lost.sum() - 1, few).astype(int))]
+        stiff_ends = _implicit_ends(motion, stiff)
+        if np.isfinite(stiff_ends).all():
+            found = [repeated(motion, stiff, stiff_ends, IMPLICIT)]
+            if not lost.all():
+                found.append(repeated(motion, chosen[~lost], ends[~lost], "other steps"))
+            return found
+    return [repeated(motion, chosen, ends, "other steps")]
+
+
+def repeated(
+    motion: Trajectory, chosen: NDArray[np.intp], ends: NDArray[np.float64], method: str
+) -> Check:
+    """Compare the ends of periods with those of the motion."""
+    scales = motion.model.state_scales()
+    size = max(1.0, float(np.abs(motion.strobe / scales).max()))
+    apart = without_turns(ends - motion.strobe[chosen + 1], motion.model.whole_turns)
+    difference = np.abs(apart / scales).max(initial=0.0) / size
+    difference = float(difference) if np.isfinite(difference) else np.inf
+    each = "forcing period" if motion.model.forced else "interval"
+    plural = "s" if motion.periods > 1 else ""
+    name = f"repetition of {len(chosen)} of {motion.periods} {each}{plural}"
+    return Check(name, method, difference, ALLOWED)
+
+
+def _implicit_ends(motion: Trajectory, chosen: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return what stiff periods end with in implicit steps, NaN where these do not arrive."""
+    flow, ends = flow_of(motion.model), np.full((len(chosen), len(motion.model.states)), np.nan)
+    takeover = Takeover(flow, flow.constants_of(motion.model))
+    scales = takeover.field.scales
+    for row, place in enumerate(chosen):
+        state = motion.strobe[place] / scales
+        found = implicit_motion(
+            takeover.field, state, 0.0, 1.0, most=MANY, points=OTHER_POINTS, tolerance=FINER
+        )
+        if found.end is not End.ARRIVED:
+            break
+        ends[row] = found.state * scales
+    return ends
+
+
+def _smallest(motion: Trajectory) -> list[Check]:
+    """Integrate again where least is left of what nothing feeds, and compare relative to it."""
+    scaled = np.abs(motion.strobe[:-1] / motion.model.state_scales())
+    if not ((scaled > 0) & (scaled < SMALL)).any():
+        return []
+    checks = list[Check]()
+    for group in map(list, unfed_states(motion.model)):
+        left = scaled[:, group].max(axis=1)
+        place = int(np.where(left > 0, left, np.inf).argmin())
+        if not 0 < left[place] < SMALL:
+            continue
+        end = _ends(motion, motion.strobe[place][None], 1)[0, group]
+        right = motion.strobe[place + 1, group]
+        difference = float(np.abs(end - right).max() / np.abs(right).max())
+        names = " and ".join(motion.model.states[i].name for i in group)
+        name = f"{names} from {place * motion.forcing_period:.6g} s on, where least is left of it,"
+        difference = difference if np.isfinite(difference) else np.inf
+        checks.append(Check(name, BESIDE_ITSELF, difference, ALLOWED))
+    return checks
+
+
+def _remark(motion: Trajectory, checks: Sequence[Check]) -> str:
+    """Return what to do where digits were lost for good, and else whether the motion is chaotic."""
+    if any(check.method == BESIDE_ITSELF and not check.agrees for check in checks):
+        return "what comes back from so little is not known; write the equation for its logarithm"
+    return sensitivity(motion)
+
+
+def _ends(motion: Trajectory, states: NDArray[np.float64], shares: int) -> NDArray[np.float64]:
+    """Return what states come to in a forcing period, in so many calls."""
+    flow = flow_of(motion.model)
+    constants, one = flow.constants_of(motion.model), np.ones(len(states))
+    for k in range(shares):
+        states = flow.advance(states, k / shares * one, (k + 1) / shares * one, constants)
+    return states
+
+
+def _retraced(motion: Trajectory) -> list[Check]:
+    """Retrace the last, the first and some of the forcing periods between them."""
+    flow, scales = flow_of(motion.model), motion.model.state_scales()
+    constants = flow.constants_of(motion.model)
+    checks, tried = list[Check](), 0
+    pushed = _pushed(motion)
+    for place in (place for place in spread(motion.periods) if not pushed[place]):
+        few = len(checks) < FEW and tried < CHEAP and not _short(motion)
+        if checks and not few and tried + PIECES > PIECES_A_PERIOD * motion.periods:
+            break
+        one = Motion(
+            np.array([0.0, 1.0]),
+            motion.strobe[place : place + 2],
+            constants,
+            PIECES,
+            turns=motion.model.whole_turns,
+        )
+        found = retrace(flow, scales, one)
+        tried += found.tried
+        time = f"{place * constants.period:.6g} s"
+        checks.append(Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED))
+    return checks
+
+
+def _pushed(motion: Trajectory) -> NDArray[np.bool_]:
+    """Whether a period may end with a push off an unstable equilibrium, which no equation makes."""
+    if motion.model.forced:
+        return np.zeros(motion.periods, dtype=bool)
+    moved = np.abs(np.diff(motion.strobe, axis=0) / motion.model.state_scales()).max(axis=1)
+    return np.asarray((moved < 2 * PUSH) & (moved > PUSH / 10))
+
+
+def _short(motion: Trajectory) -> bool:
+    return motion.periods < (SHORT if motion.settlement.settled else UNSETTLED)
+
+
+SWITCHED_ONE_IN, HELD_ONE_IN = 20, 200
+"""Of so many periods one is carried again, and one is held against the equations, which takes the
+time of ten in the plane and of forty on a line; one of each in any case."""
+
+
+def check_switched_motion(motion: Trajectory) -> Checked:
+    """Carry some periods again, with other steps, and hold a few against equations and friction."""
+    if not motion.periods or motion.sticking is None:
+        return Checked(())
+    try:
+        with np.errstate(all="ignore"):  # numbers of a wrong motion may overflow
+            return Checked((*_held(motion), _switched_again(motion)))
+    except KeyboardInterrupt:
+        return Checked((), interrupted=True)
+
+
+def _switched_again(motion: Trajectory) -> Check:
+    assert motion.sticking is not None
+    flow = switched_flow_of(motion.model)
+    constants = flow_of(motion.model).constants_of(motion.model)
+    weights = flow.weights(motion.strobe[0], constants)
+    count = -(-motion.periods // SWITCHED_ONE_IN)
+    chosen = np.unique(np.linspace(0, motion.periods - 1, count).astype(int))
+    ends = [
+        elsewhere(flow, motion.sticking.mode(i), motion.strobe[i], 1.0, constants, weights)[0]
+        for i in chosen
+    ]
+    return repeated(motion, chosen, np.array(ends), "other steps")
+
+
+def _held(motion: Trajectory) -> Iterable[Check]:
+    """Hold the last period, the first and some between them against equations and friction."""
+    assert motion.sticking is not None
+    flow = switched_flow_of(motion.model)
+    constants = flow_of(motion.model).constants_of(motion.model)
+    for place in spread(motion.periods)[: -(-motion.periods // HELD_ONE_IN)]:
+        state, mode = motion.strobe[place], motion.sticking.mode(place)
+        weights = flow.weights(state, constants)
+        found = hold_legs(
+            flow, dense_legs(motion.model, state, mode, 1.0), state, constants, weights
+        )
+        time = f"{place * constants.period:.6g} s"
+        yield Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED)
+        name = f"friction and its changes from {time} on"
+        yield Check(name, "forces", found.forces, FORCES, "forces")
+
+
+LONG = 1000
+"""Forcing periods below which there is no time to look."""
+
+SHARE = 0.006
+"""Length of each of the stretches that are disturbed, as a share of the motion; all of them go
+abreast, at the cost of one or two."""
+
+LONGEST = 200
+"""Length of a stretch at most, in forcing periods."""
+
+DISTURBANCE = 1e-8
+"""Relative to the states."""
+
+LARGE = 1e-3
+"""Disturbance that does not grow any more as a small one does."""
+
+ALGEBRAIC = 2.0
+"""Factor, times the length of a stretch, by which what is not sensitive may grow along it."""
+
+DIGITS = math.log(1e11)
+"""Growth that makes of an error of 1e-13 what is seen."""
+
+
+def sensitivity(motion: Trajectory) -> str:
+    """Return a sentence if disturbances grow so much that points are not to be relied on.
+
+    It is empty where they do not, where the motion has settled and where it is short.
+    """
+    if motion.periods < LONG or motion.settlement.settled:
+        return ""
+    length = min(LONGEST, math.ceil(SHARE * motion.periods))
+    places = np.linspace(0, motion.periods - length, LANES).astype(int)
+    rates = _growth(motion, places, length)
+    # By its error, so that a burst that one of the stretches meets is no growth that lasts.
+    rate = float(rates.mean() - rates.std() / math.sqrt(LANES))
+    if not rate * motion.periods > DIGITS:
+        return ""
+    known = round(DIGITS / float(rates.mean()))
+    time = f"{known} periods" if motion.model.forced else f"{known * motion.forcing_period:.2g} s"
+    return f"the motion is sensitive: its single points are known for about {time} only"
+
+
+def _growth(motion: Trajectory, places: NDArray[np.intp], length: int) -> Array:
+    """Return the exponents, per period, with which disturbances grow along stretches."""
+    flow = flow_of(motion.model)
+    along = motion.strobe[places[:, None] + np.arange(length + 1)]
+    sizes = own_sizes(motion.model, along)
+    signs = np.resize([1.0, -1.0, 1.0], along.shape[2])
+    phases = np.tile(np.arange(length + 1.0), (len(places), 1))
+    disturbed = along[:, 0] + DISTURBANCE * signs * sizes[:, 0]
+    states = flow.along(disturbed, phases, flow.constants_of(motion.model))
+    apart = np.abs(without_turns(states - along, motion.model.whole_turns))
+    apart = (apart / sizes).max(axis=2)
+    large = apart > LARGE
+    count = np.where(large.any(axis=1), large.argmax(axis=1), length)
+    factors = apart[np.arange(len(places)), count] / (DISTURBANCE * ALGEBRAIC * count)
+    return np.asarray(np.log(factors) / count)

@@ -1,0 +1,220 @@
+"""Trajectories through stick and slip compared with equations, friction and other steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.checks.orbit_difference import ALLOWED, Difference
+from slipfold.collocation_points import gauss_points
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import flow_of
+from slipfold.flow.switched.at_the_limit import at_rest
+from slipfold.flow.switched.contact_quantities import ContactsNow
+from slipfold.flow.switched.events import Ending
+from slipfold.flow.switched.mode import Mode, Status, shown
+from slipfold.flow.switched.sampled import dense_legs
+from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched.switched_motion import Broken, legs
+from slipfold.flow.switched.transition import friction_in
+from slipfold.models.turns import without_turns
+from slipfold.orbits.multipliers import multiplier_difference
+from slipfold.orbits.periodic_orbit import StickSlipOrbit
+
+FIRST = 0.0137
+"""Share of a period after which it is begun anew, so that all steps but the first fall
+elsewhere."""
+
+
+def elsewhere(
+    flow: SwitchedFlow, mode: Mode, state: Array, end: float, constants: Constants, weights: Array
+) -> tuple[Array, list[Mode]]:
+    """Return what a state comes to from phase zero by other steps, and the modes on its way.
+
+    It is NaN if it does not get there. Shapes: state (n,).
+    """
+    begin, passed = 0.0, [mode]
+    try:
+        for until in (FIRST * end, end):
+            for leg, after in legs(flow, mode, state, until, constants, weights, begin=begin):
+                state, mode = leg.state, shown(after)
+                passed += [mode] if mode != passed[-1] else []
+            begin = until
+    except Broken:
+        return np.full(len(state), np.nan), passed
+    return state, passed
+
+
+POINTS = 12
+"""Gauss points a step of an integrator, which is a polynomial of degree 17 or so."""
+
+SEEN = 9
+"""Places in each leg at which forces in contacts are looked at, its ends included."""
+
+FORCES = 1e-11
+"""Violation of friction that rounding and the ends of events may make, as a share of what is usual:
+events count as met 1e-14 beyond zero, and slow slip in the plane comes to an end at 1e-13."""
+
+_GAUSS = gauss_points(POINTS)
+
+
+@dataclass(frozen=True)
+class Held:
+    """What a motion lacks."""
+
+    drift: float  # largest sum of what its steps lack, over the size of the states
+    forces: float  # largest violation at events and between them, as a share of what is usual
+
+
+def hold_legs(
+    flow: SwitchedFlow, legs: Iterable[Leg], start: Array, constants: Constants, weights: Array
+) -> Held:
+    """Hold successive legs with all that lies between their ends against equations and friction.
+
+    Shapes: start (n,).
+    """
+    scales, n = constants.scales, len(start)
+    lacking, largest, forces = [np.zeros(n)], float(np.abs(start / scales).max()), 0.0
+    before = start
+    for leg in legs:
+        if leg.polynomials is None or leg.end == leg.begin:
+            before = leg.state
+            continue
+        nodes, phases, lengths = leg.polynomials.nodes(_GAUSS.points)
+        states = nodes[..., :n] * scales
+        rates = flow.of(leg.seen).rates(states.reshape(-1, n), phases.ravel(), constants)
+        rates = rates.reshape(states.shape) * lengths[..., None]
+        ends = leg.polynomials(np.array([leg.begin, leg.end]))[:, :n]
+        change = np.einsum("k,ikn->n", _GAUSS.weights, rates) / scales
+        lacking += [ends[0] - before / scales, ends[1] - ends[0] - change]
+        largest = max(largest, float(np.abs(nodes[..., :n]).max()))
+        forces = max(forces, _forces(flow, leg, constants, weights))
+        before = leg.state
+    drift = float(np.abs(np.cumsum(lacking, axis=0)).max()) / max(1.0, largest)
+    return Held(drift if math.isfinite(drift) else math.inf, float(forces))
+
+
+def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> float:
+    """Return how far contacts are from what a leg says of them, at worst."""
+    assert leg.polynomials is not None
+    phases = np.linspace(leg.begin, leg.end, SEEN)
+    states = leg.polynomials(phases)[:, : len(leg.state)] * constants.scales
+    found, mode, count, places = [0.0], leg.seen, len(leg.mode), flow.quantities.places
+    along = flow.quantities.along(states, phases, constants)
+    for now in along:
+        friction = list[float]()
+        if Status.STICK in mode:
+            friction = friction_in(now, places, mode, at_rest(flow, mode, now, weights))
+        for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
+            slip = now.slip[place]
+            if status is Status.STICK:
+                over = math.hypot(*friction[place]) - now.holding[contact]
+                found += [math.hypot(*slip) * weights[contact], over * weights[count + contact]]
+            elif status is Status.OPEN:
+                found.append(now.normal[contact] * weights[count + contact])
+            elif len(slip) == 1:
+                found.append(-float(status) * slip[0] * weights[contact])
+    return max(*found, _event(flow, leg, along[-1], weights))
+
+
+def _event(flow: SwitchedFlow, leg: Leg, now: ContactsNow, weights: Array) -> float:
+    """Return how far that which ended a leg is from zero."""
+    event, count = leg.event, len(leg.mode)
+    if event is None or leg.released:
+        return 0.0
+    which = event.which
+    place = flow.quantities.places[which] if which < count else slice(0)
+    if event.ending is Ending.STOPS:
+        return math.hypot(*now.slip[place]) * float(weights[which])
+    if event.ending is Ending.YIELDS:
+        rest = at_rest(flow, leg.seen, now, weights)
+        friction = friction_in(now, flow.quantities.places, leg.seen, rest)
+        over = math.hypot(*friction[place]) - now.holding[which]
+        return abs(over) * float(weights[count + which])
+    if event.ending in (Ending.PARTS, Ending.MEETS):
+        return abs(now.normal[which]) * float(weights[count + which])
+    return 0.0
+
+
+STEP = 1e-6
+"""Perturbation of scaled states: smaller ones leave fewer digits, larger ones are not small."""
+
+COARSE = 1e-6
+"""Difference of multipliers from those of perturbed motions that is allowed: differences have no
+more digits, and in the plane nor has the linearisation."""
+
+
+UNTOLD = 0.1
+"""Share of an extrapolation's change that it may be wrong by."""
+
+
+def switched_difference(orbit: StickSlipOrbit) -> Difference:
+    """Return the largest difference in units of what is allowed: of states and of multipliers.
+
+    The orbit is carried round with steps that fall elsewhere and held against equations and
+    friction; so are motions beside it. Where these change in another order, as beside a graze, no
+    multipliers are compared.
+    """
+    flow, model = switched_flow_of(orbit.model), orbit.model
+    constants, scales = flow_of(model).constants_of(model), model.state_scales()
+    weights, end = flow.weights(orbit.state, constants), float(orbit.period)
+
+    def carried(state: Array) -> tuple[Array, list[Mode]]:
+        start = flow.held(orbit.first_mode, state, 0.0, constants)
+        return elsewhere(flow, orbit.first_mode, start, end, constants, weights)
+
+    arrived, order = carried(orbit.state)
+    passed = dense_legs(model, orbit.state, orbit.first_mode, end)
+    held = hold_legs(flow, passed, orbit.state, constants, weights)
+    apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
+    states = max(float(np.abs(apart).max()), held.drift, held.forces * ALLOWED / FORCES)
+    place = Difference(float(states) if np.isfinite(states) else np.inf, ALLOWED)
+
+    def differenced(step: float) -> Array | None:
+        columns = []
+        for one in np.eye(len(scales)):
+            (more, first), (less, second) = (
+                carried(orbit.state + sign * step * one * scales) for sign in (1, -1)
+            )
+            if not order == first == second:
+                return None
+            columns.append((more - less) / scales / (2 * step))
+        return np.transpose(columns)
+
+    matrix = differenced(STEP)
+    if matrix is None:
+        return place
+    multipliers = _judged(orbit, matrix)
+    if multipliers.excess > 1:
+        # Beside a touch, after stick that lasts d, third derivatives go as d^-3.
+        finer = differenced(STEP / 2)
+        multipliers = multipliers if finer is None else _extrapolated(orbit, matrix, finer)
+    return max(place, multipliers, key=lambda difference: difference.excess)
+
+
+def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
+    """Hold multipliers against those of a matrix of differences."""
+    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    value = multiplier_difference(orbit.multipliers, _values(matrix)) / size
+    return Difference(value, COARSE, what="multipliers")
+
+
+def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Difference:
+    """Hold them against differences of two steps, whose error of second order is left out.
+
+    What extrapolation does not tell is as uncertain as a tenth of what it changes.
+    """
+    better = (4 * finer - matrix) / 3
+    size = max(1.0, float(np.abs(orbit.multipliers).max()))
+    changed = multiplier_difference(_values(better), _values(finer)) / size
+    found = _judged(orbit, better)
+    return replace(found, allowed=max(COARSE, UNTOLD * changed))
+
+
+def _values(matrix: Array) -> NDArray[np.complex128]:
+    return np.linalg.eigvals(matrix).astype(complex)

@@ -1,1 +1,0 @@
-"""Branches and loci as smooth lines, cut where what they mean changes."""

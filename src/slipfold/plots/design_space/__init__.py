@@ -1,1 +1,0 @@
-"""Figures of thresholds where parameters scatter, and where they are chosen."""

@@ -1,1 +1,0 @@
-"""Figures of what motions do in the long run."""

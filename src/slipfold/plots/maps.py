@@ -1,0 +1,425 @@
+"""Maps over a plane: thresholds, basins, regimes and studies.
+
+Each is cells in colours, of numbers with a bar and of words with a legend, and hatches over some.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array, Mask
+from slipfold.errors import InputError
+from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
+from slipfold.long_term.neighbours import NONE
+from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
+from slipfold.models.parameter import Parameter
+from slipfold.plots.loci import HasLoci, draw_loci, legend_options
+from slipfold.plots.regions import COLOURS, OTHERS, grouped
+from slipfold.plots.style import (
+    add_colour_bar,
+    axes_or_new,
+    cell_edges,
+    label_axis,
+    label_of,
+    quantity_text,
+)
+from slipfold.results.attractors import PHASE, Basins, in_words
+from slipfold.results.study import StudyResult
+from slipfold.results.trajectories import RegimeMap
+from slipfold.studies.cases import Grid
+from slipfold.studies.work.work import Quantity
+from slipfold.text.one_line import headed
+from slipfold.thresholds.search import INTERRUPTED
+from slipfold.thresholds.threshold_map import GridThresholds
+
+Edges = tuple[Array, Array]
+
+NUMBERS = "plasma"
+"""Colours of numbers, from low to high: they grow lighter."""
+
+WORDS = "tab10"
+"""Colours of words."""
+
+HATCHES = ("//", "xx", "..", "\\\\", "--", "||", "++")
+"""Hatches of failures, the most frequent kind first; later kinds get them again, closer."""
+
+PALE, INK = "0.93", "0.55"
+"""Ground and ink of hatched failures: no colour of a threshold."""
+
+BASINS = ("#c3ded6", "#0d0887", *OTHERS)
+"""Colours of basins, in the order of their attractors: the first two differ most in lightness."""
+
+NO_ATTRACTOR = {
+    UNFINISHED: ("white", "not finished"),
+    ENDED: ("0.35", "ended"),
+    UNDECIDED: ("0.75", "undecided"),
+}
+"""Colours and names of starts that came to no attractor."""
+
+UNCERTAIN = {
+    WITHIN_CELL: ((1.0, 1.0, 1.0, 0.6), "changes within the cell"),
+    WITHIN_ERROR: ((0.55, 0.55, 0.55, 1.0), "changes within the error"),
+}
+"""What is laid over cells whose label is uncertain."""
+
+DOTTED, COEXISTING, SAME_KIND = "....", "////", "\\\\\\\\"
+"""Hatches of regimes: undecided, others that coexist, and others of the same kind."""
+
+MAX_PARAMETERS = 4
+"""Parameters that a matrix of maps shows."""
+
+PANEL = (3.2, 2.6)
+"""Inches that one of many panels gets."""
+
+
+def draw_threshold_map(
+    found: GridThresholds,
+    ax: Axes | None = None,
+    *,
+    limits: tuple[float, float] | None = None,
+    contours: bool = True,
+    annotate: bool = True,
+    legend: bool = True,
+) -> Axes:
+    """Draw thresholds as colours over the plane of the grid's parameters.
+
+    Each point of the grid colours the part of the plane that is nearest to it. Contour lines are
+    interpolated. Parts without a threshold are hatched, each kind of failure in its own way; what
+    an interruption left is white. Angles are shown in degrees; the data of the axes are radians.
+    """
+    ax = axes_or_new(ax)
+    orders = [np.argsort(values) for values in found.over.values()]
+    x, y = (values[order] for values, order in zip(found.over.values(), orders, strict=True))
+    chosen = np.ix_(*orders)
+    values, kinds = found.values[chosen].T, found.kinds[chosen].T
+    edges = cell_edges(x), cell_edges(y)
+    if np.isfinite(values).any():
+        low, high = limits or (float(np.nanmin(values)), float(np.nanmax(values)))
+        mesh = _colour(ax, edges, values, NUMBERS, low, high)
+        parameter, bar = found.model.parameter(found.threshold), add_colour_bar(ax, mesh)
+        label_axis(bar, "y", parameter)
+        bar.set_ylabel(f"{bar.get_ylabel()} at the first {found.type}")
+        if contours and min(values.shape) > 1:
+            _draw_contours(ax, (x, y), values, np.asarray(bar.get_yticks()), mesh, parameter,
+                           annotate)  # fmt: skip
+    handles = []
+    names = [name for name in found.failures if name != INTERRUPTED]
+    for number, name in enumerate(names):
+        closer, which = divmod(number, len(HATCHES))
+        style: dict[str, Any] = {
+            "facecolor": PALE,
+            "edgecolor": INK,
+            "hatch": HATCHES[which] * (closer + 1),
+        }
+        _hatch(ax, edges, kinds == name, zorder=0.5, label=name, **style)
+        handles.append(Patch(linewidth=0.4, label=name, **style))
+    if found.interrupted:
+        handles.append(Patch(facecolor="white", edgecolor=INK, linewidth=0.4, label=INTERRUPTED))
+    _frame(ax, edges, [found.model.parameter(name) for name in found.axes])
+    if legend and handles:
+        _legend_below(ax, handles, title="no threshold", handlelength=2.8)
+    return ax
+
+
+def _draw_contours(
+    ax: Axes,
+    places: tuple[Array, Array],
+    values: Array,
+    ticks: Array,
+    mesh: Any,
+    parameter: Parameter,
+    annotate: bool,
+) -> None:
+    levels = ticks[(ticks > np.nanmin(values)) & (ticks < np.nanmax(values))]
+    if not len(levels):
+        return
+    # White on the dark half of the colours, black on the light one.
+    colours = ["white" if mesh.norm(level) < 0.5 else "black" for level in levels]
+    shown = np.ma.masked_invalid(values)
+    lines = ax.contour(*places, shown, levels=levels, colors=colours, linewidths=0.6)
+    if annotate:  # without the unit, which stands at the colour bar
+        texts = {
+            level: quantity_text(parameter, float(level)).removesuffix(f" {parameter.unit}")
+            for level in levels
+        }
+        ax.clabel(lines, fmt=texts, fontsize=6.5)
+
+
+def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -> Axes:
+    """Draw each start in the colour of the attractor that its motion came to.
+
+    Cells within which the label changes are paler, those where it changes within the error of the
+    integration are grey.
+    """
+    ax = axes_or_new(ax)
+    own = [BASINS[number % len(BASINS)] for number in range(len(found))]
+    colours = [*(colour for colour, _ in NO_ATTRACTOR.values()), *own]
+    place: dict[str, Any] = {
+        "origin": "lower",
+        "extent": (*_around(found.first), *_around(found.second)),
+        "aspect": "auto",
+        "interpolation": "nearest",
+    }
+    shown = found.labels - UNFINISHED  # from zero
+    ax.imshow(shown, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(colours) - 0.5, **place)
+    doubts = [(level, *UNCERTAIN[level]) for level in UNCERTAIN if (found.uncertain == level).any()]
+    if doubts:
+        over = np.zeros((*found.labels.shape, 4))
+        for level, colour, _ in doubts:
+            over[found.uncertain == level] = colour
+        ax.imshow(over, **place)
+    across, up = (
+        f"{axis.name} ({axis.unit})" if axis is PHASE else label_of(found.model, axis.name)
+        for axis in found.axes
+    )
+    ax.set_xlabel(across)
+    ax.set_ylabel(up)
+    if legend:
+        edge: dict[str, Any] = {"edgecolor": "0.55", "linewidth": 0.4}
+        handles = [
+            Patch(facecolor=colour, label=f"{in_words(item)}: {_percent(found.share(item).value)}")
+            for colour, item in zip(own, found, strict=True)
+        ]
+        handles += [
+            Patch(facecolor=colour, label=name, **edge)
+            for label, (colour, name) in NO_ATTRACTOR.items()
+            if (found.labels == label).any()
+        ]
+        for level, (shade, *_, opaque), name in doubts:
+            over_grey = str(opaque * shade + 0.5 * (1 - opaque))
+            label = f"{name}: {_percent((found.uncertain == level).mean())}"
+            handles.append(Patch(facecolor=over_grey, label=label, **edge))
+        _legend_below(ax, handles, ncols=min(len(handles), 3))
+    return ax
+
+
+def _around(values: Array) -> tuple[float, float]:
+    """Return where the outermost cells end: half a step beyond their starts."""
+    half = 0.5 * (values[-1] - values[0]) / (len(values) - 1)
+    return float(values[0] - half), float(values[-1] + half)
+
+
+def _percent(fraction: float) -> str:
+    return f"{100 * fraction:.3g} %"
+
+
+def draw_regimes(
+    found: RegimeMap,
+    ax: Axes | None = None,
+    *,
+    run: str = "rest",
+    over: HasLoci | None = None,
+    legend: bool = True,
+) -> Axes:
+    """Draw what the motions of one run do as colours, and what those of others do besides.
+
+    A hatch has the colour of the other regime; it is dark where only the responses differ. Lines of
+    a bifurcation set may be drawn over it. What is undecided is dotted, what is not done white.
+    """
+    ax = axes_or_new(ax)
+    first, second = found.over.values()
+    edges = cell_edges(first), cell_edges(second)
+    named, order = grouped(found.names(run)), list(COLOURS)
+    numbers = np.vectorize(order.index)(named).T
+    _colour(ax, edges, numbers, ListedColormap(list(COLOURS.values())), -0.5, len(order) - 0.5)
+    masks = _coexisting(found, named)
+    _hatch(ax, edges, (named == "undecided").T, edgecolor="0.6", hatch=DOTTED, zorder=0.2)
+    for name, mask in sorted(masks.items()):
+        style = ("0.25", SAME_KIND) if name == "" else (COLOURS[name], COEXISTING)
+        _hatch(ax, edges, mask.T, edgecolor=style[0], hatch=style[1], zorder=0.2)
+    if over is not None:
+        draw_loci(over, ax, regions=False, legend=False)
+    _frame(ax, edges, [found.model.parameter(name) for name in found.axes])
+    if legend:
+        handles: list[Artist] = [
+            Patch(facecolor=COLOURS[name], edgecolor="0.5", linewidth=0.4, label=name,
+                  hatch=DOTTED if name == "undecided" else None)
+            for name in order
+            if (named == name).any() or name in masks
+        ]  # fmt: skip
+        for hatch, text, known in (
+            (COEXISTING, "coexisting, in the other's colour", masks.keys() - {""}),
+            (SAME_KIND, "coexisting, of the same kind", "" in masks),
+        ):
+            if known:
+                handles.append(Patch(facecolor="white", edgecolor="0.25", hatch=hatch,
+                                     linewidth=0.4, label=text))  # fmt: skip
+        if over is not None:
+            lines = legend_options([over], regions=False, width=0.0)["handles"]
+            handles += [handle for handle in lines if str(handle.get_label()).strip()]
+        ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    return ax
+
+
+def _coexisting(found: RegimeMap, named: Any) -> dict[str, Mask]:
+    """Return where other runs came to each other regime; by "" where to one of the same kind."""
+    masks: dict[str, Mask] = {}
+    free = found.coexist
+    for run in found.runs:
+        others = grouped(found.names(run))
+        for name in set(others[free].tolist()) - {"undecided", "not done", "stopped", NONE}:
+            own = free & (others == name) & (named != name)
+            masks[name] = masks.get(name, False) | own
+            free = free & ~own
+    return {name: mask for name, mask in {**masks, "": free}.items() if mask.any()}
+
+
+def draw_study(found: StudyResult, quantity: str | None = None, *, ax: Axes | None = None) -> Any:
+    """Draw what was found over what differs from case to case.
+
+    Over one parameter of a grid as a line, over two as a map; a third one goes from map to map in
+    a row, a fourth one from row to row. Listed and drawn cases are dots over each parameter. Cases
+    without a value are left out. Returns the axes: many of them as an array.
+    """
+    item = _quantity(found, quantity)
+    values, words = _numbers(found, item)
+    if isinstance(found.cases, Grid):
+        if len(found.cases.names) > 1:
+            return _draw_panels(found, found.cases, item, values, words, ax)
+        columns, style = found.cases.values(np.arange(len(found))), ".-"
+        order = np.argsort(columns[:, 0])
+        columns, values = columns[order], values[order]
+    else:
+        columns, style = found.cases.values(np.arange(len(found))), "."
+    panels = _panels(1, len(found.cases.names), ax)[0]
+    for place, (panel, name) in enumerate(zip(panels, found.cases.names, strict=True)):
+        panel.plot(columns[:, place], values, style)
+        label_axis(panel, "x", found.model.parameter(name))
+    panels[0].set_ylabel(_headed(item))
+    if words is not None:
+        panels[0].set_yticks(range(len(words)), words)
+    return panels[0] if len(panels) == 1 else panels
+
+
+def _quantity(found: StudyResult, name: str | None) -> Quantity:
+    if name is None:
+        return next(item for item in found.quantities if item.kind != "text")
+    for item in found.quantities:
+        if item.name == name:
+            return item
+    known = ", ".join(item.name for item in found.quantities)
+    raise InputError(f"the study has no quantity {name!r}; it has {known}")
+
+
+def _numbers(found: StudyResult, item: Quantity) -> tuple[Array, list[str] | None]:
+    """Return what is drawn, and which words its numbers stand for; cases that failed have none."""
+    values: Any = found.values[item.name]
+    words = None
+    if item.unit == "rad":
+        values = np.degrees(values)
+    if item.kind == "text":
+        words = sorted({str(value) for value in values if value})
+        values = np.array([words.index(value) if value else np.nan for value in values])
+    return np.where(found.reasons == "", values.astype(float), np.nan), words
+
+
+def _draw_panels(
+    found: StudyResult,
+    grid: Grid,
+    item: Quantity,
+    values: Array,
+    words: list[str] | None,
+    ax: Axes | None,
+) -> Any:
+    if len(grid.names) > MAX_PARAMETERS:
+        raise InputError(
+            f"the study has {len(grid.names)} parameters and a figure shows {MAX_PARAMETERS}; "
+            "choose some values by to_xarray().sel(...)"
+        )
+    orders = [np.argsort(places) for places in grid.axes.values()]
+    values = values.reshape(grid.shape)[np.ix_(*orders)]
+    places = [column[order] for column, order in zip(grid.axes.values(), orders, strict=True)]
+    values = values.reshape(*values.shape, *[1] * (MAX_PARAMETERS - values.ndim))
+    parameters = [found.model.parameter(name) for name in grid.names]
+    panels = _panels(values.shape[3], values.shape[2], ax)
+    edges = cell_edges(places[0]), cell_edges(places[1])
+    colours: Any = NUMBERS
+    low, high = -0.5, max(len(words or ()), 1) - 0.5
+    if words is not None:
+        tab = colormaps[WORDS]
+        colours = ListedColormap([tab(place % tab.N) for place in range(max(len(words), 1))])
+    elif np.isfinite(values).any():
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    for (row, column), panel in np.ndenumerate(panels):
+        mesh = _colour(panel, edges, values[:, :, column, row].T, colours, low, high)
+        at = zip(parameters[2:], places[2:], (column, row), strict=False)
+        panel.set_title(
+            ", ".join(f"{one.name} = {quantity_text(one, part[place])}" for one, part, place in at)
+        )
+        if row == len(panels) - 1:
+            label_axis(panel, "x", parameters[0])
+        if column == 0:
+            label_axis(panel, "y", parameters[1])
+    if words is None:
+        panels[0, 0].get_figure(root=True).colorbar(mesh, ax=panels, label=_headed(item))
+    else:
+        handles = [Patch(color=colours(place), label=word) for place, word in enumerate(words)]
+        panels[0, -1].legend(handles=handles, title=item.name)
+    return panels[0, 0] if panels.size == 1 else panels
+
+
+def _panels(rows: int, columns: int, ax: Axes | None) -> NDArray[np.object_]:
+    """Return axes in rows and columns, shape (rows, columns)."""
+    given, ax = ax, axes_or_new(ax)
+    if rows * columns == 1:
+        return np.array([[ax]], object)
+    figure, place = ax.get_figure(root=True), ax.get_subplotspec()
+    if place is None or figure is None:
+        raise InputError("the axes given have no place in a figure that could be divided")
+    if given is None:
+        figure.set_size_inches(PANEL[0] * columns, PANEL[1] * rows)
+    ax.remove()
+    made: NDArray[np.object_] = place.subgridspec(rows, columns).subplots(
+        sharex=rows > 1, sharey=True, squeeze=False
+    )
+    return made
+
+
+def _headed(item: Quantity) -> str:
+    """Return the name of a quantity with its unit; angles are shown in degrees."""
+    return f"{item.name} (°)" if item.unit == "rad" else headed(item)
+
+
+def _colour(ax: Axes, edges: Edges, values: Any, colours: Any, low: float, high: float) -> Any:
+    """Draw cells in colours, as a picture: viewers show hairlines between cells of a drawing."""
+    shown = np.ma.masked_invalid(values)
+    return ax.pcolormesh(
+        *edges, shown, cmap=colours, vmin=low, vmax=high, rasterized=True, zorder=0
+    )
+
+
+def _hatch(ax: Axes, edges: Edges, mask: Mask, facecolor: str = "none", **style: Any) -> None:
+    """Hatch some cells together, so that the hatch runs on from one to the next."""
+    if not mask.any():
+        return
+    rows, columns = np.nonzero(mask)
+    x, y = edges
+    left, right, bottom, top = x[columns], x[columns + 1], y[rows], y[rows + 1]
+    corners = [(left, bottom), (right, bottom), (right, top), (left, top), (left, bottom)]
+    vertices = np.array(corners).transpose(2, 0, 1).reshape(-1, 2)
+    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    outline = Path(vertices, np.tile(codes, len(rows)))
+    ax.add_patch(PathPatch(outline, facecolor=facecolor, linewidth=0.0, **style))
+
+
+def _frame(ax: Axes, edges: Edges, parameters: Sequence[Parameter]) -> None:
+    ax.set_xlim(edges[0][0], edges[0][-1])
+    ax.set_ylim(edges[1][0], edges[1][-1])
+    label_axis(ax, "x", parameters[0])
+    label_axis(ax, "y", parameters[1])
+
+
+def _legend_below(ax: Axes, handles: Sequence[Artist], **options: Any) -> None:
+    """Add a legend four lines below the axes, clear of the numbers and the parameter's name."""
+    place: dict[str, Any] = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0)}
+    ax.legend(handles=handles, borderaxespad=4.0, **place, **options)

@@ -1,1 +1,0 @@
-"""Many motions in one picture."""

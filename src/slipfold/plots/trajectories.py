@@ -1,0 +1,427 @@
+"""Trajectories and orbits: time series, phase portraits, spectra, sweeps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.flow.flow import flow_of
+from slipfold.flow.trajectory import Trajectory
+from slipfold.long_term.repeats import reached, sampled_outputs
+from slipfold.long_term.spectrum import Spectrum
+from slipfold.long_term.sweep import DOWN, UP
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.plots.labels import Label, place_labels
+from slipfold.plots.style import (
+    MEASURE_NAMES,
+    add_colour_bar,
+    axes_or_new,
+    label_axis,
+    label_of,
+    label_output,
+    on_circles,
+    settle,
+)
+from slipfold.results.diagram import Diagram
+from slipfold.results.simulation import Simulation
+from slipfold.results.trajectories import Sweep
+from slipfold.text.printed_table import with_unit
+from slipfold.tori.torus_spectrum import TorusSpectrum
+
+Motion = Trajectory | PeriodicOrbit
+
+FIRST, BETWEEN = "black", "#2166ac"
+"""Colours of the multiples of the first frequency, and of the other lines."""
+
+NAMED = 8
+"""Lines of a torus that are named, the tallest."""
+
+COLOURS = {UP: "#2166ac", DOWN: "#c0392b"}
+"""Colours of sweeps; motions from many starts are grey."""
+
+OTHERS = "0.6"
+
+STROBE = "strobe"
+"""Measure: what an output is at phase zero."""
+
+SIZE = 1.1
+"""Size of a dot in points."""
+
+SAMPLES = 48
+"""Samples in a forcing period, from which extremes are interpolated."""
+
+
+def draw_timeseries(
+    motion: Motion,
+    output: str | None = None,
+    ax: Axes | None = None,
+    colour: str = "black",
+    *,
+    start: int = 0,
+    stop: int | None = None,
+    per_period: int = 64,
+) -> Axes:
+    """Draw one output over time."""
+    output = output or motion.model.states[0].name
+    if isinstance(motion, Trajectory):
+        time, values = motion.output(output, start, stop, per_period)
+    else:
+        time, values = motion.output(output, per_period * motion.period)
+    ax = axes_or_new(ax)
+    values, time = on_circles(motion.model, [(output, values)], [time])
+    ax.plot(time, values, color=colour, linewidth=0.9)
+    ax.margins(x=0.0)
+    ax.set_xlabel("time (s)")
+    label_output(ax, "y", motion.model, output)
+    return ax
+
+
+def draw_phase(
+    motion: Motion,
+    output: str | None = None,
+    against: str | None = None,
+    ax: Axes | None = None,
+    colour: str = "black",
+    *,
+    periods: int = 64,
+    per_period: int = 128,
+) -> Axes:
+    """Draw one output against another, with a dot at the start of every forcing period.
+
+    By default these are the first state and its rate.
+    """
+    names = [item.name for item in motion.model.states]
+    output = output or names[0]
+    against = against or _rate_or_other(names, output)
+    if isinstance(motion, Trajectory):
+        start = max(motion.periods - periods, 0)
+        columns = [motion.output(name, start, None, per_period)[1] for name in (output, against)]
+        dots = [column[::per_period] for column in columns]
+    else:
+        # A multiple of the nodes, so that a sample falls on the start of every forcing period.
+        unit = math.lcm(motion.period, len(motion.nodes))
+        count = -(-per_period * motion.period // unit) * unit
+        columns = [motion.output(name, count)[1] for name in (output, against)]
+        dots = [column[:: count // motion.period] for column in columns]
+        columns = [np.append(column, column[0]) for column in columns]
+    ax = axes_or_new(ax)
+    named = (output, against)
+    lines = on_circles(motion.model, list(zip(named, columns, strict=True)))
+    ax.plot(*lines, color=colour, linewidth=0.8)
+    starts = on_circles(motion.model, list(zip(named, dots, strict=True)))
+    ax.plot(*starts, "o", markersize=3, color=colour)
+    label_output(ax, "x", motion.model, output)
+    label_output(ax, "y", motion.model, against)
+    return ax
+
+
+def _rate_or_other(names: Sequence[str], output: str) -> str:
+    """Return what an output is drawn against: its rate if that has the usual name, or a state.
+
+    >>> _rate_or_other(["x", "y", "vx", "vy"], "x"), _rate_or_other(["prey", "predator"], "prey")
+    ('vx', 'predator')
+    """
+    rate = f"v{output}"
+    return rate if rate in names else next((name for name in names if name != output), output)
+
+
+def draw_spectrum(
+    motion: Simulation | Spectrum,
+    output: str | None = None,
+    ax: Axes | None = None,
+    colour: str = "black",
+    *,
+    floor: float = 1e-6,
+    largest_order: float = 3.0,
+    annotate: bool = True,
+) -> Axes:
+    """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale."""
+    spectrum = motion.spectrum() if isinstance(motion, Simulation) else motion
+    output = output or spectrum.model.states[0].name
+    amplitude = spectrum.of(output)
+    shown = (spectrum.order <= largest_order * (1 + 1e-9)) & (amplitude > floor)
+    unit = spectrum.frequency[spectrum.periods] if spectrum.periods < len(spectrum.frequency) else 1
+    tallest = amplitude[shown].max(initial=10 * floor)
+    ax = _spectrum_axes(ax, label_of(spectrum.model, output), floor, tallest)
+    ax.set_xlim(-0.05 * unit, (largest_order + 0.1) * unit)
+    _draw_lines(ax, spectrum.frequency[shown], amplitude[shown], colour)
+    if annotate:
+        name_lines(ax, spectrum, output, colour)
+    return ax
+
+
+def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", colour: str = "black") -> None:
+    """Name the multiples of half the forcing frequency."""
+    settle(ax)
+    floor, rightmost = ax.get_ylim()[0], ax.get_xlim()[1]
+    labels = []
+    for frequency, amplitude, order in zip(
+        spectrum.frequency, spectrum.of(output), spectrum.order, strict=True
+    ):
+        if amplitude > floor and frequency < rightmost and 2 * order == round(2 * order):
+            place = np.array([[frequency, amplitude]])
+            labels.append(Label(_order_name(round(2 * order)), place, colour, leader=False))
+    place_labels(ax, labels)
+
+
+def _order_name(halves: int) -> str:
+    """Return e.g. ``"3f/2"`` for three halves of the forcing frequency."""
+    if halves == 0:
+        return "mean"
+    count, half = (halves // 2, "") if halves % 2 == 0 else (halves, "/2")
+    return f"${'' if count == 1 else count}f{half}$"
+
+
+def draw_spectrum_at(
+    diagram: Diagram,
+    output: str | None = None,
+    at: float | None = None,
+    ax: Axes | None = None,
+    *,
+    largest_order: float = 3.0,
+) -> Axes:
+    """Draw the lines of the torus nearest to a value of the parameter, and name that torus."""
+    known = [each for each in diagram.tori if len(each) > 1]
+    if not known:
+        raise InputError("the diagram has no tori; compute it with tori=True, or --tori")
+    vary, unit = diagram.vary, diagram.model.parameter(diagram.vary).unit
+    low = min(each.parameter.min() for each in known)
+    high = max(each.parameter.max() for each in known)
+    if at is None or not low <= at <= high:
+        where = with_unit(f"{vary} = {low:.6g} to {high:.6g}", unit)
+        told = "no value is given" if at is None else f"no torus at {vary} = {at:g}"
+        raise InputError(f"{told}; there are tori at {where}, give one of these as at")
+    # The first one of each is the orbit from which they emanate.
+    rows = [1 + int(np.abs(each.parameter[1:] - at).argmin()) for each in known]
+    chosen, row = min(
+        zip(known, rows, strict=True), key=lambda pair: abs(pair[0].parameter[pair[1]] - at)
+    )
+    ax = draw_torus_spectrum(chosen.spectrum(row), output, ax, largest_order=largest_order)
+    place = with_unit(f"{vary} = {chosen.parameter[row]:.6g}", unit)
+    ax.set_title(f"tori {chosen.id}, {place}")
+    return ax
+
+
+def draw_torus_spectrum(
+    spectrum: TorusSpectrum,
+    output: str | None = None,
+    ax: Axes | None = None,
+    *,
+    largest_order: float = 3.0,
+    floor: float = 1e-4,
+) -> Axes:
+    """Draw the amplitudes of one output over frequency, up to a multiple of the first one.
+
+    Lines of less than the fraction `floor` of the largest are left out.
+    """
+    output = output or spectrum.names[0]
+    first, second = spectrum.frequencies
+    frequency, amplitude = spectrum.frequency, spectrum.of(output)
+    lowest = max(floor * float(amplitude.max()), float(np.finfo(float).tiny))
+    shown = (frequency <= (largest_order + 0.5) * first) & (amplitude > lowest)
+    tallest = max(amplitude.max(), 10 * lowest)
+    ax = _spectrum_axes(ax, label_of(spectrum.model, output), lowest, tallest)
+    ax.set_xlim(-0.05 * first, (largest_order + 0.5) * first)
+    between = spectrum.orders[:, 1] != 0
+    for colour, name, own in (
+        (FIRST, f"multiples of $f_1$ = {first:.6g} Hz", shown & ~between),
+        (BETWEEN, f"with $f_2$ = {second:.6g} Hz", shown & between),
+    ):
+        _draw_lines(ax, frequency[own], amplitude[own], colour, name)
+    ax.legend()
+    settle(ax)
+    highest = np.flatnonzero(shown)[np.argsort(amplitude[shown])[::-1][:NAMED]]
+    place_labels(
+        ax,
+        [
+            Label(
+                _combination_name(*spectrum.orders[line]),
+                np.array([[frequency[line], amplitude[line]]]),
+                BETWEEN if between[line] else FIRST,
+            )
+            for line in highest
+        ],
+    )
+    return ax
+
+
+def _combination_name(k: int, l: int) -> str:  # noqa: E741
+    """Return e.g. ``"3f_1 - f_2"`` as mathematics."""
+    terms = [
+        f"{'-' if order < 0 else '+'}{'' if abs(order) == 1 else abs(order)}f_{place}"
+        for place, order in ((1, k), (2, l))
+        if order
+    ]
+    return f"${''.join(terms).removeprefix('+')}$" if terms else "mean"
+
+
+def _spectrum_axes(ax: Axes | None, label: str, floor: float, tallest: float) -> Axes:
+    ax = axes_or_new(ax)
+    ax.set_yscale("log")
+    ax.set_ylim(floor, 10.0 ** np.ceil(np.log10(tallest) + 0.25))
+    ax.set_xlabel("frequency (Hz)")
+    ax.set_ylabel(f"amplitude of {label}")
+    return ax
+
+
+def _draw_lines(
+    ax: Axes, frequency: Array, amplitude: Array, colour: str, name: str = "_nolegend_"
+) -> None:
+    """Draw a stem and a dot for each line; names keep clear of both."""
+    ax.plot(frequency, amplitude, "o", markersize=3, color=colour, label=name)
+    stems = np.full(len(frequency), ax.get_ylim()[0]), amplitude
+    ax.plot(np.array([frequency] * 2), np.array(stems), color=colour, linewidth=1.0)
+
+
+def draw_points(
+    sweep: Sweep,
+    output: str | None = None,
+    measure: str = STROBE,
+    ax: Axes | None = None,
+    *,
+    runs: Sequence[str] | None = None,
+    legend: bool = True,
+) -> Axes:
+    """Draw an output at phase zero of each period, or its extremes, over the parameter.
+
+    Sweeps lie on top of motions from many starts, the one down on top of the one up. A motion that
+    sticks is drawn at phase zero alone.
+    """
+    if measure not in (STROBE, *MEASURE_NAMES):
+        raise InputError(
+            f"measure = {measure!r} is unknown; give {', '.join((STROBE, *MEASURE_NAMES))}"
+        )
+    output = output or sweep.model.states[0].name
+    ax = axes_or_new(ax)
+    chosen = sweep.runs if runs is None else runs
+    named: dict[str, Any] = {}
+    for name in sorted(chosen, key=lambda name: (name in COLOURS, sweep.run(name))):
+        x, y = dots_of(sweep, sweep.run(name), output, measure)
+        (dots,) = ax.plot(
+            x, y, "o", markersize=SIZE, markeredgewidth=0, color=COLOURS.get(name, OTHERS),
+            zorder=0.5, rasterized=True,
+        )  # fmt: skip
+        named.setdefault(name if name in COLOURS else "from many starts", dots)
+    label_axis(ax, "x", sweep.model.parameter(sweep.vary))
+    label_output(ax, "y", sweep.model, output, MEASURE_NAMES.get(measure, ""))
+    if legend and len(named) > 1:
+        ax.legend(named.values(), named, markerscale=5, loc="best", handletextpad=0.2)
+    return ax
+
+
+def dots_of(sweep: Sweep, run: int, output: str, measure: str) -> tuple[Array, Array]:
+    """Return values of the parameter, and what an output is or reaches there."""
+    column, states = flow_of(sweep.model).output_index(output), sweep.states[run]
+    known = np.flatnonzero(np.isfinite(states).all(axis=(1, 2)))
+    if measure == STROBE:
+        x = np.repeat(sweep.values[known], states.shape[1])
+        found = sampled_outputs(sweep.model, sweep.vary, x, states[known].reshape(len(x), -1), 1)
+        return x, found[:, 0, column]
+    known = known[~sweep.stuck[run, known]]
+    if not len(known):
+        return np.empty(0), np.empty(0)
+    # Of what repeats one response says all; otherwise every period is a dot.
+    repeats = sweep.repeats(sweep.runs[run])[known]
+    rows = [states[place, : count or None] for place, count in zip(known, repeats, strict=True)]
+    counts = [len(each) for each in rows]
+    at = np.repeat(sweep.values[known], counts)
+    samples = sampled_outputs(sweep.model, sweep.vary, at, np.concatenate(rows), SAMPLES)
+    places, heights = list[Array](), list[Array]()
+    parts = np.split(samples[:, :, column], np.cumsum(counts)[:-1])
+    for place, count, own in zip(known, repeats, parts, strict=True):
+        if count:
+            closed = np.concatenate([own.ravel(), own[0, :1]])[None]
+        else:
+            closed = np.concatenate([own[:-1], own[1:, :1]], axis=1)
+        heights.append(reached(closed, measure))
+        places.append(np.full(len(heights[-1]), sweep.values[place]))
+    return np.concatenate(places), np.concatenate(heights)
+
+
+def draw_section(
+    sweep: Sweep,
+    output: str | None = None,
+    against: str | None = None,
+    ax: Axes | None = None,
+    *,
+    at: float,
+    runs: Sequence[str] | None = None,
+) -> Axes:
+    """Draw states at phase zero at the value nearest to `at`: the stroboscopic section."""
+    names = [item.name for item in sweep.model.states]
+    output = output or names[0]
+    against = against or _rate_or_other(names, output)
+    ax = axes_or_new(ax)
+    place = int(np.abs(sweep.values - at).argmin())
+    flow, value = flow_of(sweep.model), sweep.values[place]
+    for name in sweep.runs if runs is None else runs:
+        states = sweep.states[sweep.run(name), place]
+        if np.isnan(states).any():
+            continue
+        found = sampled_outputs(sweep.model, sweep.vary, np.full(len(states), value), states, 1)
+        columns = [found[:, 0, flow.output_index(item)] for item in (output, against)]
+        ax.plot(*columns, "o", markersize=2 * SIZE, markeredgewidth=0,
+                color=COLOURS.get(name, OTHERS), label=name)  # fmt: skip
+    ax.margins(0.05)
+    label_output(ax, "x", sweep.model, output)
+    label_output(ax, "y", sweep.model, against)
+    ax.set_title(with_unit(f"{sweep.vary} = {value:.6g}", sweep.model.parameter(sweep.vary).unit))
+    return ax
+
+
+def draw_waterfall(
+    sweep: Sweep,
+    output: str | None = None,
+    ax: Axes | None = None,
+    *,
+    run: str | None = None,
+    lines: float = 3,
+    floor: float = 1e-5,
+) -> Axes:
+    """Draw amplitudes over frequency and parameter as colours.
+
+    Frequencies are in multiples of the forcing's, up to `lines`; amplitudes are shown down to the
+    fraction `floor` of the largest. Motions are windowed (Hann), so that a line is as wide as four
+    steps of the frequency, and a peak as high as its amplitude.
+    """
+    output = output or sweep.model.states[0].name
+    ax = axes_or_new(ax)
+    place = sweep.run(sweep.runs[0] if run is None else run)
+    states = sweep.states[place]
+    known = np.isfinite(states).all(axis=(1, 2)) & ~sweep.stuck[place]
+    if not known.any():
+        raise InputError(f"{sweep.runs[place]} has no points without stick; give another run")
+    periods, samples = states.shape[1], 2 * int(np.ceil(4 * lines))
+    x = np.repeat(sweep.values[known], periods)
+    flat = states[known].reshape(len(x), -1)
+    outputs = sampled_outputs(sweep.model, sweep.vary, x, flat, samples)
+    motion = outputs[:, :, flow_of(sweep.model).output_index(output)]
+    motion = motion.reshape(int(known.sum()), -1)
+    window = np.hanning(motion.shape[1] + 1)[:-1]
+    centred = motion - motion.mean(axis=1, keepdims=True)
+    amplitudes = np.full((len(states), motion.shape[1] // 2 + 1), np.nan)
+    amplitudes[known] = 2 * np.abs(np.fft.rfft(centred * window)) / window.sum()
+    frequencies = np.arange(amplitudes.shape[1]) / periods
+    shown = frequencies <= lines
+    largest = float(np.nanmax(amplitudes))
+    smallest = max(largest * floor, float(np.finfo(float).tiny))
+    mesh = ax.pcolormesh(
+        sweep.values,
+        frequencies[shown],
+        np.ma.masked_invalid(np.maximum(amplitudes[:, shown], smallest)).T,
+        norm=LogNorm(smallest, largest),
+        cmap="magma",
+        rasterized=True,
+        shading="nearest",
+    )
+    label_output(add_colour_bar(ax, mesh), "y", sweep.model, output, "amplitude of")
+    label_axis(ax, "x", sweep.model.parameter(sweep.vary))
+    ax.set_ylabel("frequency over that of the forcing")
+    return ax

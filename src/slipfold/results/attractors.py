@@ -1,0 +1,600 @@
+"""Attractors, their basins and basin fractions as results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import sqrt
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.long_term.attractor import Attractor
+from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
+from slipfold.long_term.box import Box
+from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, kind_of
+from slipfold.models.model import Model
+from slipfold.models.parameter import State
+from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Field, Items, axis
+from slipfold.results.records import Provenance
+from slipfold.results.result import Result
+from slipfold.results.tables import Frame
+from slipfold.text.one_line import listed, number_text
+from slipfold.text.printed_table import PrintedTable
+
+SURE = 1.96
+"""Standard deviations of a normal distribution within which 95 of a hundred lie."""
+
+
+class Share(NamedTuple):
+    """Share of the starts that came to something.
+
+    Parameters
+    ----------
+    value
+        The share, from 0 to 1.
+    low, high
+        Bounds that hold with 95 % confidence.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+def share_of(hits: int, count: int) -> Share:
+    """Return the share of some starts, with Wilson's bounds."""
+    if not count:
+        return Share(np.nan, 0.0, 1.0)
+    share = hits / count
+    middle = share + SURE**2 / (2 * count)
+    half = SURE * sqrt(share * (1 - share) / count + SURE**2 / (4 * count**2))
+    low, high = ((middle + sign * half) / (1 + SURE**2 / count) for sign in (-1, 1))
+    return Share(share, max(low, 0.0), min(high, 1.0))
+
+
+COLUMNS = (
+    Column("id", WHOLE, "number of the attractor", label=True, name="attractor", record=True),
+    Column("kind", TEXT, "what it is", record=True),
+    Column("period", WHOLE, "period in forcing periods, 0 for none", "", optional=True,
+           record=True),
+    Column("duration", meaning="period of a cycle", unit="s", optional=True, record=True),
+    Column("state", meaning="a state on it, at phase zero", dimensions=("state",), name="states",
+           record=True),
+    Column("minimum", meaning="least values of outputs", dimensions=("output",), record=True),
+    Column("maximum", meaning="largest values of outputs", dimensions=("output",), record=True),
+    Column("multipliers", COMPLEX, "Floquet multipliers; of an equilibrium eigenvalues in 1/s",
+           dimensions=("multiplier",), record=True),
+    Column("exponents", meaning="Lyapunov exponents of a torus or chaos", unit="1/{per}",
+           dimensions=("multiplier",), record=True),
+)  # fmt: skip
+"""What is said of an attractor."""
+
+ATTRACTORS = Items("attractor", Attractor, COLUMNS)
+
+REACHED = (
+    "number of the attractor that the motion came to; 0 undecided, -1 ended before, -2 not finished"
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class FoundAttractors(Result):
+    """Attractors, and which of them each of many starts came to."""
+
+    model: Model
+    labels: NDArray[np.int64]  # of each start, any shape
+    attractors: Annotated[tuple[Attractor, ...], ATTRACTORS]
+    ends: dict[str, int]
+    asked: int | None
+    interrupted: bool
+    provenance: Provenance
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.attractors)
+
+    def __iter__(self) -> Iterator[Attractor]:
+        """Go through them in the order in which they were found."""
+        return iter(self.attractors)
+
+    def __getitem__(self, place: int) -> Attractor:
+        """Return one of them."""
+        return self.attractors[place]
+
+    @property
+    def per(self) -> str:
+        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
+        return "forcing period" if self.model.forced else "s"
+
+    def share(self, attractor: Attractor | int) -> Share:
+        """Return the share of the starts that came to an attractor.
+
+        The bounds are those of Wilson for independent starts; evenly spread ones err less.
+
+        Parameters
+        ----------
+        attractor
+            One of them, or its number; 0 for undecided motions, -1 for those that ended before.
+
+        Returns
+        -------
+        Share
+            The share and its bounds at 95 % confidence.
+        """
+        number = attractor.id if isinstance(attractor, Attractor) else attractor
+        finished = self.labels[self.labels != UNFINISHED]
+        return share_of(int((finished == number).sum()), len(finished))
+
+    def _notes(self) -> list[str]:
+        return starts_notes(self.ends, self.labels, (self.labels == UNFINISHED).sum(), "starts")
+
+    def _rows(self) -> PrintedTable:
+        output = self.model.states[0].name
+        rows = []
+        for item in self.attractors:
+            share, count = self.share(item), (self.labels == item.id).sum()
+            shares = [f"{share.value:.3f}", f"{share.low:.3f} to {share.high:.3f}"]
+            ends = [number_text(item.minimum[0]), number_text(item.maximum[0])]
+            rows.append([str(item.id), in_words(item), str(count), *shares, *ends, _growth(item)])
+        heads = ["", "what", "starts", "share", "95 %"]
+        heads += [f"min {output}", f"max {output}", "largest"]
+        return PrintedTable(heads, rows, words=("what", "largest"))
+
+    def _record(self) -> dict[str, Any]:
+        records = ATTRACTORS.record(self, "attractors")
+        for item, record in zip(self.attractors, records, strict=True):
+            record["starts"] = int((self.labels == item.id).sum())
+            record["share"] = self.share(item)._asdict()
+        return {
+            **super()._record(),
+            "attractors": records,
+            "undecided": int((self.labels == UNDECIDED).sum()),
+            "ended": self.ends,
+            "interrupted": self.interrupted,
+        }
+
+
+def starts_notes(
+    ends: Mapping[str, int], labels: NDArray[np.int64], unfinished: int, what: str
+) -> list[str]:
+    """Return what is said of starts that reached no attractor."""
+    notes = [f"{count} ended: {kind}" for kind, count in ends.items()]
+    if (labels == UNDECIDED).any():
+        notes.append(f"{(labels == UNDECIDED).sum()} undecided; give more periods")
+    if unfinished:
+        notes.append(f"{unfinished} {what} not finished, the search was interrupted")
+    return notes or ["Every start came to one of them"]
+
+
+def in_words(item: Attractor) -> str:
+    """Return what an attractor is."""
+    if item.period is not None:
+        return f"period {item.period}"
+    return item.kind if item.duration is None else f"{item.kind} of {number_text(item.duration)} s"
+
+
+def _growth(item: Attractor) -> str:
+    """Return how perturbations grow, besides that along a cycle."""
+    if item.kind in ("torus", "chaos"):
+        return f"exponent {item.exponents[0]:.4g}"
+    if item.kind == "equilibrium":
+        return f"eigenvalue {item.multipliers.real.max():.4g}"
+    sizes = np.abs(item.multipliers)
+    if item.kind == "cycle":
+        sizes = np.delete(sizes, np.abs(item.multipliers - 1).argmin())
+    return f"multiplier {sizes.max(initial=0.0):.4g}"
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Attractors(FoundAttractors):
+    """All that motions from a box of starts settle on; frozen.
+
+    Made by `slipfold.attractors` and `slipfold.load`. It is a sequence of
+    `slipfold.Attractor`.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    box
+        Corners ``low`` and ``high`` of the box, each of shape (n_states,).
+    seed
+        Of the starts.
+    asked
+        Periods that were asked for; None if none were.
+    starts
+        Starting states, shape (n_starts, n_states).
+    labels
+        Number of the attractor that each of them came to, shape (n_starts,); 0 where that is
+        undecided, -1 where the motion ended before, -2 where it was not finished.
+    attractors
+        What was found, each verified.
+    ends
+        How many motions ended before they came to anything, by the limit of the model they met.
+    interrupted
+        Whether the search was interrupted.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``attractor``: ``kind``, ``period``, ``duration``, a state
+    among ``states``, ``minimum`` and ``maximum`` of each ``output``, ``multipliers_real`` and
+    ``_imag``, ``exponents``; along ``start``: ``starting_states`` and ``reached``. In the
+    spreadsheet of `to_csv` a start is a row. In `to_json`, schema slipfold.attractors/1.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> duffing = sf.built_in_models()["duffing"](W=1.2)
+    >>> found = sf.attractors(duffing, {"q": (-3, 3), "v": (-3, 3)}, starts=16)
+    >>> sorted(round(float(item.maximum[0]), 4) for item in found)
+    [0.4177, 2.5456]
+    """
+
+    schema = "slipfold.attractors/1"
+
+    title = "attractors of {0.model.name}"
+    rows = "start"
+
+    box: Box
+    seed: int
+    starts: Annotated[
+        Array,
+        Field("start state", "starting state at phase zero", name="starting_states", head=""),
+    ]
+    labels: Annotated[NDArray[np.int64], Field("start", REACHED, name="reached")]
+
+    def _head(self) -> str:
+        moved = [
+            f"{state.name} {number_text(low)} to {number_text(high)}"
+            for state, low, high in zip(self.model.states, self.box.low, self.box.high, strict=True)
+            if low < high
+        ]
+        return f"{self.model!r} from {len(self.starts)} starts: {listed(moved)}"
+
+    def _line(self) -> str:
+        found = listed(in_words(item) for item in self.attractors)
+        return f"Attractors of {self.model.name}: {found or 'none'}"
+
+    def _record(self) -> dict[str, Any]:
+        return {
+            "box": {"low": self.box.low, "high": self.box.high},
+            "starts": len(self.starts),
+            "seed": self.seed,
+            **super()._record(),
+        }
+
+
+PHASE = State("phase", "forcing period", "phase of the forcing at which the start is released")
+"""The axis of a plane that is none of the states."""
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Basins(FoundAttractors):
+    """Which attractor the motion from each state of a plane comes to; frozen.
+
+    Made by `slipfold.basins` and `slipfold.load`. It is a sequence of `slipfold.Attractor`.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    plane
+        Names of the two states that span the plane; one may be ``"phase"``, at which starts are
+        released.
+    first, second
+        Their values, shapes (n_first,) and (n_second,).
+    state
+        Starting state whose other components all starts have, shape (n_states,).
+    labels
+        Number of the attractor that each start came to, shape (n_second, n_first); 0 where that is
+        undecided, -1 where the motion ended before, -2 where it was not finished.
+    uncertain
+        Whether a label stands for its cell, shape (n_second, n_first): 0 where motions from its
+        corners have the same label, 1 where one of them has another, so that a boundary passes; 2
+        where the label changes if the start is moved by the error of the integration.
+    attractors
+        What was found, each verified.
+    ends
+        How many motions ended before they came to anything, by the limit of the model they met.
+    asked
+        Periods that were asked for; None if none were.
+    interrupted
+        Whether the computation was interrupted.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``attractor``: as of `slipfold.Attractors`; ``reached`` and
+    ``uncertain`` along the two states by their names, ``found.to_xarray().sel(x=0, vy=1,
+    method="nearest")``; ``starting_state``. In the spreadsheet of `to_csv` a start is a row. In
+    `to_json`, schema slipfold.basins/1. `plot` draws a color for each attractor.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> duffing = sf.built_in_models()["duffing"](W=1.2)
+    >>> found = sf.basins(duffing, {"q": (-4, 4), "v": (-4, 4)}, points=16)
+    >>> len(found), bool(sum(found.share(item).value for item in found) == 1)
+    (2, True)
+    """
+
+    schema = "slipfold.basins/1"
+
+    title = "basins of attraction of {0.model.name} in {0.plane[0]} and {0.plane[1]}"
+    rows = "{axes[0]} {axes[1]}"
+    recorded = ("plane", "first", "second", "state", "labels", "uncertain")
+
+    plane: tuple[str, str]
+    first: Annotated[Array, axis("{axes[0]}")]
+    second: Annotated[Array, axis("{axes[1]}")]
+    state: Annotated[
+        Array,
+        Field("state", "starting state whose other components all starts have",
+              name="starting_state"),
+    ]  # fmt: skip
+    labels: Annotated[NDArray[np.int64], Field("{axes[1]} {axes[0]}", REACHED, name="reached")]
+    uncertain: Annotated[
+        NDArray[np.int64],
+        Field("{axes[1]} {axes[0]}", "whether the label changes: 0 no, 1 within the cell, 2 within "
+              "the error of the integration"),
+    ]  # fmt: skip
+
+    def uncertain_share(self, least: int = WITHIN_CELL) -> float:
+        """Return the share of the cells whose label does not stand for the cell.
+
+        Parameters
+        ----------
+        least
+            1 for all cells in which the label changes, 2 for those where it changes within the
+            error of the integration.
+
+        Returns
+        -------
+        float
+            The share, from 0 to 1.
+        """
+        return float((self.uncertain >= least).mean())
+
+    def _head(self) -> str:
+        ends = [
+            f"{name} {number_text(values[0])} to {number_text(values[-1])}"
+            for name, values in zip(self.plane, (self.first, self.second), strict=True)
+        ]
+        others = [
+            f"{state.name} = {number_text(value)}"
+            for state, value in zip(self.model.states, self.state, strict=True)
+            if state.name not in self.plane
+        ]
+        grid = f"{len(self.first)} x {len(self.second)} starts"
+        at = f" at {listed(others)}" if others else ""
+        return f"{self.model!r} from {grid}: {listed(ends)}{at}"
+
+    def _notes(self) -> list[str]:
+        within, error = map(self.uncertain_share, (WITHIN_CELL, WITHIN_ERROR))
+        found = [f"Uncertain: the label changes within {100 * within:.3g} % of the cells"]
+        if error:
+            found.append(
+                f"Of {100 * error:.3g} % it changes within the error of the integration: there the "
+                "boundary is too fine to know it"
+            )
+        return [*super()._notes(), *(found if within else ["The label changes within no cell"])]
+
+    def _line(self) -> str:
+        found = listed(f"{in_words(item)} {self.share(item).value:.3f}" for item in self)
+        return f"Basins of {self.model.name} in {' and '.join(self.plane)}: {found or 'none'}"
+
+    @property
+    def axes(self) -> tuple[State, State]:
+        """What spans the plane, with its units."""
+        known = {state.name: state for state in (PHASE, *self.model.states)}
+        first, second = (known[name] for name in self.plane)
+        return first, second
+
+
+class Shares(NamedTuple):
+    """Shares of the starts that came to something, at all values of a parameter.
+
+    Parameters
+    ----------
+    value
+        The shares, from 0 to 1, shape (n_values,); NaN where the search was not finished.
+    low, high
+        Bounds that hold with 95 % confidence at each value, shapes (n_values,).
+    """
+
+    value: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BasinFractions(Result):
+    """Which share of the starts each attractor wins along a parameter; frozen.
+
+    Made by `slipfold.basin_fractions` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model; its value of the parameter plays no part.
+    vary
+        Name of the parameter.
+    values
+        Its values, shape (n_values,), increasing.
+    box
+        Corners ``low`` and ``high`` of the box of starts, each of shape (n_states,).
+    seed
+        Of the starts.
+    asked
+        Periods that were asked for; None if none were.
+    starts
+        Starting states, the same at each value, shape (n_starts, n_states).
+    labels
+        Number of the attractor that each of them came to, shape (n_values, n_starts); 0 where that
+        is undecided, -1 where the motion ended before, -2 where the search was not finished.
+    attractors
+        What was found at each value, each a `slipfold.Attractor`, length n_values. One that goes on
+        from value to value keeps its ``id``.
+    ends
+        How many motions ended before they came to anything, by the limit of the model they met.
+    interrupted
+        Whether the computation was interrupted.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along a dimension named for the parameter and ``start``:
+    ``reached``; along ``start``: ``starting_states``; along ``attractor``, of which
+    ``value_of_attractor`` is the place of the value: as of `slipfold.Attractors`. In the
+    spreadsheet of `to_csv` an attractor at a value is a row. In `to_json`, schema
+    slipfold.basin_fractions/1. `plot` draws the shares with their bounds.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
+    >>> found = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
+    >>> found.numbers, bool(found.share(1).value[0] == 1)
+    ((1, 2), True)
+    """
+
+    schema = "slipfold.basin_fractions/1"
+
+    title = "shares of basins of {0.model.name} over {0.vary}"
+
+    model: Model
+    vary: str
+    values: Annotated[Array, axis("{vary}")]
+    box: Box
+    seed: int
+    asked: int | None
+    starts: Annotated[
+        Array, Field("start state", "starting state at phase zero", name="starting_states")
+    ]
+    labels: Annotated[NDArray[np.int64], Field("{vary} start", REACHED, name="reached")]
+    attractors: Annotated[
+        tuple[tuple[Attractor, ...], ...],
+        Items("attractor", Attractor, COLUMNS,
+              owner=("value", "place of the value, from 0", "values")),
+    ]  # fmt: skip
+    ends: dict[str, int]
+    interrupted: bool
+    provenance: Provenance
+
+    @property
+    def per(self) -> str:
+        """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
+        return "forcing period" if self.model.forced else "s"
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Numbers of all attractors, in the order in which they were found."""
+        return tuple(sorted({item.id for _, item in self._all()}))
+
+    def along(self, number: int) -> dict[float, Attractor]:
+        """Return an attractor at the values of the parameter at which it was found.
+
+        Parameters
+        ----------
+        number
+            Its number.
+        """
+        found = self._all()
+        return {float(self.values[place]): item for place, item in found if item.id == number}
+
+    def share(self, number: int) -> Shares:
+        """Return the shares of the starts that came to an attractor, with their bounds.
+
+        The bounds are those of Wilson for independent starts; evenly spread ones err less.
+
+        Parameters
+        ----------
+        number
+            Its number; 0 for undecided motions, -1 for those that ended before.
+
+        Returns
+        -------
+        Shares
+            The shares at all values and their bounds at 95 % confidence.
+        """
+        hits = (self.labels == number).sum(axis=1)
+        counts = (self.labels != UNFINISHED).sum(axis=1)
+        rows = [share_of(*pair) for pair in zip(hits.tolist(), counts.tolist(), strict=True)]
+        return Shares(*np.array(rows).T)
+
+    def _head(self) -> str:
+        first, last = (number_text(self.values[place]) for place in (0, -1))
+        unit = self.model.parameter(self.vary).unit
+        return (
+            f"{self.model!r}: {f'{self.vary} {first} to {last} {unit}'.rstrip()}, "
+            f"{len(self.values)} values, {len(self.starts)} starts at each"
+        )
+
+    def _all(self) -> Iterator[tuple[int, Attractor]]:
+        """Go through what was found, with the places of the values."""
+        return ((place, item) for place, items in enumerate(self.attractors) for item in items)
+
+    def _line(self) -> str:
+        count = len(self.numbers)
+        return f"Shares of basins of {self.model.name} over {self.vary}: {count} attractors"
+
+    def _rows(self) -> PrintedTable:
+        rows = []
+        for number in self.numbers:
+            along = self.along(number)
+            shares = self.share(number)
+            most = int(np.nanargmax(shares.value))
+            won = f"{shares.low[most]:.3f} to {shares.high[most]:.3f}"
+            first, last, at = map(number_text, (min(along), max(along), self.values[most]))
+            kind = kind_of(next(iter(along.values())))
+            rows.append([str(number), kind, first, last, f"{shares.value[most]:.3f}", won, at])
+        heads = ["", "what", f"from {self.vary}", "to", "largest share", "95 %", "at"]
+        return PrintedTable(heads, rows, words=("what",))
+
+    def _notes(self) -> list[str]:
+        unfinished = (self.labels[:, 0] == UNFINISHED).sum()
+        return starts_notes(self.ends, self.labels, unfinished, "values")
+
+    def _record(self) -> dict[str, Any]:
+        table = Items("attractor", Attractor, COLUMNS).table(self)
+        shares = {number: self.share(number) for number in (UNDECIDED, ENDED, *self.numbers)}
+        return {
+            "vary": self.vary,
+            "values": self.values,
+            "box": {"low": self.box.low, "high": self.box.high},
+            "starts": len(self.starts),
+            "seed": self.seed,
+            "attractors": [
+                {
+                    "value": self.values[place],
+                    **table.record(item),
+                    "share": _at(shares[item.id], place),
+                }
+                for place, item in self._all()
+            ],
+            "undecided": shares[UNDECIDED].value,
+            "ended": shares[ENDED].value,
+            "ends": self.ends,
+            "interrupted": self.interrupted,
+        }
+
+    def _frame(self) -> Frame:
+        shares = {number: self.share(number) for number in self.numbers}
+        found = [(place, item, _at(shares[item.id], place)) for place, item in self._all()]
+        columns: dict[str, Any] = {
+            self.vary: self.values[[place for place, _, _ in found]],
+            "attractor": [item.id for _, item, _ in found],
+            "what": [kind_of(item) for _, item, _ in found],
+        }
+        columns |= {name: [share[name] for _, _, share in found] for name in Shares._fields}
+        return Frame(columns, {self.vary: self.model.parameter(self.vary).unit})
+
+
+def _at(shares: Shares, place: int) -> dict[str, float]:
+    return {name: float(each[place]) for name, each in shares._asdict().items()}

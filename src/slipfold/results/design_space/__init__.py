@@ -1,1 +1,0 @@
-"""Results about thresholds where parameters scatter, and where they are chosen."""

@@ -1,0 +1,400 @@
+"""Measurements planned and fitted, as results."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.measured.information import Planned, best_rows, expected
+from slipfold.measured.least_squares import Estimate
+from slipfold.measured.measurement import Measurement
+from slipfold.measured.quantity import Quantity
+from slipfold.models.model import Model
+from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table
+from slipfold.results.records import Provenance, SavedTable
+from slipfold.results.result import Result
+from slipfold.results.tables import Variable
+from slipfold.text.one_line import capitalised, headed, listed, number_text
+from slipfold.text.printed_table import PrintedTable, with_unit
+
+QUANTITIES = Items("quantity", Quantity, (
+    Column("text", TEXT, "what is measured of which output", name="quantity", label=True, get=str,
+           derived=True),
+    Column("measure", TEXT, "what is measured"),
+    Column("output", TEXT, "output of which it is measured"),
+    Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True),
+), "quantity_")  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasurementPlan(Result):
+    """What planned readings would tell of parameters; frozen.
+
+    Made by `slipfold.plan_measurement` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model with the values that are expected.
+    vary
+        Name of the parameter that would be swept.
+    quantities
+        What would be measured, q of them.
+    fitted
+        Names of the parameters to be told, p of them.
+    values
+        Values of `vary`, shape (m,), in the order of the sweep.
+    read
+        What would be read, shape (m, q); NaN where no response is stable.
+    slopes
+        Derivatives of readings with respect to the parameters, shape (m, q, p), in the units of
+        the quantities over those of the parameters.
+    errors
+        Standard deviations of the readings, shape (q,).
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``row`` the readings, also along ``quantity`` and
+    ``fitted``. In the spreadsheet of `to_csv` a row is a value of `vary`. In `to_json`, schema
+    slipfold.measurement-plan/1. `plot` draws how much each reading tells: a change of each
+    parameter by its own size, in errors.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> forces = [0.005 * step for step in range(1, 9)]
+    >>> planned = sf.plan_measurement(
+    ...     sf.SlidingOscillator(f=12.5), "Nd", forces, ["max y"], ["mu"], errors=1e-4
+    ... )
+    >>> planned.best(2)
+    [6, 7]
+    """
+
+    schema = "slipfold.measurement-plan/1"
+
+    title = "what a measurement of {0.model.name} over {0.vary} would tell"
+    rows = "row"
+    recorded = (
+        "vary", "quantities", "errors", "fitted", "errors_expected", "correlation", "values",
+        "read", "slopes",
+    )  # fmt: skip
+    arrays = MappingProxyType({
+        "errors_expected": Field("fitted", "expected standard error", name="fitted_error"),
+        "correlation": Field("fitted other", "expected, with each of the other parameters", "",
+                             name="fitted_correlation"),
+        "_units": Field("fitted", "unit of the parameter", kind=TEXT, name="fitted_units",
+                        label=True),
+    })  # fmt: skip
+
+    model: Model
+    vary: str
+    quantities: Annotated[tuple[Quantity, ...], QUANTITIES]
+    fitted: Annotated[
+        tuple[str, ...], Field("fitted", "name of the parameter", name="fitted", label=True)
+    ]
+    values: Annotated[
+        Array, Field("row", "{vary}", "{vary}", name="value", label=True, head="{vary}")
+    ]
+    read: Annotated[Array, Field("row quantity", "what would be read")]
+    slopes: Annotated[
+        Array,
+        Field("row quantity fitted", "derivative of what would be read by each parameter, in units "
+              "of quantities over units of parameters", "see quantity_units, fitted_units",
+              head="slope of"),
+    ]  # fmt: skip
+    errors: Annotated[
+        Array, Field("quantity", "standard deviation of readings", name="quantity_error")
+    ]
+    provenance: Provenance
+
+    @property
+    def _units(self) -> list[str]:
+        return [self.model.parameter(name).unit for name in self.fitted]
+
+    @property
+    def covariance(self) -> Array:
+        """Expected covariance of the parameters, shape (p, p); infinite where nothing tells."""
+        return expected(self._planned, self.errors, slice(None))
+
+    @property
+    def errors_expected(self) -> Array:
+        """Expected standard errors of the parameters, in their units, shape (p,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def correlation(self) -> Array:
+        """Expected correlations of the parameters, shape (p, p)."""
+        errors = self.errors_expected
+        with np.errstate(invalid="ignore"):
+            found = self.covariance / np.outer(errors, errors)
+        np.fill_diagonal(found, 1.0)
+        return np.asarray(found)
+
+    def best(self, count: int) -> list[int]:
+        """Return the numbers of the rows that tell all parameters best together.
+
+        Parameters
+        ----------
+        count
+            How many.
+
+        Returns
+        -------
+        list of int
+            Their numbers from 0: those with the largest determinant of the information matrix (a
+            D-optimal design), found by taking one after the other and then exchanging.
+
+        Raises
+        ------
+        InputError
+            If there are not as many, or too few to tell the parameters.
+        """
+        there = int(np.isfinite(self.slopes).all(axis=(1, 2)).sum())
+        least = -(-len(self.fitted) // len(self.quantities))
+        if not least <= count <= there:
+            raise InputError(
+                f"count = {count} rows cannot be chosen; give {least}, the fewest that tell "
+                f"{len(self.fitted)} parameters, to {there}"
+            )
+        return best_rows(self._planned, self.errors, count)
+
+    def some(self, rows: Sequence[int]) -> MeasurementPlan:
+        """Return the plan with some of its rows.
+
+        Parameters
+        ----------
+        rows
+            Their numbers from 0.
+        """
+        kept = list(rows)
+        return replace(
+            self, values=self.values[kept], read=self.read[kept], slopes=self.slopes[kept]
+        )
+
+    def _head(self) -> str:
+        missing = int((~np.isfinite(self.slopes).all(axis=(1, 2))).sum())
+        lost = f"; no response is stable at {missing} of them" if missing else ""
+        what = ", ".join(map(str, self.quantities))
+        return f"{self.model!r}: {what} at {len(self.values)} values of {self.vary}{lost}"
+
+    @property
+    def _planned(self) -> Planned:
+        sizes = np.abs([self.model.values[name] for name in self.fitted])
+        return Planned(self.values, self.read, self.slopes, sizes)
+
+    def _line(self) -> str:
+        pairs = zip(self.fitted, self.errors_expected, strict=True)
+        told = listed(f"{name} to {error:.2g}" for name, error in pairs)
+        return f"Plan of {len(self.values)} readings of {self.model.name}: {told}"
+
+    def _rows(self) -> PrintedTable:
+        rows = []
+        for name, error, line in zip(
+            self.fitted, self.errors_expected, self.correlation, strict=True
+        ):
+            value = self.model.values[name]
+            correlations = " ".join(f"{each:+.3f}" for each in line)
+            rows.append(
+                [headed(self.model.parameter(name)), f"{value:g}", f"{error:.3g}",
+                 f"{100 * error / abs(value):.2g} %", correlations]
+            )  # fmt: skip
+        heads = ["parameter", "value", "expected error", "of it", "correlations"]
+        return PrintedTable(heads, rows, ("parameter",))
+
+    def _record(self) -> dict[str, Any]:
+        return super()._record() | {"quantities": [str(item) for item in self.quantities]}
+
+
+ESTIMATES = Items("fitted", Estimate, (
+        Column("name", TEXT, "name of the parameter", name="fitted", label=True, record=True),
+        Column("unit", TEXT, "its unit, empty for a number", name="fitted_units", label=True,
+               record=True),
+        Column("value", REAL, "fitted value, in fitted_units", name="fitted_value", record=True),
+        Column("error", REAL, "standard error, in fitted_units", name="fitted_error", record=True),
+        Column("low", REAL, "lower end of the interval of 95 % confidence", name="fitted_low",
+               record=True),
+        Column("high", REAL, "upper end of that interval", name="fitted_high", record=True),
+        Column("least", REAL, "lower bound that was given", name="fitted_least", record=True),
+        Column("most", REAL, "upper bound that was given", name="fitted_most", record=True),
+        Column("correlation", REAL, "with each of the other parameters", "",
+               ("other",), name="fitted_correlation", record=True),
+))  # fmt: skip
+
+ROWS = (
+    Column("values", REAL, "value of the parameter", name="value", label=True),
+    Column("readings", REAL, "what was measured", None, ("quantity",), head="read"),
+    Column("errors", REAL, "standard deviations of the readings", None, ("quantity",),
+           head="error of"),
+    Column("sweep", TEXT, "how the parameter came to its value"),
+)  # fmt: skip
+"""What was measured."""
+
+
+@dataclass(frozen=True)
+class Readings(Part):
+    """A measurement as an attribute."""
+
+    def names(self, key: str) -> set[str]:
+        """Return the names of its arrays."""
+        return {"row", "quantity", "value", "readings", "errors", "sweep"}
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return what was measured."""
+        seen: Measurement = getattr(result, key)
+        values = replace(ROWS[0], unit=seen.unit, head=seen.vary)
+        table = Table(("row",), (values, *ROWS[1:]), joined=True)
+        quantities = QUANTITIES.table(result).variables(seen.quantities, {})
+        return quantities | table.variables([seen], {})
+
+    def attributes(self, result: Any, key: str) -> dict[str, Any]:
+        """Return over what it was measured, and why it ended."""
+        seen: Measurement = getattr(result, key)
+        return {"vary": seen.vary, "measurement_stopped": json.dumps(seen.stopped)}
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> Measurement:
+        """Return the measurement."""
+        table = QUANTITIES.table(result)
+        quantities = [Quantity(**table.read(saved, {}, row)) for row in range(table.count(saved))]
+        fields = Table(("row",), ROWS, joined=True).read(saved, {}, ...)
+        fields["sweep"] = tuple(fields["sweep"].tolist())
+        vary = result.model.parameter(str(saved.attributes["vary"]))
+        stopped = json.loads(saved.attributes["measurement_stopped"])
+        return Measurement(
+            vary=vary.name, unit=vary.unit, quantities=tuple(quantities), stopped=stopped, **fields
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Result):
+    """Parameters with which stable responses come nearest to a measurement; frozen.
+
+    Made by `slipfold.fit` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model with the fitted values.
+    measurement
+        What was measured.
+    estimates
+        The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard error), ``low``
+        and ``high`` (ends of the interval of 95 % confidence), ``least`` and ``most`` (bounds that
+        were given), ``correlation`` with each of the parameters.
+    predicted
+        What the fitted model predicts, shape (m, q); NaN for rows that are not used.
+    period
+        Period of the response that explains each row, in forcing periods, shape (m,); 0 for none.
+    used
+        Which rows are used, shape (m,).
+    scatter
+        Root mean square of the weighted residuals over degrees of freedom: 1 is expected where
+        errors are given, else it is in shares of each quantity's range.
+    converged
+        Whether the same responses explain the same readings at the end as in the last fit.
+    message
+        What there is to know besides; empty if nothing.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``fitted`` the parameters, along ``row`` the measurement,
+    also along ``quantity``. In the spreadsheet of `to_csv` a row is one of the measurement. In
+    `to_json`, schema slipfold.fit/1. `plot` draws readings of a ``quantity="max y"`` and what is
+    predicted for them.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> truth = sf.SlidingOscillator(f=12.5, mu=0.46)
+    >>> seen = sf.measure(truth, "Nd", [0.01, 0.02, 0.03, 0.04], ["max y"])
+    >>> found = sf.fit(truth.replace(mu=0.5), seen, {"mu": (0.3, 0.7)})
+    >>> round(found.model.mu, 6)
+    0.46
+    """
+
+    schema = "slipfold.fit/1"
+
+    title = "parameters of {0.model.name} fitted to a measured response"
+    rows = "row"
+    recorded = ("scatter", "converged", "message", "predicted", "period", "used")
+
+    model: Model
+    measurement: Annotated[Measurement, Readings()]
+    estimates: Annotated[tuple[Estimate, ...], ESTIMATES]
+    predicted: Annotated[Array, Field("row quantity", "what the fitted model predicts")]
+    period: Annotated[
+        NDArray[np.int64],
+        Field("row", "of the stable response, in forcing periods, 0: none"),
+    ]
+    used: Annotated[NDArray[np.bool_], Field("row", "whether the row was used")]
+    scatter: float
+    converged: bool
+    message: str
+    provenance: Provenance
+
+    def __getitem__(self, name: str) -> Estimate:
+        """Return the estimate of a parameter."""
+        for item in self.estimates:
+            if item.name == name:
+                return item
+        raise KeyError(name)
+
+    def _head(self) -> str:
+        return f"{self.model.name} fitted to {self.measurement._line()}"
+
+    def _notes(self) -> list[str]:
+        errors_given = np.isfinite(self.measurement.errors).any()
+        used = f"{int(self.used.sum())} of {len(self.measurement)} rows used"
+        expected = ", 1 expected" if errors_given else " of the readings' range"
+        message = capitalised(self.message, self.model.parameters)
+        return [f"{used}; scatter {self.scatter:.3g}{expected}", *([message] if message else [])]
+
+    def _line(self) -> str:
+        found = listed(
+            f"{item.name} = {with_unit(f'{item.value:.6g} +- {item.error:.1g}', item.unit)}"
+            for item in self.estimates
+        )
+        return f"Fit of {self.model.name}: {found}"
+
+    def _rows(self) -> PrintedTable:
+        rows = [
+            [
+                headed(item),
+                number_text(item.value, 10),
+                f"{item.error:.2g}",
+                f"{item.low:.6g} to {item.high:.6g}" + _open(item),
+                " ".join(f"{value:+.3f}" for value in item.correlation),
+            ]
+            for item in self.estimates
+        ]
+        heads = ["parameter", "value", "error", "95 % interval", "correlations"]
+        return PrintedTable(heads, rows, ("parameter",))
+
+    def _record(self) -> dict[str, Any]:
+        seen = self.measurement
+        return {
+            "vary": seen.vary,
+            "quantities": [str(item) for item in seen.quantities],
+            "fitted": ESTIMATES.record(self, "estimates"),
+            "values": seen.values,
+            "readings": seen.readings,
+            **super()._record(),
+        }
+
+
+def _open(item: Estimate) -> str:
+    """Say at which bounds an interval is open."""
+    bounds = {"lower": item.low == item.least, "upper": item.high == item.most}
+    met = [side for side, meets in bounds.items() if meets]
+    return f", at its {' and '.join(met)} bound" if met else ""

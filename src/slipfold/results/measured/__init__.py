@@ -1,1 +1,0 @@
-"""Results about measured responses."""

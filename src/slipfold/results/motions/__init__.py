@@ -1,1 +1,0 @@
-"""Results that are of one motion."""

@@ -1,0 +1,301 @@
+"""What files say of a result besides its arrays: model, input, versions, plain data."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from datetime import UTC, datetime
+from functools import cache, cached_property
+from types import NoneType, UnionType
+from typing import Any, Union, cast, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.checks.checked import Checked
+from slipfold.errors import InputError
+from slipfold.models.friction import law_from_record, law_record
+from slipfold.models.model import Model
+from slipfold.models.registry import built_in_models, model_named
+from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.structures import Structure
+from slipfold.models.system import System
+from slipfold.models.unforced import Unforced
+from slipfold.results.tables import LabelledTable
+from slipfold.version import package_version
+
+
+def encoded(value: Any) -> Any:
+    """Return what `json` can write; `decoded` makes the value of it again.
+
+    >>> from slipfold.continuation.end import End
+    >>> encoded((End("span", "it ends here", 0.5), None))
+    [{'kind': 'span', 'reason': 'it ends here', 'values': [0.5]}, None]
+    """
+    if hasattr(value, "to_json"):
+        return value.to_json()
+    if is_dataclass(value):
+        return {item.name: encoded(getattr(value, item.name)) for item in fields(value)}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: encoded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [encoded(item) for item in value]
+    return value
+
+
+def decoded(kind: Any, value: Any) -> Any:
+    """Return a value of a type, such as ``tuple[float, ...] | None``, from plain data.
+
+    >>> decoded(tuple[float, ...] | None, [1, 2.5])
+    (1.0, 2.5)
+    """
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin in (Union, UnionType):
+        if value is None and NoneType in inner:
+            return None
+        (kind,) = (each for each in inner if each is not NoneType)
+        return decoded(kind, value)
+    if origin is np.ndarray:
+        return np.array(value, get_args(inner[1])[0])
+    if origin is tuple:
+        kinds = inner[:1] * len(value) if inner[1:] == (...,) else inner
+        return tuple(decoded(each, item) for each, item in zip(kinds, value, strict=True))
+    if origin is not None and issubclass(origin, Mapping):
+        return {key: decoded(inner[1], item) for key, item in value.items()}
+    if hasattr(kind, "from_json"):
+        return kind.from_json(value)
+    if is_dataclass(kind) or hasattr(kind, "_fields"):
+        types = types_of(cast(type, kind))
+        if not is_dataclass(kind):
+            value = dict(zip(types, value, strict=True))
+        return cast(Any, kind)(**{key: decoded(types[key], item) for key, item in value.items()})
+    return _checked(kind, value)
+
+
+def _checked(kind: Any, value: Any) -> Any:
+    """Return a number or text, which must be one."""
+    if kind in (int, float, str, bool):
+        numbers = (int, float, np.number, np.bool_)
+        if not isinstance(value, str if kind is str else numbers):
+            raise ValueError(f"{value!r} is not of type {kind.__name__}")
+        return kind(value)
+    return value
+
+
+@cache
+def types_of(kind: type) -> dict[str, Any]:
+    """Return the types of the fields of a class."""
+    return get_type_hints(kind)
+
+
+def finite(value: Any) -> Any:
+    """Return what JSON can hold: pairs for complex numbers, None for what is not finite.
+
+    >>> finite({"a": (1, float("inf")), "b": 2 - 1j})
+    {'a': [1, None], 'b': [2.0, -1.0]}
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        return finite(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    if isinstance(value, complex):
+        return finite((value.real, value.imag))
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What computed a result, and when.
+
+    Parameters
+    ----------
+    slipfold, heyoka, numpy, python
+        Versions.
+    computed
+        When the computation ended: UTC, ISO 8601; None of a study, which ends more than once.
+    seconds
+        How long it took; likewise.
+    """
+
+    slipfold: str
+    heyoka: str
+    numpy: str
+    python: str
+    computed: str | None = None
+    seconds: float | None = None
+
+    def attributes(self) -> dict[str, Any]:
+        """Return it as attributes of a file."""
+        known = {_attribute(each.name): getattr(self, each.name) for each in fields(self)}
+        return {name: value for name, value in known.items() if value is not None}
+
+    @classmethod
+    def from_attributes(cls, attributes: Mapping[str, Any]) -> Provenance:
+        """Make it again from the attributes of a file."""
+        names = ("slipfold", "heyoka", "numpy", "python")
+        versions: dict[str, Any] = {name: str(attributes[_attribute(name)]) for name in names}
+        if "computed" not in attributes:
+            return cls(**versions)
+        return cls(
+            **versions, computed=str(attributes["computed"]), seconds=float(attributes["seconds"])
+        )
+
+
+def _attribute(name: str) -> str:
+    return name if name in ("computed", "seconds") else f"{name}_version"
+
+
+def provenance(seconds: float | None = None) -> Provenance:
+    """Describe a computation that has just ended after some seconds, or one without a time."""
+    import heyoka
+    import numpy
+
+    return Provenance(
+        slipfold=package_version(),
+        heyoka=heyoka.__version__,
+        numpy=numpy.__version__,
+        python=platform.python_version(),
+        computed=None if seconds is None else datetime.now(UTC).isoformat(timespec="seconds"),
+        seconds=seconds,
+    )
+
+
+def structure_record(model: Model) -> dict[str, Any]:
+    """Return what a model's equations depend on besides its class, as plain data for JSON."""
+    if not model.structure:
+        return {}
+    if isinstance(model, System):
+        return {"definition": model.to_toml()}
+    if isinstance(model, Structure):
+        return {"tables": model.to_tables()}
+    if isinstance(model, SlidingOscillator):
+        return {"friction": law_record(model.friction)}
+    if isinstance(model, Unforced):
+        return {"forced": _whole_record(model.forced_model)}
+    return {}
+
+
+def scales_record(model: Model) -> dict[str, Any]:
+    """Return the typical sizes that a computation found, by state; nothing if it found none."""
+    sizes = model.found_sizes
+    if sizes is None:
+        return {}
+    names = [state.name for state in model.states]
+    return {"scales": dict(zip(names, sizes.tolist(), strict=True))}
+
+
+def measured_as(model: Model, described: Mapping[str, Any]) -> Model:
+    """Return a saved model with the sizes that `scales_record` told, if it did."""
+    if "scales" not in described:
+        return model
+    return model.measured_in(np.array([described["scales"][item.name] for item in model.states]))
+
+
+def _whole_record(model: Model) -> dict[str, Any]:
+    return {
+        "model": model.name,
+        "structure": structure_record(model),
+        "parameters": dict(model.values),
+    }
+
+
+def model_from_record(
+    name: str,
+    structure: Mapping[str, Any],
+    values: Mapping[str, Any],
+    kind: type[Model] | None = None,
+) -> Model:
+    """Make a saved model again."""
+    if "forced" in structure:
+        whole = structure["forced"]
+        forced = model_from_record(whole["model"], whole["structure"], whole["parameters"], kind)
+        return Unforced(forced, **values)
+    if kind is not None:
+        _check_kind(kind)
+    given = dict(values)
+    if "friction" in structure:
+        given["friction"] = law_from_record(structure["friction"])
+    if kind not in (None, System, Structure):
+        return kind(**given)
+    if "tables" in structure:
+        return Structure.from_tables({**structure["tables"], "parameters": given})
+    if "definition" in structure:
+        return System(str(structure["definition"]), **given)
+    if name not in built_in_models():
+        raise InputError(
+            f"its model {name!r} is not a built-in one; read it in Python with the class of that "
+            "model, slipfold.load(..., kind=TheClass)"
+        )
+    if "friction" in structure:
+        return SlidingOscillator(**given)
+    return model_named(name, **given)
+
+
+def _check_kind(kind: Any) -> None:
+    if not (isinstance(kind, type) and issubclass(kind, Model)):
+        raise InputError(
+            f"kind = {kind!r} is not the class of a model; give a class, e.g. SlidingOscillator"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SavedTable:
+    """What was read from a file, before it is made into a result."""
+
+    table: LabelledTable
+    given: Mapping[str, Any]
+    """The input of the computation."""
+    model: Model
+
+    @cached_property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The arrays by name."""
+        return {name: item.values for name, item in self.table.real()}
+
+    @property
+    def attributes(self) -> Mapping[str, Any]:
+        """Attributes of the file."""
+        return self.table.attributes
+
+    @property
+    def provenance(self) -> Provenance:
+        """Where the result comes from."""
+        return Provenance.from_attributes(self.attributes)
+
+    @property
+    def checked(self) -> Checked | None:
+        """What was computed again; files of earlier versions lack it."""
+        text = self.attributes.get("checked")
+        return None if text is None else Checked.from_json(json.loads(str(text)))
+
+    def rows(self, dimension: str, owner: str) -> Mapping[int, NDArray[np.int64]]:
+        """Return which rows along a dimension belong to what; some have none."""
+        owners = self.columns[owner]
+        for name, item in self.table.variables.items():
+            if item.dimensions[0] == dimension and len(item.values) != len(owners):
+                raise ValueError(f"{name} has {len(item.values)} rows, not {len(owners)}")
+        found = {int(key): np.flatnonzero(owners == key) for key in np.unique(owners)}
+        return defaultdict(lambda: np.empty(0, np.int64), found)
+
+    def complex(self, name: str) -> NDArray[np.complex128]:
+        """Return a column of complex numbers."""
+        real, imag = self.columns[f"{name}_real"], self.columns[f"{name}_imag"]
+        values = np.empty(real.shape, complex)
+        values.real, values.imag = real, imag  # exact, also where a part is not finite
+        return values
+
+
+def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTable:
+    """Find out what a table was computed with."""
+    given = json.loads(table.attributes["input"])
+    parameters = given["parameters"]
+    model = model_from_record(str(given["model"]), given.get("structure", {}), parameters, kind)
+    return SavedTable(table, given, measured_as(model, given))

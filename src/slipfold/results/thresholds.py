@@ -1,0 +1,361 @@
+"""Thresholds over a plane, and parameters chosen for one, as results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.checks.checked import Checked
+from slipfold.models.model import Model
+from slipfold.results.curves import without_defaults
+from slipfold.results.fields import TEXT, Field, Labels
+from slipfold.results.records import Provenance
+from slipfold.results.result import Result
+from slipfold.text.one_line import headed, parameter_text
+from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.thresholds.threshold_map import GridThresholds
+
+GRID = "{axes[0]} {axes[1]}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ThresholdMap(GridThresholds, Result):
+    """Where the response of period 1 first loses its stability, over two parameters; frozen.
+
+    Made by `slipfold.threshold_map` and `slipfold.load`. Every array has the grid's two axes first.
+    Where there is no threshold, `kinds` and `reasons` say why, and the numbers are NaN.
+
+    Parameters
+    ----------
+    model
+        The model; its values of `threshold` and of the grid's parameters play no part.
+    threshold
+        Name of the parameter that is raised until stability is lost.
+    type
+        ``"PD"``: the bifurcation by which it is lost.
+    over
+        Values of the grid's two parameters by name, shapes (n1,) and (n2,).
+    span
+        First and last value of the threshold.
+    values
+        Thresholds, shape (n1, n2), in the unit of the parameter; NaN where there is none.
+    states
+        States of the orbits there at phase zero, shape (n1, n2, n_states).
+    multipliers
+        Their Floquet multipliers, complex, shape (n1, n2, n_states), largest modulus first.
+    residuals
+        How far each orbit fails to close, in scaled states, shape (n1, n2).
+    kinds
+        Why there is no threshold, in a few words, shape (n1, n2); empty where there is one.
+    reasons
+        The same as sentences.
+    followed
+        Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
+        threshold was corrected from a guess, and the response below it checked at four places.
+    provenance
+        Versions and time.
+    checked
+        Thresholds that were computed again by other means; None if nothing was.
+
+    Notes
+    -----
+    The dataset of `to_xarray` lies along the two parameters of the grid, which label it, so that
+    ``dataset.Nd.sel(Vd=0.6, alpha=1.0)`` is a threshold; further along ``state`` and
+    ``multiplier``. In the spreadsheet of `to_csv`, one row a point of the grid. In `to_json`,
+    schema slipfold.threshold_map/1, thresholds and failures, a list for each value of the first
+    parameter. `plot` draws the thresholds as colours, without contour lines if ``contours=False``.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["60deg"]}
+    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, "50mN"))
+    >>> found.values[:, 0].round(8).tolist(), found.failures
+    ([nan, 0.04357891, 0.03429776], {'no PD in the span': 1})
+    """
+
+    schema = "slipfold.threshold_map/1"
+    title = "first {0.type} of {0.model.name} in {0.threshold} over {0.axes[0]} and {0.axes[1]}"
+    rows = GRID
+    recorded = (
+        "threshold", "type", "over", "span", "interrupted", "failures", "values", "kinds",
+        "reasons",
+    )  # fmt: skip
+    gap = "\n\n"
+    arrays = MappingProxyType({
+        "over": Labels(),
+        "values": Field(GRID, "{threshold}", "{threshold}", name="{threshold}"),
+        "states": Field(f"{GRID} state", "state at phase zero", head=""),
+        "multipliers": Field(f"{GRID} multiplier", "Floquet multipliers", head="multiplier"),
+        "residuals": Field(GRID, "how far the orbit fails to close, in scaled states",
+                           name="residual"),
+        "kinds": Field(GRID, "why there is no threshold, in a few words", name="kind",
+                       head="no threshold"),
+        "reasons": Field(GRID, "why there is no threshold", name="reason"),
+        "followed": Field(GRID, "whether the whole response was followed here"),
+    })  # fmt: skip
+
+    provenance: Provenance
+    checked: Checked | None = None
+
+    def _interval(self, name: str, low: float, high: float) -> str:
+        return with_unit(f"{name} from {low:g} to {high:g}", self.model.parameter(name).unit)
+
+    def _head(self) -> str:
+        sought = self._interval(self.threshold, *self.span)
+        plane = " and ".join(
+            self._interval(name, values.min(), values.max()) for name, values in self.over.items()
+        )
+        changed = without_defaults(self.model, (self.threshold, *self.axes))
+        rows, columns = self.values.shape
+        count, followed = np.isfinite(self.values).sum(), self.followed.sum()
+        return (
+            f"{self.model.name}: first {self.type} in {sought} over {plane}{changed}\n"
+            f"{rows} x {columns} points, {count} thresholds; whole responses followed: {followed}"
+        )
+
+    def _sections(self) -> list[PrintedTable | list[str]]:
+        return [*([self._rows()] if np.isfinite(self.values).any() else []), self._notes()]
+
+    def _rows(self) -> PrintedTable:
+        """Return the lowest and the highest threshold and where they lie."""
+        lines = []
+        for name, find in (("lowest", np.nanargmin), ("highest", np.nanargmax)):
+            at = np.unravel_index(int(find(self.values)), self.values.shape)
+            places = zip(self.over.values(), at, strict=True)
+            shown = [f"{values[index]:.6g}" for values, index in places]
+            lines.append([name, f"{self.values[at]:.10g}", *shown])
+        return PrintedTable(["", self.threshold, *self.axes], lines, words=("",))
+
+    def _notes(self) -> list[str]:
+        """Return a sentence for each kind of failure: how many points, and the first of them."""
+        sentences = []
+        for kind, count in self.failures.items():
+            at = tuple(np.argwhere(self.kinds == kind)[0])
+            place = ", ".join(
+                with_unit(f"{name} = {values[index]:.6g}", self.model.parameter(name).unit)
+                for (name, values), index in zip(self.over.items(), at, strict=True)
+            )
+            points = f"{count} point{'s' * (count > 1)}"
+            reason = self.reasons[at]
+            sentences.append(f"No threshold at {points}: {kind}; first at {place}: {reason}")
+        stopped = ["Interrupted: some of the map is missing."] if self.interrupted else []
+        return [*sentences, *stopped, *super()._notes()]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Result):
+    """Parameters chosen so that a threshold lies where it is wanted; frozen, a row a design.
+
+    Made by `slipfold.design` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model with the values that were there before, at its threshold.
+    type
+        Type of the special point, e.g. ``"PD"``.
+    vary
+        Parameter of which it is a value.
+    value
+        The threshold before.
+    period
+        Period of its orbit in forcing periods.
+    names
+        Parameters that were chosen.
+    bounds
+        Least and largest value of each, shape (d, 2).
+    load
+        Value of `vary` at which the vibration is measured.
+    state
+        The state that vibrates.
+    level
+        Its vibration before, root mean square about its mean.
+    kept
+        Names of further thresholds.
+    least
+        What each of these is to stay above.
+    sides
+        ``"above"`` or ``"below"``: on which side of what is wanted the threshold is to be.
+    wanted
+        What it is to be above or below, shape (n,).
+    values
+        Parameters chosen, shape (n, d); NaN where nothing is found.
+    thresholds
+        The threshold there, then those that are kept, shape (n, 1 + n_kept).
+    levels
+        Vibration there, shape (n,).
+    reasons
+        Why nothing is found, shape (n,); empty where something is.
+    confirmed
+        Whether the response of the design, followed anew from the load, first loses its stability
+        at the threshold, or meets GRAZE or LIFT before it does, shape (n,). Of a longer period,
+        whether doublings lead to it, from each of which on the response is stable.
+    interrupted
+        Whether the search was interrupted, so that designs are the best by then, or before all of
+        them were confirmed.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``design``: the designs; along ``chosen``: the parameters
+    with their bounds. In the spreadsheet of `to_csv` a design is a row. In `to_json`, schema
+    slipfold.design/1. `plot` draws the vibration of the designs over their thresholds.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
+    >>> found = sf.design(diagram.special[0], {"Vd": (0.4, 0.8)}, above="50mN", load="20mN")
+    >>> round(found.model_at(0).Vd, 9), bool(found.confirmed[0])
+    (0.4, True)
+    """
+
+    schema = "slipfold.design/1"
+
+    rows = "design"
+    gap = "\n\n"
+
+    model: Model
+    type: str
+    vary: str
+    value: float
+    period: int
+    names: Annotated[
+        tuple[str, ...], Field("chosen", "parameter to choose", name="chosen", label=True)
+    ]
+    bounds: Annotated[Array, Field("chosen bound", "least and largest value", name="chosen_bounds")]
+    load: float
+    state: str
+    level: float
+    kept: tuple[str, ...]
+    least: tuple[float, ...]
+    sides: Annotated[
+        tuple[str, ...],
+        Field("design", "on which side of what is wanted the threshold is to be", name="side"),
+    ]
+    wanted: Annotated[
+        Array,
+        Field(
+            "design", "what the threshold is to be above or below", "{vary}", head="{vary} wanted"
+        ),
+    ]
+    values: Annotated[Array, Field("design chosen", "values chosen", head="")]
+    thresholds: Annotated[
+        Array, Field("design kept", "the threshold, then those that are kept", "{vary}", head="")
+    ]
+    levels: Annotated[
+        Array,
+        Field("design", "vibration of the state, root mean square about its mean", "{state}",
+              name="level", head="rms {state}"),
+    ]  # fmt: skip
+    confirmed: Annotated[
+        NDArray[np.bool_],
+        Field("design", "whether a response followed anew meets the threshold first"),
+    ]
+    reasons: Annotated[
+        NDArray[np.str_],
+        Field("design", "why there is no design", name="reason", head="no design"),
+    ]
+    interrupted: bool
+    provenance: Provenance
+
+    arrays = MappingProxyType({
+        "_units": Field("chosen", "unit of the parameter", kind=TEXT, name="chosen_units"),
+        "_named": Field("kept", "name of the threshold", kind=TEXT, name="kept", label=True),
+    })  # fmt: skip
+
+    @property
+    def _units(self) -> list[str]:
+        return [self.model.parameter(name).unit for name in self.names]
+
+    @property
+    def _named(self) -> list[str]:
+        return [self.type, *self.kept]
+
+    def model_at(self, row: int) -> Model:
+        """Return the model of a design, at its threshold.
+
+        Parameters
+        ----------
+        row
+            Number of the design, from 0.
+        """
+        values = dict(zip(self.names, self.values[row].tolist(), strict=True))
+        return self.model.replace(**values, **{self.vary: float(self.thresholds[row, 0])})
+
+    def _head(self) -> str:
+        return self._title()
+
+    def _rows(self) -> PrintedTable:
+        model = self.model
+        heads = [self.vary + " wanted", *(headed(model.parameter(name)) for name in self.names)]
+        heads += [f"{self.type} at", *self.kept, f"rms {self.state}", "confirmed"]
+        before = [model.values[name] for name in self.names]
+        kept = [""] * len(self.kept)
+        rows = [["before", *_shown(before), _text(self.value), *kept, _text(self.level), ""]]
+        for row, side in enumerate(self.sides):
+            numbers = [*self.values[row], *self.thresholds[row], self.levels[row]]
+            said = "yes" if self.confirmed[row] else ""
+            rows.append([f"{side} {self.wanted[row]:g}", *_shown(numbers), said])
+        return PrintedTable(heads, rows, (heads[0], "confirmed"))
+
+    def _notes(self) -> list[str]:
+        said = [
+            f"Nothing for {side} {wanted:g}: {reason}"
+            for side, wanted, reason in zip(self.sides, self.wanted, self.reasons, strict=True)
+            if reason
+        ]
+        return [*said, *super()._notes()]
+
+    def _line(self) -> str:
+        found = int((self.reasons == "").sum())
+        return f"{self._title()}: {found} of {len(self.sides)} found"
+
+    def _title(self) -> str:
+        load = parameter_text(self.model.parameter(self.vary), self.load)
+        chosen = ", ".join(self.names)
+        return (
+            f"{self.model.name}: {chosen} for {self.type} in {self.vary}, least vibration of "
+            f"{self.state} at {load}"
+        )
+
+    def _record(self) -> dict[str, Any]:
+        return {
+            "type": self.type,
+            "vary": self.vary,
+            "value": self.value,
+            "period": self.period,
+            "load": self.load,
+            "state": self.state,
+            "level": self.level,
+            "bounds": dict(zip(self.names, self.bounds.tolist(), strict=True)),
+            "interrupted": self.interrupted,
+            "designs": [
+                {
+                    "side": side,
+                    "wanted": self.wanted[row],
+                    "parameters": dict(zip(self.names, self.values[row].tolist(), strict=True)),
+                    "threshold": self.thresholds[row, 0],
+                    "kept": dict(zip(self.kept, self.thresholds[row, 1:].tolist(), strict=True)),
+                    "level": self.levels[row],
+                    "confirmed": self.confirmed[row],
+                    "reason": str(self.reasons[row]) or None,
+                }
+                for row, side in enumerate(self.sides)
+            ],
+        }
+
+
+def _shown(values: Any) -> list[str]:
+    return [_text(float(value)) for value in values]
+
+
+def _text(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.6g}"

@@ -1,0 +1,517 @@
+"""Lyapunov exponents, sweeps and maps of regimes as results."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.long_term.exponents import Estimate
+from slipfold.long_term.neighbours import NONE, SAME
+from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDECIDED
+from slipfold.long_term.places import NOT_DONE
+from slipfold.long_term.repeats import repeats_of
+from slipfold.long_term.verdict import Verdict
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+from slipfold.models.turns import without_turns
+from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Field, Items, Labels, axis
+from slipfold.results.records import Provenance
+from slipfold.results.result import Result
+from slipfold.text.one_line import capitalised, number_text
+from slipfold.text.printed_table import PrintedTable
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LyapunovExponents(Result):
+    """How fast perturbations of a motion grow on average, and what that makes of it; frozen.
+
+    Made by `slipfold.lyapunov` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    estimates
+        Exponents with their errors after more and more forcing periods; the last ones count.
+    verdict
+        ``"periodic"``, ``"torus"``, ``"chaos"``, ``"equilibrium"`` or ``"undecided"``, with its
+        sentence, and the period or duration of what repeats, or the rotation number of a torus and
+        the resonance p/q that it is near.
+    start, state
+        First and last state of the motion, at phase zero, shape (n_states,).
+    tolerance
+        Error of the exponents at which the computation ends.
+    asked
+        Forcing periods that were asked for; None for as many as it takes.
+    interrupted
+        Whether the computation was interrupted before that.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    In the dataset of `to_xarray`, along ``estimate``: ``periods``, ``exponents`` and ``errors``,
+    the latter along ``exponent`` as well; along ``state``: the first and last state, ``start`` and
+    ``last``. In the spreadsheet of `to_csv` an estimate is a row. In `to_json`, schema
+    slipfold.lyapunov/1.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> found = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.02)
+    >>> found.verdict.kind, found.verdict.period, found.exponents.round(6).tolist()
+    ('periodic', 1, [-0.0427, -0.0427, -0.151903, -0.151903])
+    """
+
+    schema = "slipfold.lyapunov/1"
+
+    title = "Lyapunov exponents of {0.model.name}"
+    rows = "estimate"
+    recorded = ("exponents", "errors", "per", "dimension", "periods", "state", "interrupted")
+
+    model: Model
+    estimates: Annotated[
+        tuple[Estimate, ...],
+        Items("estimate", Estimate, (
+            Column("periods", WHOLE, "forcing periods, or intervals of the duration, since the "
+                   "start", "", label=True),
+            Column("exponents", REAL, "Lyapunov exponents, the largest first", "1/{per}",
+                   ("exponent",), head="exponent"),
+            Column("errors", REAL, "estimated errors of the exponents", "1/{per}", ("exponent",),
+                   head="error"),
+        )),
+    ]  # fmt: skip
+    verdict: Verdict
+    start: Annotated[Array, Field("state", "first state of the motion")]
+    state: Annotated[Array, Field("state", "last state of the motion", name="last")]
+    tolerance: float
+    asked: int | None
+    interrupted: bool
+    provenance: Provenance
+
+    @property
+    def exponents(self) -> Array:
+        """The exponents, the largest first, in 1/forcing period or 1/s, shape (n_states,).
+
+        Minus infinity where stick takes perturbations away.
+        """
+        return self.estimates[-1].exponents
+
+    @property
+    def errors(self) -> Array:
+        """Estimated errors of the exponents, in their unit, shape (n_states,)."""
+        return self.estimates[-1].errors
+
+    @property
+    def periods(self) -> int:
+        """Forcing periods of the motion; of an autonomous model intervals of its ``duration``."""
+        return self.estimates[-1].periods
+
+    @property
+    def per(self) -> str:
+        """What the exponents are per: ``"forcing period"``, or ``"s"`` of an autonomous model."""
+        return "forcing period" if self.model.forced else "s"
+
+    @property
+    def dimension(self) -> float:
+        """Dimension of what the motion settles on, by the conjecture of Kaplan and Yorke (1979).
+
+        That of a periodic response at its discrete phases is 0.
+        """
+        sums = np.cumsum(np.where(np.abs(self.exponents) <= self.errors, 0.0, self.exponents))
+        whole = int((sums >= 0).sum()) if sums[0] >= 0 else 0
+        if whole in (0, len(sums)):
+            return float(whole)
+        return float(whole + sums[whole - 1] / abs(self.exponents[whole]))
+
+    def _head(self) -> str:
+        message, model = self.verdict.message, self.model
+        length = f"{self.periods} forcing periods"
+        if not model.forced:
+            length = f"{self.periods * model.values[DURATION.name]:.6g} s"
+            model = model.replace(**{DURATION.name: DURATION.default})
+        verdict = capitalised(message, (*model.parameters, *model.states))
+        return f"{model!r} over {length}\n{verdict}"
+
+    def _notes(self) -> list[str]:
+        requested = "its exponents were known" if self.asked is None else "all periods were done"
+        return [f"Interrupted before {requested}"] if self.interrupted else []
+
+    def _line(self) -> str:
+        return f"Lyapunov exponents of {self.model.name}: {self.verdict.message}"
+
+    def _rows(self) -> PrintedTable:
+        rows = [
+            [f"{exponent:.{_digits(error)}g}" if exponent else "0", f"{error:.0e}"]
+            for exponent, error in zip(self.exponents, self.errors, strict=True)
+        ]
+        return PrintedTable([f"exponent (1/{self.per})", "error"], rows)
+
+    def _record(self) -> dict[str, Any]:
+        verdict = self.verdict
+        told = {"verdict": verdict.kind, "message": verdict.message, "initial_state": self.start}
+        repeats: dict[str, Any] = {"period": verdict.period, "duration": verdict.duration}
+        repeats |= {"rotation": verdict.rotation, "resonance": verdict.resonance}
+        return {**super()._record(), **told, **repeats}
+
+
+def _digits(error: float) -> int:
+    """Return how many digits are shown of an exponent of that error."""
+    return 4 if error > 1e-5 else 9
+
+
+KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)
+
+UNFINISHED = "Interrupted before all motions were done"
+
+CELLS = "run {axes[0]} {axes[1]}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RegimeMap(Result):
+    """What motions do over a plane of two parameters; frozen.
+
+    Made by `slipfold.regimes` and `slipfold.load`. The first axis of its arrays is that of `runs`,
+    the others are those of the plane.
+
+    Parameters
+    ----------
+    model
+        The model; its values of the two parameters play no part.
+    over
+        Values of the two parameters by name, shapes (n1,) and (n2,), increasing.
+    runs
+        ``"rest"``, motions from the model's start; ``"up"`` and ``"down"``, motions swept along the
+        second parameter; then ``"continued 1"`` and so on, motions that none of the runs before has
+        in a cell, continued from a cell beside it. Length n_runs.
+    kinds
+        ``"periodic"``, ``"torus"``, ``"chaos"``, ``"sticks"``, ``"stopped"`` at a limit of the
+        model, ``"undecided"`` or ``"not done"``, shape (n_runs, n1, n2); ``"none"`` where a cell
+        has no further motion.
+    periods
+        Periods in forcing periods, shape (n_runs, n1, n2); 0 of what does not repeat, or sticks and
+        was followed no further.
+    exponents
+        Largest Lyapunov exponents, a forcing period each, shape (n_runs, n1, n2), of motions that
+        did not repeat soon; else NaN.
+    states
+        Last states at phase zero, shape (n_runs, n1, n2, n_states).
+    means
+        Means of the states at phase zero of responses that repeat, shape (n_runs, n1, n2,
+        n_states); else NaN.
+    transient
+        Forcing periods left out in each cell.
+    interrupted
+        Whether the computation was interrupted.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    The dataset of `to_xarray` lies along ``run``, the two parameters by their names, and ``state``:
+    ``found.to_xarray().sel(f=12.2, method="nearest")``. In the spreadsheet of `to_csv` a cell is a
+    row, for each run. In `to_json`, schema slipfold.regimes/1. `plot` draws a color for each regime
+    of the motions of ``run="rest"``, hatched where others coexist, and over it the lines of
+    ``over=`` a `slipfold.LocusDiagram` of the same plane.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> plane = {"f": (12.2, 12.21), "Nd": (0.06, 0.16)}
+    >>> found = sf.regimes(sf.SlidingOscillator(), plane, points=(2, 3))
+    >>> found.at(f=12.2, Nd=0.1), found.coexist[0].tolist()
+    ({'rest': 'period 2', 'up': 'period 1', 'down': 'period 2'}, [False, True, False])
+    """
+
+    schema = "slipfold.regimes/1"
+
+    title = "regimes of {0.model.name} over {0.axes[0]} and {0.axes[1]}"
+    rows = CELLS
+    recorded = (
+        "over", "runs", "kinds", "periods", "exponents", "coexist", "transient", "interrupted",
+    )  # fmt: skip
+    arrays = MappingProxyType({
+        "coexist": Field("{axes[0]} {axes[1]}", "whether different motions coexist", kind=TRUTH),
+    })  # fmt: skip
+
+    model: Model
+    over: Annotated[Mapping[str, Array], Labels()]
+    runs: Annotated[tuple[str, ...], Field("run", "where motions begin", name="run", label=True)]
+    kinds: Annotated[
+        NDArray[np.str_], Field(CELLS, "what the motion does", name="kind", head="regime")
+    ]
+    periods: Annotated[
+        NDArray[np.int64], Field(CELLS, "period in forcing periods, 0 for none", head="period")
+    ]
+    exponents: Annotated[
+        Array,
+        Field(CELLS, "largest Lyapunov exponent, where it was needed", "1/forcing period",
+              head="exponent"),
+    ]  # fmt: skip
+    states: Annotated[Array, Field(f"{CELLS} state", "last state at phase zero", head="")]
+    means: Annotated[
+        Array,
+        Field(f"{CELLS} state", "mean of the states at phase zero of a response that repeats",
+              head="mean"),
+    ]  # fmt: skip
+    transient: int
+    interrupted: bool
+    provenance: Provenance
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """Names of the two parameters."""
+        first, second = self.over
+        return first, second
+
+    def names(self, run: str) -> NDArray[np.str_]:
+        """Return what motions do in words, such as ``"period 2"``.
+
+        Parameters
+        ----------
+        run
+            One of `runs`.
+
+        Returns
+        -------
+        ndarray, shape (n1, n2)
+            What the motion of each cell does.
+        """
+        place = self._run(run)
+        told = np.char.add("period ", self.periods[place].astype(str))
+        return np.where(self.kinds[place] == PERIODIC, told, self.kinds[place])
+
+    @property
+    def coexist(self) -> NDArray[np.bool_]:
+        """Where motions of different runs settle on different things, shape (n1, n2).
+
+        Responses of one period are different where their means are, angles up to whole turns. Two
+        tori, or two chaotic motions, or two that stick are not told apart.
+        """
+        found = np.zeros(self.kinds.shape[1:], bool)
+        named = [self.names(run) for run in self.runs]
+        known = np.isin(self.kinds, KNOWN)
+        scales, turns = self.model.state_scales(), self.model.whole_turns
+        for one, other in combinations(range(len(self.runs)), 2):
+            both = known[one] & known[other]
+            between = without_turns(self.means[one] - self.means[other], turns)
+            apart = np.abs(between / scales).max(axis=-1) > SAME
+            found |= both & ((named[one] != named[other]) | apart)
+        return found
+
+    def at(self, **values: float) -> dict[str, str]:
+        """Return what motions do in the cell nearest to a place.
+
+        Parameters
+        ----------
+        **values
+            Values of the two parameters.
+
+        Returns
+        -------
+        dict
+            What the motion of each run does, as far as there is one.
+
+        Raises
+        ------
+        InputError
+            If these are not the parameters of the plane.
+        """
+        if set(values) != set(self.axes):
+            raise InputError(f"{', '.join(values)} is not {' and '.join(self.axes)}; give these")
+        first, second = (
+            int(np.abs(places - values[name]).argmin()) for name, places in self.over.items()
+        )
+        found = {run: str(self.names(run)[first, second]) for run in self.runs}
+        return {run: name for run, name in found.items() if name != NONE}
+
+    def _head(self) -> str:
+        spans = [
+            f"{name} {number_text(values[0])} to {number_text(values[-1])} "
+            f"{self.model.parameter(name).unit}".rstrip()
+            for name, values in self.over.items()
+        ]
+        size = " x ".join(str(len(values)) for values in self.over.values())
+        return f"{self.model!r}: {', '.join(spans)}, {size} cells"
+
+    def _notes(self) -> list[str]:
+        found = [f"Different regimes or responses in {int(self.coexist.sum())} cells"]
+        return found + [UNFINISHED] * self.interrupted
+
+    def _run(self, run: str) -> int:
+        if run in self.runs:
+            return self.runs.index(run)
+        raise InputError(f"there is no run {run!r}; there are {', '.join(self.runs)}")
+
+    def _line(self) -> str:
+        return f"Regimes of {self.model.name} over {' and '.join(self.axes)}"
+
+    def _rows(self) -> PrintedTable:
+        counts = [Counter(self.names(run).ravel().tolist()) for run in self.runs]
+        found = sorted({name for each in counts for name in each} - {NONE}, key=_order)
+        rows = [
+            [run, *(str(each[name]) for name in found)]
+            for run, each in zip(self.runs, counts, strict=True)
+        ]
+        return PrintedTable(["cells", *found], rows)
+
+
+def _order(name: str) -> tuple[int, int]:
+    """Return where a regime stands among others: the quiet ones first."""
+    word, _, period = name.partition(" ")
+    if word == "period":
+        return 0, int(period)
+    known = (TORUS, CHAOS, STICKS, "stopped", UNDECIDED, NOT_DONE)
+    return 1, known.index(name)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Result):
+    """Motions at many values of a parameter, once a forcing period; frozen.
+
+    Made by `slipfold.sweep` and `slipfold.load`.
+
+    Parameters
+    ----------
+    model
+        The model; its value of the parameter plays no part.
+    vary
+        Name of the parameter.
+    values
+        Its values, shape (n_values,), increasing.
+    runs
+        ``"up"`` and ``"down"``, then ``"start 1"`` and so on, length n_runs.
+    states
+        States at phase zero of successive forcing periods, shape (n_runs, n_values, n_periods,
+        n_states); NaN where there are none.
+    stuck
+        Whether a contact stuck or was open in the last period, shape (n_runs, n_values).
+    reasons
+        Why there are no points, shape (n_runs, n_values); empty where there are.
+    transient
+        Forcing periods left out at each value.
+    interrupted
+        Whether the computation was interrupted.
+    provenance
+        Versions and time.
+
+    Notes
+    -----
+    The dataset of `to_xarray` lies along ``run``, a dimension named for the parameter, ``period``
+    and ``state``: ``states``, ``stuck`` and ``reason``. In the spreadsheet of `to_csv` a state is a
+    row. In `to_json`, schema slipfold.sweep/1.
+
+    `plot` draws ``kind="points"``, ``"section"``, the states at phase zero at one value ``at=``, or
+    ``"waterfall"``, amplitudes over frequency and parameter; of ``runs=``. Of points
+    ``measure="strobe"`` at phase zero, or ``"max"``, ``"min"``, ``"peak_to_peak"``, ``"modulus"``
+    as in response diagrams: of the whole response where it repeats, else of each forcing period.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> found = sf.sweep(sf.SlidingOscillator(), "Nd", (0.02, 0.04), points=3, starts=0, f=12.5)
+    >>> found.states.shape, found.repeats("up").tolist()
+    ((2, 3, 64, 4), [1, 1, 1])
+    """
+
+    schema = "slipfold.sweep/1"
+    title = "sweep of {0.model.name} over {0.vary}"
+    rows = "run {vary} period"
+    recorded = (
+        "vary", "values", "runs", "stuck", "reasons", "states", "transient", "interrupted",
+    )  # fmt: skip
+
+    model: Model
+    vary: str
+    values: Annotated[Array, axis("{vary}")]
+    runs: Annotated[tuple[str, ...], Field("run", "sweep or start", name="run", label=True)]
+    states: Annotated[
+        Array,
+        Field("run {vary} period state", "states at phase zero of successive periods", head=""),
+    ]
+    stuck: Annotated[
+        NDArray[np.bool_], Field("run {vary}", "whether a contact stuck in the last period")
+    ]
+    reasons: Annotated[
+        NDArray[np.str_], Field("run {vary}", "why there are no points", name="reason")
+    ]
+    transient: int
+    interrupted: bool
+    provenance: Provenance
+
+    def run(self, name: str) -> int:
+        """Return the place of a run.
+
+        Parameters
+        ----------
+        name
+            Its name.
+
+        Raises
+        ------
+        InputError
+            If there is none of that name.
+        """
+        if name in self.runs:
+            return self.runs.index(name)
+        raise InputError(f"there is no run {name!r}; there are {', '.join(self.runs)}")
+
+    def repeats(self, run: str) -> NDArray[np.int64]:
+        """Return after how many forcing periods motions repeat, or will in the long run.
+
+        Parameters
+        ----------
+        run
+            Name of the run.
+
+        Returns
+        -------
+        ndarray, shape (n_values,)
+            The period, 16 at most; 0 where nothing repeats, that is not clear yet, or there are no
+            points.
+        """
+        states, model = self.states[self.run(run)], self.model
+        return repeats_of(states, model.state_scales(), model.whole_turns)
+
+    def _head(self) -> str:
+        first, last = self.values[0], self.values[-1]
+        unit = self.model.parameter(self.vary).unit
+        span = f"{self.vary} {number_text(first)} to {number_text(last)} {unit}".rstrip()
+        kept = self.states.shape[2]
+        return (
+            f"{self.model!r}: {span}, {len(self.values)} values, {kept} periods after "
+            f"{self.transient}"
+        )
+
+    def _notes(self) -> list[str]:
+        return [UNFINISHED] * self.interrupted
+
+    def _line(self) -> str:
+        return f"Sweep of {self.model.name} over {self.vary}: {len(self.runs)} runs"
+
+    def _rows(self) -> PrintedTable:
+        rows = []
+        for place, name in enumerate(self.runs):
+            ended = self.reasons[place] != ""
+            counts = Counter(self.repeats(name)[~ended].tolist())
+            told = [f"{counts[each]} x {each}" for each in sorted(counts) if each]
+            missing = Counter(self.reasons[place][ended].tolist()).most_common(1)
+            why = f"{int(ended.sum())}: {missing[0][0]}" if missing else ""
+            rows.append(
+                [name, ", ".join(told), str(counts[0]), str(int(self.stuck[place].sum())), why]
+            )
+        heads = ["", "repeat (values x period)", "do not repeat", "stick", "without points"]
+        return PrintedTable(heads, rows, words=(heads[1], heads[4]))
+
+    def _record(self) -> dict[str, Any]:
+        repeats = [self.repeats(run) for run in self.runs]
+        return {**super()._record(), "repeats": repeats}
