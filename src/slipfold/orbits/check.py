@@ -17,7 +17,7 @@ from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import hold_parameter, on_mesh
 from slipfold.orbits.discretisation import STAGES, Discretisation
-from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.multipliers import (
     cycle_multipliers,
@@ -211,8 +211,7 @@ def collocate(
     >>> round(orbit.duration / np.pi, 10)
     2.0
     """
-    name = next(item.name for item in model.parameters if item.name != "duration")
-    shot = orbits_of(model, {name: 1.0}, period, len(nodes))
+    shot = orbits_at(model, period, len(nodes))
     guess = shot.unknown(nodes, model)
     orbits, z = on_mesh(shot, guess, POINTS)
     coarse, best = _Solution.near(orbits, z, singular=singular), np.inf

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import partial
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,14 +23,13 @@ from slipfold.flow.switched.simulate import (
     simulate_smooth_or_switched,
     simulate_switched,
 )
-from slipfold.flow.trajectory import Trajectory
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.first_orbits import find_cycle, find_response
-from slipfold.orbits.kinds import ForcedOrbits, orbits_of
+from slipfold.orbits.first_orbits import ITERATIONS, find_cycle, find_response
+from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
@@ -38,86 +37,32 @@ from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.progress import Observer
 
-CONVERGED = 1e-6
-"""Change from round to round, in scaled states, at which Newton's method takes over."""
+GivenState = ArrayLike | Mapping[str, float] | None
 
-ITERATIONS = 20
+LONGEST_PERIOD, LONGEST_SETTLING = 64, 10**6
+"""Maximum of the period and of the forcing periods in which a trajectory converges."""
 
-
-def find_switched(
-    model: Model,
-    vary: str,
-    width: float,
-    period: int | None,
-    state: Array | None,
-    *,
-    tolerance: float = 1e-10,
-    settle: int = 400,
-) -> tuple[Orbits, Correction]:
-    """Return an orbit near what a motion with stick and slip comes to, and its correction.
-
-    Without a period it has that of the motion. Shapes: state (n,).
-    """
-    start = model.start if state is None else state
-    motion = simulate_switched(model, settle if model.forced else None, start, CONVERGED)
-    if motion.stopped is not None:
-        raise InputError(f"no orbit was found: {motion.stopped.reason}")
-    settlement = motion.settlement
-    if not model.forced and settlement.kind != "cycle":
-        raise InputError(
-            f"the motion of {model.name} comes to no cycle: {settlement.message}; give a state "
-            "near one"
-        )
-    for name in _resting(motion) if model.forced else ():
-        raise InputError(
-            f"the contact {name} of {model.name} sticks for good, so it may rest anywhere "
-            "in a range and no orbit stands alone; begin where it slips"
-        )
-    model, node = motion.model, motion.strobe[-1]
-    if settlement.duration is not None and not model.forced:
-        model = model.replace(duration=settlement.duration)
-    period = (period or settlement.period or 1) if model.forced else 1
-    orbits = orbits_of(model, {vary: width}, period, 1, by=SwitchedShooting)
-    by = orbits.by
-    assert isinstance(by, SwitchedShooting)
-    constants = orbits.flow.constants_of(model)
-    better = by.better(node[None], constants)
-    if better is not None:
-        node = by.states(node[None], constants, better.start)[0]
-        orbits = orbits.described_by(better)
-    guess = orbits.unknown(node[None], model)
-    row = hold_parameter(len(guess) - 1)
-    return orbits, correct(orbits, guess, row, tolerance=tolerance, iterations=ITERATIONS)
-
-
-def _resting(motion: Trajectory) -> list[str]:
-    """Return the contacts that stick throughout the last forcing period."""
-    last = motion.periods
-    return [
-        item.contact
-        for item in (motion.sticking.intervals if motion.sticking is not None else ())
-        if item.state == "stick" and item.begin <= last - 1 and item.end >= last
-    ]
-
-
-LONGEST_PERIOD = 64
-"""Longest period that can be asked for, in forcing periods."""
-
-LONGEST_SETTLING = 10**6
-"""Most periods that a motion is given to settle."""
-
-MOST_ROUNDS = 24
-"""Times that a motion may go round a cycle until it is seen to come back, and products of such."""
+REVOLUTIONS = 24
+"""Times that a trajectory may go round a cycle until it comes back, and products of such."""
 
 SAME = 1e-7
-"""Distance of states, in their scales, from which on they differ: orbits close to 1e-10, and what a
+"""Distance of states, in their scales, above which they differ: orbits close to 1e-10, and what a
 cascade has just doubled is farther apart."""
+
+TRANSIENT = 2000
+"""Forcing periods in which a trajectory converges, and steps in which one near a cycle returns."""
+
+PERIODS = (1, 2, 4, 3)
+"""Periods that are tried where a trajectory repeats after none up to twice the largest."""
+
+RETURNED = 0.05
+"""A trajectory that returns this near, over its extent or in scaled states, is near an orbit."""
 
 
 def periodic_orbit(
     model: Model,
     period: int = 1,
-    state: ArrayLike | Mapping[str, float] | None = None,
+    state: GivenState = None,
     *,
     tolerance: float = 1e-10,
     settle: int = 400,
@@ -125,8 +70,8 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """Find a periodic orbit of a model.
 
-    Of an autonomous model it is a cycle: the one that a motion from the model's start settles to,
-    or one near a given state.
+    Of an autonomous model it is a cycle: the one to which a trajectory from the model's start
+    converges, or one near a given state.
 
     Parameters
     ----------
@@ -135,16 +80,17 @@ def periodic_orbit(
     period
         Period in forcing periods; 1 for an autonomous model.
     state
-        State near the orbit at phase zero, shape (n_states,), or some states by name; what is not
-        given is the model's own start. Without it the linear response is the guess for period 1,
-        and what a motion from the start settles to for longer periods.
+        State near the orbit at phase zero, shape (n_states,), or some states by name; the others
+        are those of the model's own start. Without it the linear response is the guess for period
+        1, and the limit of a trajectory from the start for longer periods.
     tolerance
         Largest mismatch of the accepted orbit, in scaled states.
     settle
-        Forcing periods that a motion from rest is given to settle; of an autonomous model, turns.
+        Forcing periods in which a trajectory from rest converges; of an autonomous model,
+        revolutions.
     duration
         Duration of a cycle of an autonomous model in seconds, about; without it the time after
-        which the motion comes back.
+        which the trajectory returns.
 
     Returns
     -------
@@ -181,50 +127,43 @@ def periodic_orbit(
         )
     on_wall = not may_slip(model)
     model = model if on_wall else measured(model)
-    # Which one may change plays no part, but the duration of a cycle is unknown already.
-    free = [item.name for item in model.parameters if model.forced or item.name != "duration"]
-    if not free:
+    if all(item.name == "duration" and not model.forced for item in model.parameters):
         raise InputError(f"{model.name} has no parameter; give it one, used or not")
-    vary = free[0]
     if model.forced and duration is not None:
         raise InputError(
             f"duration = {duration!r} does not fit: {model.name} is forced, its orbits last whole "
             "forcing periods; leave it out, or give period"
         )
     near = None if state is None else _checked_state(model, state)
-    smooth = partial(
-        _smooth_orbit,
-        *(model, vary, int(period)),
-        duration=duration,
-        tolerance=tolerance,
-        settle=settle,
-    )
+    search = _Search(model, int(period), tolerance, settle, duration)
     if not contacts_of(model):
-        return smooth(near)
-    through_stick = partial(_stick_slip_orbit, model, vary, int(period), near, tolerance, settle)
+        return search.smooth(near)
     if on_wall:
-        return through_stick()
-    if not model.forced:  # one motion tells whether it sticks
+        return search.through_stick(near)
+    if not model.forced:  # one trajectory tells whether it sticks
         try:
-            orbit = through_stick()
+            orbit = search.through_stick(near)
         except InputError:
-            return smooth(near)
-        return orbit if orbit.sticking else smooth(near)
-    if near is not None or period > 1:  # else it is sought by the linear response
+            return search.smooth(near)
+        return orbit if orbit.sticking else search.smooth(near)
+    guess = near
+    if near is not None or period > 1:  # else the linear response is the guess
         motion = simulate(model, settle if near is None else int(period), near)
         if comes_to_rest(motion.stopped, model):
-            orbit = through_stick()
-            return orbit if orbit.sticking else smooth(orbit.state)
-        near = motion.strobe[-1] if near is None else near
+            orbit = search.through_stick(near)
+            return orbit if orbit.sticking else search.smooth(orbit.state)
+        guess = motion.strobe[-1] if near is None else near
     try:
-        slips = smooth(near)
+        slips = search.smooth(guess)
     except InputError:
-        return through_stick()
-    return slips if _keeps_limits(slips) else through_stick()
+        return search.through_stick(near)
+    orbits = orbits_at(model, slips.period, len(slips.nodes))
+    in_slip = broken_limit(orbits, orbits.unknown(slips.nodes, model)) is None
+    return slips if in_slip else search.through_stick(near)
 
 
 def may_slip(model: Model) -> bool:
-    """Whether there are orbits in slip alone: not where a counter-body is at rest."""
+    """Whether there are orbits in slip alone: not where a moving surface is at rest."""
     try:
         check_followed(model)
     except InputError:
@@ -232,103 +171,120 @@ def may_slip(model: Model) -> bool:
     return True
 
 
-def _smooth_orbit(
-    model: Model,
-    vary: str,
-    period: int,
-    state: Array | None,
-    *,
-    duration: float | None,
-    tolerance: float,
-    settle: int,
-) -> PeriodicOrbit:
-    """Return an orbit on which no contact changes what it does."""
-    if not model.forced:
-        return _cycle(model, vary, period, state, duration, tolerance, settle)
-    orbits = ForcedOrbits(model, {vary: 1.0}, period)
-    if state is None and period == 1:
-        orbits, found = find_response(orbits, model.values[vary], implicitly=True)
-        if found.converged:  # to the last digit
-            found = correct(orbits, found.z, hold_parameter(orbits.size), tolerance=tolerance)
-        return _as_orbit(orbits, model, found)
-    start = _settled(model, settle) if state is None else state
-    constants = orbits.flow.constants_of(model)
-    zero = np.zeros(1)
-    nodes = orbits.flow.sample(start[None], zero, zero + period, orbits.segments, constants)[0]
-    guess = orbits.unknown(nodes, model)
-    row = hold_parameter(orbits.size)
-    correction = correct(orbits, guess, row, tolerance=tolerance, iterations=20)
-    orbit = _as_orbit(orbits, model, correction)
-    strobes = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
-    _refuse_shorter(orbit, strobes)
-    return orbit
+@dataclass(frozen=True)
+class _Search:
+    """The search for an orbit of a model."""
+
+    model: Model
+    period: int
+    tolerance: float
+    settle: int
+    duration: float | None
+
+    def smooth(self, state: Array | None) -> PeriodicOrbit:
+        """Return an orbit on which no contact changes its mode."""
+        model, period = self.model, self.period
+        if not model.forced:
+            return self._cycle(state)
+        orbits = orbits_at(model, period)
+        assert isinstance(orbits, ForcedOrbits)
+        if state is None and period == 1:
+            orbits, found = find_response(orbits, model.values[orbits.vary], implicitly=True)
+            if found.converged:  # to the last digit
+                found = self._corrected(orbits, found.z)
+            return self._as_orbit(orbits, found)
+        constants, zero = orbits.flow.constants_of(model), np.zeros(1)
+        if state is None:
+            span = np.array([0.0, float(self.settle)])
+            state = orbits.flow.trajectory(model.start, constants, span)[-1]
+            state = without_turns(state, model.whole_turns)
+        nodes = orbits.flow.sample(state[None], zero, zero + period, orbits.segments, constants)[0]
+        orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(nodes, model)))
+        strobes = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
+        _refuse_shorter(orbit, strobes)
+        return orbit
+
+    def through_stick(self, state: Array | None) -> PeriodicOrbit:
+        """Return the orbit near the limit of a trajectory with stick and slip."""
+        model, forced = self.model, self.model.forced
+        start = model.start if state is None else state
+        # Newton's method takes over from where the trajectory nearly repeats.
+        motion = simulate_switched(model, self.settle if forced else None, start, 1e-6)
+        if motion.stopped is not None:
+            raise InputError(f"no orbit was found: {motion.stopped.reason}")
+        settlement = motion.settlement
+        if not forced and settlement.kind != "cycle":
+            raise InputError(
+                f"the motion of {model.name} comes to no cycle: {settlement.message}; give a state "
+                "near one"
+            )
+        last = motion.periods
+        for item in motion.sticking.intervals if forced and motion.sticking is not None else ():
+            if item.state == "stick" and item.begin <= last - 1 and item.end >= last:
+                raise InputError(
+                    f"the contact {item.contact} of {model.name} sticks for good, so it may rest "
+                    "anywhere in a range and no orbit stands alone; begin where it slips"
+                )
+        model, node = motion.model, motion.strobe[-1]
+        if settlement.duration is not None and not forced:
+            model = model.replace(duration=settlement.duration)
+        orbits = orbits_at(model, self.period, 1, by=SwitchedShooting)
+        by, constants = orbits.by, orbits.flow.constants_of(model)
+        assert isinstance(by, SwitchedShooting)
+        better = by.better(node[None], constants)
+        if better is not None:
+            node = by.states(node[None], constants, better.start)[0]
+            orbits = orbits.described_by(better)
+        orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(node[None], model)))
+        if self.period > 1:
+            strobe = simulate_switched(orbit.model, self.period, orbit.state, SAME).strobe
+            _refuse_shorter(orbit, strobe)
+        return orbit
+
+    def _cycle(self, state: Array | None) -> PeriodicOrbit:
+        model, duration = self.model, self.duration
+        if self.period != 1:
+            raise InputError(
+                f"period = {self.period} counts forcing periods, and {model.name} is autonomous; "
+                "leave it out, and give a state near the cycle and its duration"
+            )
+        if duration is not None and not 0 < duration < np.inf:
+            raise InputError(f"duration = {duration!r} s is not positive; give the cycle's, about")
+        while True:
+            orbits, guess = find_cycle(model, state, duration, self.settle)
+            orbit = self._as_orbit(orbits, self._corrected(orbits, guess))
+            revolutions = _revolutions(orbit)
+            if revolutions == 1:
+                return orbit
+            state, duration = orbit.state, orbit.duration / revolutions
+
+    def _corrected(self, orbits: Orbits, guess: Array) -> Correction:
+        row = hold_parameter(len(guess) - 1)
+        return correct(orbits, guess, row, tolerance=self.tolerance, iterations=ITERATIONS)
+
+    def _as_orbit(self, orbits: Orbits, correction: Correction) -> PeriodicOrbit:
+        if not correction.converged or correction.linearisation is None:
+            raise InputError(
+                f"no orbit of period {orbits.period} was found for {self.model!r}: "
+                f"{correction.failure}; give a state nearer to it, e.g. the end of a long "
+                "simulation"
+            )
+        z = correction.z
+        # Newton's last derivatives were taken near the orbit: these are its own.
+        multipliers = orbits.spectrum.whole(floquet_multipliers(orbits.linearise(z).monodromy))
+        made = PeriodicOrbit if orbits.by.smooth else StickSlipOrbit
+        model = self.model if orbits.model.forced and orbits.by.smooth else orbits.model_at(z)
+        return made(model, orbits.period, orbits.evenly(z), multipliers, correction.residual)
 
 
-def _keeps_limits(orbit: PeriodicOrbit) -> bool:
-    """Whether an orbit stays within the limits of its model, those of its contacts included."""
-    name = next(item.name for item in orbit.model.parameters if item.name != "duration")
-    orbits = orbits_of(orbit.model, {name: 1.0}, orbit.period, len(orbit.nodes))
-    return broken_limit(orbits, orbits.unknown(orbit.nodes, orbit.model)) is None
-
-
-def _stick_slip_orbit(
-    model: Model, vary: str, period: int, state: Array | None, tolerance: float, settle: int
-) -> StickSlipOrbit:
-    """Return the orbit near what a motion with stick and slip comes to."""
-    orbits, found = find_switched(
-        model, vary, 1.0, period, state, tolerance=tolerance, settle=settle
-    )
-    if not found.converged:
-        raise InputError(
-            f"no orbit of period {period} was found for {model!r}: {found.failure}; give a state "
-            "nearer to it, e.g. the end of a long simulation"
-        )
-    monodromy = orbits.linearise(found.z).monodromy
-    orbit = StickSlipOrbit(
-        orbits.model_at(found.z),
-        period,
-        orbits.evenly(found.z),
-        orbits.spectrum.whole(floquet_multipliers(monodromy)),
-        found.residual,
-    )
-    if period > 1:
-        _refuse_shorter(orbit, simulate_switched(orbit.model, period, orbit.state, SAME).strobe)
-    return orbit
-
-
-def _cycle(
-    model: Model,
-    vary: str,
-    period: int,
-    state: Array | None,
-    duration: float | None,
-    tolerance: float,
-    settle: int,
-) -> PeriodicOrbit:
-    if period != 1:
-        raise InputError(
-            f"period = {period} counts forcing periods, and {model.name} is autonomous; leave it "
-            "out, and give a state near the cycle and its duration"
-        )
-    if duration is not None and not 0 < duration < np.inf:
-        raise InputError(f"duration = {duration!r} s is not positive; give the cycle's, about")
-    find = partial(find_cycle, model, vary, 1.0, tolerance=tolerance, settle=settle)
-    orbits, correction = find(state, duration)
-    orbit = _as_orbit(orbits, orbits.model_at(correction.z), correction)
-    while (rounds := _times_round(orbit)) > 1:
-        orbits, correction = find(orbit.state, orbit.duration / rounds)
-        orbit = _as_orbit(orbits, orbits.model_at(correction.z), correction)
-    return orbit
-
-
-def _times_round(cycle: PeriodicOrbit) -> int:
-    """Return how often a cycle comes back to where it began."""
+def _revolutions(cycle: PeriodicOrbit) -> int:
+    """Return how often a cycle returns to where it began."""
     flow, model = flow_of(cycle.model), cycle.model
-    phases = np.append(0.0, 1 / np.arange(MOST_ROUNDS, 1, -1))
+    phases = np.append(0.0, 1 / np.arange(REVOLUTIONS, 1, -1))
     states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
     apart = without_turns(states - cycle.state, model.whole_turns) / model.state_scales()
     back = np.flatnonzero(np.abs(apart).max(axis=1) < SAME)
-    return int(MOST_ROUNDS - back[0]) if len(back) else 1
+    return int(REVOLUTIONS - back[0]) if len(back) else 1
 
 
 def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
@@ -347,20 +303,8 @@ def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Arra
     return without_turns(checked, model.whole_turns)
 
 
-def _settled(model: Model, periods: int) -> Array:
-    """State that a motion from the model's start comes to."""
-    flow = flow_of(model)
-    constants = flow.constants_of(model)
-    state = model.start
-    one_period = np.array([0.0, 1.0])
-    for _ in range(periods):
-        state = flow.trajectory(state, constants, one_period)[-1]
-        state = without_turns(state, model.whole_turns)
-    return state
-
-
 def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
-    """Refuse an orbit that repeats within the period asked for.
+    """Refuse an orbit that repeats within the requested period.
 
     Shapes: strobes (period, n) or more, its states after whole forcing periods.
     """
@@ -375,46 +319,14 @@ def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
             )
 
 
-def _as_orbit(orbits: Orbits, model: Model, correction: Correction) -> PeriodicOrbit:
-    if not correction.converged or correction.linearisation is None:
-        raise InputError(
-            f"no orbit of period {orbits.period} was found for {model!r}: {correction.failure}; "
-            "give a state nearer to it, e.g. the end of a long simulation"
-        )
-    # Newton's last derivatives were taken beside the orbit: these are its own.
-    monodromy = orbits.linearise(correction.z).monodromy
-    return PeriodicOrbit(
-        model,
-        orbits.period,
-        orbits.evenly(correction.z),
-        orbits.spectrum.whole(floquet_multipliers(monodromy)),
-        correction.residual,
-    )
-
-
-GivenState = ArrayLike | Mapping[str, float] | None
-
-MOTION = 2000
-"""Forcing periods of a motion that is to settle."""
-
-PERIODS = 8
-"""Longest period of forced orbits that is looked for near a state."""
-
-OTHERS = (1, 2, 4, 3)
-"""Periods that are tried where a motion from the state repeats after none."""
-
-ROUND = 2000
-"""Steps of the integrator in which a motion that begins near a cycle comes round."""
-
-CLOSED = 0.05
-"""A motion that comes back this near, over its extent or in scaled states, is near an orbit."""
+# -- near a state --------------------------------------------------------------------------------
 
 
 def settled_on(
     model: Model, state: GivenState = None, observer: Observer | None = None
 ) -> PeriodicOrbit | Array:
-    """Return what a motion from a state settles on."""
-    periods = MOTION if model.forced else None
+    """Return the orbit or equilibrium to which a trajectory from a state converges."""
+    periods = TRANSIENT if model.forced else None
     motion = simulate_smooth_or_switched(model, periods, state, observer=observer)
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         raise KeyboardInterrupt
@@ -434,13 +346,13 @@ def settled_on(
 def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
     """Return an orbit near a state; of an autonomous model an equilibrium, or a cycle.
 
-    Newton's method is begun there, of a forced model with the period after which a motion from the
-    state nearly repeats. A cycle is looked for where the motion comes nearly back.
+    Newton's method begins there, for a forced model with the period after which a trajectory from
+    the state nearly repeats. A cycle is searched where the trajectory nearly returns.
     """
     start = initial_state(model, state)
     if model.forced:
         return _forced_orbit(model, start)
-    if _comes_back(model, start):
+    if _returns(model, start):
         with suppress(InputError):
             return periodic_orbit(model, state=start)
     found = search_equilibrium(model, start)
@@ -454,12 +366,11 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    strobe = guarded_flow_of(model).strobe(start, PERIODS, constants)
-    away = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
-    away = away.max(axis=1)
-    likely = [int(k) + 1 for k in np.flatnonzero(away <= CLOSED)]
+    strobe = guarded_flow_of(model).strobe(start, 2 * max(PERIODS), constants)
+    apart = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
+    likely = np.flatnonzero(apart.max(axis=1) <= RETURNED)[:1] + 1
     failure: InputError | None = None
-    for period in dict.fromkeys((*likely[:1], *OTHERS)):
+    for period in dict.fromkeys((*likely.tolist(), *PERIODS)):
         try:
             return periodic_orbit(model, period, start)
         except InputError as error:
@@ -468,12 +379,12 @@ def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     raise failure
 
 
-def _comes_back(model: Model, start: Array) -> bool:
-    """Whether a motion leaves a state and comes nearly back to it."""
+def _returns(model: Model, start: Array) -> bool:
+    """Whether a trajectory leaves a state and nearly returns to it."""
     changed, _ = paced(model, start, None)
     flow = flow_of(changed)
     constants = flow.constants_of(changed)
-    motion = flow.dense(start, constants, float(ROUND), ROUND)
+    motion = flow.dense(start, constants, float(TRANSIENT), TRANSIENT)
     if motion is None:
         return False
     finely = np.linspace(0.0, motion.end, 8 * len(motion.phases))
@@ -481,4 +392,4 @@ def _comes_back(model: Model, start: Array) -> bool:
     away = np.linalg.norm(apart / constants.scales, axis=1)
     extent = float(away.max())
     left = np.flatnonzero(away > 0.5 * extent)
-    return extent > 0 and bool((away[left[0] :] < CLOSED * extent).any())
+    return extent > 0 and bool((away[left[0] :] < RETURNED * extent).any())

@@ -322,3 +322,11 @@ def orbits_of(
     if model.forced:
         return ForcedOrbits(model, vary, period, segments, by)
     return Equilibria(model, vary) if resting else Cycles(model, vary, period, segments, by)
+
+
+def orbits_at(
+    model: Model, period: int = 1, segments: int = SEGMENTS, *, by: Cut = Shooting
+) -> Orbits:
+    """Return orbits of a model at its own parameter values: which one may vary plays no part."""
+    names = [item.name for item in model.parameters if model.forced or item.name != "duration"]
+    return orbits_of(model, {names[0]: 1.0}, period, segments, by=by)

@@ -20,7 +20,7 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import far_above, margins_each
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import evaluate_each, floquet_multipliers
@@ -398,7 +398,8 @@ def orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:
 
     Shapes: states (k, n); returns k times (m, n), None where there is none.
     """
-    orbits = ForcedOrbits(model, {model.parameters[0].name: 1.0}, period)
+    orbits = orbits_at(model, period)
+    assert isinstance(orbits, ForcedOrbits)
     zero = np.zeros(len(states))
     constants = orbits.flow.constants_of(model)
     nodes = orbits.flow.sample(states, zero, zero + period, orbits.segments, constants)

@@ -20,7 +20,7 @@ from slipfold.models.model import Model
 from slipfold.models.turns import turns_between, turns_by_name, without_turns
 from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
 from slipfold.orbits.extrema import Extrema, find_extrema, turns_of_segments
-from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.kinds import orbits_at
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -297,8 +297,7 @@ class StickSlipOrbit(PeriodicOrbit):
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
         """Computed uncertainty of each multiplier, begun elsewhere on the orbit."""
-        name = next(item.name for item in self.model.parameters if item.name != "duration")
-        orbits = orbits_of(self.model, {name: 1.0}, self.period, 1, by=SwitchedShooting)
+        orbits = orbits_at(self.model, self.period, 1, by=SwitchedShooting)
         z = orbits.unknown(self.nodes[:1], self.model)
         other, moved, _ = orbits.shifted(z, np.eye(1, len(z), len(z) - 1)[0])
         monodromy = other.linearise(moved).product
