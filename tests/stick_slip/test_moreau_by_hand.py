@@ -91,7 +91,8 @@ def test_belts_to_first_order(coefficient, static, speed, damping, period):
     system = masses_on_belt([coefficient], [static], speed, damping=damping)
     errors = []
     for h in (0.04, 0.02):
-        found = rounds(march(system, [0.9], [speed], (0, 40), round(40 / h)))
+        # From 0.9 a step would begin at the limit of stick itself, where rounding decides.
+        found = rounds(march(system, [0.9013], [speed], (0, 40), round(40 / h)))
         errors.append(abs(found[1:].mean() - period))
         assert errors[-1] < 2.2 * h
     assert_halved(errors)
