@@ -16,7 +16,7 @@ from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.turning_pitchfork import turning_pitchfork
+from slipfold.loci.turning_pitchfork import has_branch_point, turning_pitchfork
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.test_functions import CRITICAL, PAIRED, critical_places
@@ -59,8 +59,9 @@ CROSSES = 1e-6
 NEAR_PARENT = 0.02
 """Distance between the halves of an orbit, in scaled states, that is next to none."""
 
-PITCHFORK = 1e-3
-"""An extremum of a locus of folds this near to a crossing is a degenerate pitchfork."""
+PITCHFORK = 1e-2
+"""Near to a crossing as this it is worth looking for: extrema there are located to the root of
+rounding."""
 
 
 def tests_of(kind: str, tests: Mapping[str, float]) -> tuple[str, ...]:
@@ -170,7 +171,8 @@ class SpecialPoints(Zeros[OrbitPoint]):
         orbits = self._curve.orbits
         if has_copy(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < NEAR_PARENT:
             return False  # there all families of orbits are near that of their parents
-        return crossing_gap(orbits, point.z) < PITCHFORK
+        gap = crossing_gap(orbits, point.z)
+        return gap < PITCHFORK and has_branch_point(self._curve, point)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function does, and not because the locus is parallel to an axis."""

@@ -30,14 +30,27 @@ def turning_pitchfork(found: Found[OrbitPoint], curve: LocusEquations) -> Found[
     """
     crossing = LocusEquations(curve.orbits, "BP")
     try:
-        z = found.point.z
-        start = correct(crossing, z, np.linalg.svd(crossing.linearise(z).jacobian)[2][-1])
-        if not start.converged:
-            return found
-        known = crossing.point(start, found.point.arclength)
-        return _zero(crossing, known) or found
+        known = _branch_point(crossing, found.point)
+        return found if known is None else _zero(crossing, known) or found
     except BREAKDOWNS:
         return found
+
+
+def has_branch_point(curve: LocusEquations, point: OrbitPoint) -> bool:
+    """Whether families of orbits cross near a point: Newton's method converges to where they do."""
+    try:
+        crossing = LocusEquations(curve.orbits, "BP")
+        there = _branch_point(crossing, point)
+        return there is not None and float(np.linalg.norm(there.z - point.z)) < REACH
+    except BREAKDOWNS:
+        return False
+
+
+def _branch_point(crossing: LocusEquations, point: OrbitPoint) -> OrbitPoint | None:
+    """Return the branch point next to a point, None if Newton's method finds none."""
+    z = point.z
+    start = correct(crossing, z, np.linalg.svd(crossing.linearise(z).jacobian)[2][-1])
+    return crossing.point(start, point.arclength) if start.converged else None
 
 
 def _zero(curve: LocusEquations, known: OrbitPoint) -> Found[OrbitPoint] | None:
