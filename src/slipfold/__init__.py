@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     from slipfold.branches import Settings as Settings
     from slipfold.branches import SpecialPoint as SpecialPoint
     from slipfold.branches import Steps as Steps
-    from slipfold.computations.attractors import attractors as attractors
-    from slipfold.computations.basin_fractions import basin_fractions as basin_fractions
-    from slipfold.computations.basins import basins as basins
-    from slipfold.computations.bifurcation_set import bifurcation_set as bifurcation_set
-    from slipfold.computations.design import design as design
-    from slipfold.computations.fit import fit as fit
-    from slipfold.computations.gradients import gradients as gradients
-    from slipfold.computations.locus import locus as locus
-    from slipfold.computations.lyapunov import lyapunov as lyapunov
-    from slipfold.computations.measure import measure as measure
-    from slipfold.computations.plan_measurement import plan_measurement as plan_measurement
-    from slipfold.computations.regimes import regimes as regimes
+    from slipfold.computations.loci import bifurcation_set as bifurcation_set
+    from slipfold.computations.loci import locus as locus
+    from slipfold.computations.long_term import attractors as attractors
+    from slipfold.computations.long_term import basin_fractions as basin_fractions
+    from slipfold.computations.long_term import basins as basins
+    from slipfold.computations.long_term import lyapunov as lyapunov
+    from slipfold.computations.long_term import regimes as regimes
+    from slipfold.computations.long_term import simulate as simulate
+    from slipfold.computations.long_term import sweep as sweep
+    from slipfold.computations.measured import fit as fit
+    from slipfold.computations.measured import measure as measure
+    from slipfold.computations.measured import plan_measurement as plan_measurement
+    from slipfold.computations.response import gradients as gradients
     from slipfold.computations.response import response as response
-    from slipfold.computations.responses import responses as responses
-    from slipfold.computations.simulate import simulate as simulate
+    from slipfold.computations.response import responses as responses
     from slipfold.computations.study import study as study
-    from slipfold.computations.sweep import sweep as sweep
-    from slipfold.computations.threshold_map import threshold_map as threshold_map
-    from slipfold.computations.uncertainty import uncertainty as uncertainty
+    from slipfold.computations.thresholds import design as design
+    from slipfold.computations.thresholds import threshold_map as threshold_map
+    from slipfold.computations.thresholds import uncertainty as uncertainty
     from slipfold.design_space.scatter import Scatter as Scatter
     from slipfold.design_space.sobol_indices import SobolIndices as SobolIndices
     from slipfold.errors import InputError as InputError
@@ -138,25 +138,35 @@ _HOMES = {
         "SpecialPoint",
         "Steps",
     ),
-    "slipfold.computations.attractors": ("attractors",),
-    "slipfold.computations.basin_fractions": ("basin_fractions",),
-    "slipfold.computations.basins": ("basins",),
-    "slipfold.computations.bifurcation_set": ("bifurcation_set",),
-    "slipfold.computations.design": ("design",),
-    "slipfold.computations.fit": ("fit",),
-    "slipfold.computations.gradients": ("gradients",),
-    "slipfold.computations.locus": ("locus",),
-    "slipfold.computations.lyapunov": ("lyapunov",),
-    "slipfold.computations.measure": ("measure",),
-    "slipfold.computations.plan_measurement": ("plan_measurement",),
-    "slipfold.computations.regimes": ("regimes",),
-    "slipfold.computations.response": ("response",),
-    "slipfold.computations.responses": ("responses",),
-    "slipfold.computations.simulate": ("simulate",),
+    "slipfold.computations.loci": (
+        "bifurcation_set",
+        "locus",
+    ),
+    "slipfold.computations.long_term": (
+        "attractors",
+        "basin_fractions",
+        "basins",
+        "lyapunov",
+        "regimes",
+        "simulate",
+        "sweep",
+    ),
+    "slipfold.computations.measured": (
+        "fit",
+        "measure",
+        "plan_measurement",
+    ),
+    "slipfold.computations.response": (
+        "gradients",
+        "response",
+        "responses",
+    ),
     "slipfold.computations.study": ("study",),
-    "slipfold.computations.sweep": ("sweep",),
-    "slipfold.computations.threshold_map": ("threshold_map",),
-    "slipfold.computations.uncertainty": ("uncertainty",),
+    "slipfold.computations.thresholds": (
+        "design",
+        "threshold_map",
+        "uncertainty",
+    ),
     "slipfold.design_space.scatter": ("Scatter",),
     "slipfold.design_space.sobol_indices": ("SobolIndices",),
     "slipfold.errors": ("InputError",),

@@ -164,8 +164,8 @@ def test_start_where_there_is_no_orbit(tmp_path):
 
 PLACES = [
     (RESPONSE, "computations.response.response", ("--out", "--json", "--csv")),
-    (LOCUS, "computations.bifurcation_set.bifurcation_set", ("--out", "--json", "--csv")),
-    (("simulate", "sliding"), "computations.simulate.simulate", ("--out", "--json")),
+    (LOCUS, "computations.loci.bifurcation_set", ("--out", "--json", "--csv")),
+    (("simulate", "sliding"), "computations.long_term.simulate", ("--out", "--json")),
     (("plot", "some.nc"), "results.result.load", ("--out",)),
 ]
 

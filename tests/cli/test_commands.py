@@ -9,7 +9,7 @@ import pytest
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
-from slipfold.computations.plane import with_place
+from slipfold.computations.loci import with_place
 from slipfold.continuation.end import End
 from slipfold.loci.locus import LocusEnd
 from slipfold.loci.progress import locus_progress
@@ -22,7 +22,8 @@ SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]
 
 def replace_result(monkeypatch, diagram, name="response"):
     """Let the command hand over this diagram instead of computing one."""
-    module = importlib.import_module(f"slipfold.computations.{name}")
+    home = "response" if name == "response" else "loci"
+    module = importlib.import_module(f"slipfold.computations.{home}")
     monkeypatch.setattr(module, name, lambda *_, **__: diagram)
 
 
@@ -137,7 +138,7 @@ def test_interruption_outside_the_computation(monkeypatch):
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    module = importlib.import_module("slipfold.computations.simulate")
+    module = importlib.import_module("slipfold.computations.long_term")
     monkeypatch.setattr(module, "simulate", interrupt)
     result = run("simulate", "sliding")
     assert result.exit_code == 130
@@ -190,7 +191,7 @@ def test_all_files_of_one_locus_agree(saved_set):
 
 def test_types_and_periods_reach_the_computation(monkeypatch):
     asked = {}
-    module = importlib.import_module("slipfold.computations.bifurcation_set")
+    module = importlib.import_module("slipfold.computations.loci")
     monkeypatch.setattr(
         module, "bifurcation_set", lambda *_, **given: asked.update(given) or made_locus_diagram()
     )
@@ -268,7 +269,7 @@ def test_locus_of_a_saved_response_as_json(saved_response):
 
 def test_labels_are_those_of_the_printed_table(saved_response, tmp_path, monkeypatch):
     asked = {}
-    module = importlib.import_module("slipfold.computations.locus")
+    module = importlib.import_module("slipfold.computations.loci")
     monkeypatch.setattr(
         module,
         "locus",

@@ -6,7 +6,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.cli.case_file import find_model
+from slipfold.cli.reading import find_model
 
 CASE = """\
 model = "sliding"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from helpers.command_line import run as run_here
-from slipfold.cli.progress import live_line
+from slipfold.cli.running import live_line
 from slipfold.results.result import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.cli"]
@@ -162,7 +162,7 @@ def test_an_interrupt_while_normal_forms_are_computed_keeps_the_branches(tmp_pat
     assert status == 130
     assert "interrupted before the normal forms of 1 of 1 special points" in said
     assert "interrupted before its normal form was computed" in output
-    assert "Interrupted before the uncertainty was computed of" in output
+    assert "interrupted before it was computed how certain it is" in output
     assert "checked: nothing, as it was interrupted" in output
     diagram = load(path)
     assert [branch.stopped.kind for branch in diagram.branches] == ["span", "span"]

@@ -12,7 +12,7 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, diagram
-from slipfold.cli.case_file import equations_file, find_model
+from slipfold.cli.reading import equations_file, find_model
 from slipfold.errors import InputError
 from slipfold.explorer.answering import Answering
 from slipfold.explorer.catalogue import Catalogue

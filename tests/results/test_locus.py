@@ -6,8 +6,7 @@ import pytest
 from helpers.locus_diagrams import assert_same
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
-from slipfold.computations.bifurcation_set import bifurcation_set
-from slipfold.computations.locus import locus
+from slipfold.computations.loci import bifurcation_set, locus
 from slipfold.computations.response import response
 from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError

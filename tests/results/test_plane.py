@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.computations.plane import corner_model, parse_plane
+from slipfold.computations.loci import corner_model, parse_plane
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 

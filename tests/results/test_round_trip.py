@@ -22,7 +22,7 @@ from helpers.diagrams import (
 from helpers.dry_friction import den_hartog
 from slipfold.branches.event import Event
 from slipfold.branches.settings import Settings
-from slipfold.computations.simulate import simulate
+from slipfold.computations.long_term import simulate
 from slipfold.continuation.end import End
 from slipfold.continuation.settings import Newton, Steps
 from slipfold.errors import InputError

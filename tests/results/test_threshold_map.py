@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
 from helpers.threshold_maps import KINDS, REASON, made_map
-from slipfold.computations.threshold_map import threshold_map
+from slipfold.computations.thresholds import threshold_map
 from slipfold.errors import InputError
 from slipfold.models import Parameter, SlidingOscillator
 from slipfold.results.result import load

@@ -5,11 +5,10 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from slipfold.cli.case_file import equations_file, find_model
-from slipfold.cli.status import note, say
+from slipfold.cli.reading import argument, command, equations_file, find_model, given_text
+from slipfold.cli.running import note, say
 from slipfold.errors import InputError
+from slipfold.options import Option
 
 if TYPE_CHECKING:
     from slipfold.results.study import StudyResult
@@ -18,32 +17,32 @@ NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
 
 MOST_WORKERS = 64
 
-File = Annotated[
-    str | None,
-    typer.Argument(
-        metavar="[FILE]",
-        help="A model of your own to offer first, e.g. case.toml, or a study, e.g. study.nc.",
-    ),
-]
-Port = Annotated[str, typer.Option(metavar="N", help="Port to listen on; 0 is any free one.")]
-Browser = Annotated[bool, typer.Option("--no-browser", help="Do not open the page.")]
+FILE = argument(
+    "[FILE]",
+    "A model of your own to offer first, e.g. case.toml, or a study, e.g. study.nc.",
+    "file",
+    None,
+)
+File = Annotated[str | None, given_text(FILE)]
+Port = Annotated[str, Option("Port to listen on; 0 is any free one.", metavar="N")]
+Browser = Annotated[bool, Option("Do not open the page.", "flag")]
 Workers = Annotated[
-    str | None,
-    typer.Option(metavar="N", help="Processes that compute; one a core, 2 to 4, by default."),
+    str | None, Option("Processes that compute; one a core, 2 to 4, by default.", metavar="N")
 ]
 Public = Annotated[
     str | None,
-    typer.Option(
+    Option(
+        "Listen on this address of the machine instead of 127.0.0.1. Everyone who gets the printed "
+        "address, with its token, can then use this machine's processors; nothing is encrypted, so "
+        "that others on the network can read the token.",
         metavar="ADDRESS",
-        help="Listen on this address of the machine instead of 127.0.0.1. Everyone who gets the "
-        "printed address, with its token, can then use this machine's processors; nothing is "
-        "encrypted, so that others on the network can read the token.",
     ),
 ]
 
 
+@command
 def explore(
-    file: File = None,
+    file: File,
     port: Port = "0",
     no_browser: Browser = False,
     workers: Workers = None,

@@ -2,118 +2,87 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from slipfold.cli.carry_out import carry_out
-from slipfold.cli.case_file import find_model
-from slipfold.cli.options import Csv, Friction, Json, MaxPoints, MaxStep, Out, Sets, Tolerance
-from slipfold.cli.outputs import Outputs
-from slipfold.cli.parsing import (
+from slipfold.cli.reading import (
+    FRICTION,
+    SET,
+    LocusSettings,
+    OutputFiles,
+    Reader,
+    argument,
+    command,
+    find_model,
     parse_assignments,
-    parse_points,
     parse_whole,
     parse_window,
     refuse_varied,
+    vary_option,
 )
-from slipfold.cli.settings import parse_settings
-from slipfold.cli.special_points import labelled_points, load_response, matching_points
-from slipfold.cli.status import DONE, FAILED, INTERRUPTED, note
+from slipfold.cli.running import DONE, FAILED, INTERRUPTED, Outputs, note
 from slipfold.errors import InputError
+from slipfold.options import Option, Regimes, Regions, Types
 
 if TYPE_CHECKING:
+    from slipfold.branches.special_point import SpecialPoint
+    from slipfold.results.diagram import Diagram
     from slipfold.results.locus_diagram import LocusDiagram
 
-Given = Annotated[
-    str,
-    typer.Argument(
-        metavar="MODEL|RESPONSE.nc",
-        help="Name of a built-in model (see slipfold models), or a case file, e.g. case.toml: all "
-        "bifurcations in the window. Or a file that slipfold response --out wrote: those that pass "
-        "its special points.",
-    ),
-]
+GIVEN = argument(
+    "MODEL|RESPONSE.nc",
+    "Name of a built-in model (see slipfold models), or a case file, e.g. case.toml: all "
+    "bifurcations in the window. Or a file that slipfold response --out wrote: those that pass "
+    "its special points.",
+)
+Given = Annotated[dict[str, Any], Reader((GIVEN, SET, FRICTION), lambda given, _: dict(given))]
 Vary = Annotated[
     list[str],
-    typer.Option(
-        metavar="NAME=FIRST:LAST",
-        help="One of the two parameters and its range, e.g. f=11.5:13.5Hz; give it twice.",
-    ),
-]
-Types = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--type",
-        metavar="LP|PD|NS|BP|HB|GRAZE|LIFT|STICK",
-        help="Type of bifurcation to follow: fold, period doubling, Neimark-Sacker, branch point, "
-        "Hopf of an autonomous model, where contacts begin to stick or to lift off; all by "
-        "default. With RESPONSE.nc, type of its points to start from. Repeatable.",
-    ),
+    vary_option("One of the two parameters and its range, e.g. f=11.5:13.5Hz; give it twice."),
 ]
 Periods = Annotated[
     list[str] | None,
-    typer.Option(
-        "--period",
-        metavar="1|2",
-        help="Period of the orbits in forcing periods; both by default. With RESPONSE.nc, any "
-        "period of its points to start from; all by default. Repeatable.",
+    Option(
+        "Period of the orbits in forcing periods; both by default. With RESPONSE.nc, any period of "
+        "its points to start from; all by default.",
+        "texts",
+        "1|2",
+        flags=("--period",),
     ),
 ]
 Labels = Annotated[
     list[str] | None,
-    typer.Option(
-        "--label",
-        metavar="LAB",
-        help="With RESPONSE.nc, its special point to start from, by its number under LAB in the "
-        "printed table; all by default. Repeatable.",
+    Option(
+        "With RESPONSE.nc, its special point to start from, by its number under LAB in the printed "
+        "table; all by default.",
+        "texts",
+        "LAB",
+        flags=("--label",),
     ),
 ]
 Only = Annotated[
     bool,
-    typer.Option(
-        "--only",
-        help="With RESPONSE.nc, follow the loci through its special points alone, and none that "
-        "start at points of codimension two on them.",
-    ),
-]
-Regions = Annotated[
-    bool,
-    typer.Option(
-        "--regions",
-        help="Find the regions between the loci and the stable responses in each, checked by "
-        "simulations; takes a forced model, all types and both periods.",
-    ),
-]
-Regimes = Annotated[
-    str | None,
-    typer.Option(
-        metavar="N1xN2",
-        help="With --regions, simulate on a grid of so many places what happens where no response "
-        "of period 1 or 2 is stable: higher periods, tori, chaos; e.g. 60x50.",
+    Option(
+        "With RESPONSE.nc, follow the loci through its special points alone, and none that start "
+        "at points of codimension two on them.",
+        "flag",
     ),
 ]
 
 
+@command
 def locus(
-    model: Given,
+    given: Given,
     vary: Vary,
-    set_: Sets = None,
-    friction: Friction = None,
+    outputs: OutputFiles,
+    settings: LocusSettings,
     label: Labels = None,
     only: Only = False,
     type_: Types = None,
     period: Periods = None,
     regions: Regions = False,
     regimes: Regimes = None,
-    json: Json = None,
-    out: Out = None,
-    csv: Csv = None,
-    max_step: MaxStep = None,
-    tolerance: Tolerance = None,
-    max_points: MaxPoints = None,
 ) -> int:
     """Find all bifurcations in a window of two parameters, and follow them through it.
 
@@ -124,56 +93,52 @@ def locus(
     """
     from slipfold.loci.bifurcation_set import PERIODS
 
-    outputs = Outputs(json, out, csv).checked()
+    model = given["model"]
     types = [text.upper() for text in type_] if type_ else None
     periods = [parse_whole(text, "--period") for text in period] if period else None
-    settings = parse_settings(max_step, tolerance, max_points)
     compute: partial[LocusDiagram]
     if model.lower().endswith(".nc"):
-        from slipfold.computations.locus import locus as follow
+        from slipfold.computations.loci import locus as follow
 
-        given = [f"--set {item}" for item in set_ or ()]
-        given += [] if friction is None else [f"--friction {friction}"]
-        _refuse(model, given, regions or regimes is not None, bool(label and (types or periods)))
+        changes = [f"--set {item}" for item in given["set_"] or ()]
+        changes += [] if given["friction"] is None else [f"--friction {given['friction']}"]
+        _refuse(model, changes, regions or regimes is not None, bool(label and (types or periods)))
         response = load_response(model)
-        chosen = response.model
-        plane, window = parse_window(vary, chosen)
+        plane, window = parse_window(vary, response.model)
         if label:
             points = labelled_points(response, model, label)
         else:
             points = matching_points(response, model, (plane, window), types, periods)
         compute = partial(follow, points, plane, window, switch=not only)
     else:
-        from slipfold.computations.bifurcation_set import bifurcation_set
+        from slipfold.computations.loci import bifurcation_set
 
-        if label:
-            raise InputError(
-                f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
-                "that slipfold response --out wrote, or leave out --label"
-            )
-        if only:
-            raise InputError(
-                f"--only is for a saved response, but {model} is a model, whose loci are looked "
-                "for; give a file that slipfold response --out wrote, or --type"
-            )
-        if regimes is not None and not regions:
-            raise InputError(f"--regimes {regimes} needs --regions; give both")
-        values = parse_assignments(set_)
-        chosen = find_model(model, values, friction)
+        _refuse_of_model(model, label, only, regimes if not regions else None)
+        values = parse_assignments(given["set_"])
+        chosen = find_model(model, values, given["friction"])
         plane, window = parse_window(vary, chosen, "a bifurcation set")
         refuse_varied(values, plane)
-        compute = partial(
-            bifurcation_set,
-            chosen,
-            plane,
-            window,
-            types=types,
-            periods=periods or PERIODS,
-            regions=regions,
-            regimes=None if regimes is None else parse_points(regimes, "--regimes", 1),
+        compute = partial(bifurcation_set, chosen, plane, window, types=types, regions=regions)
+        compute = partial(compute, periods=periods or PERIODS, regimes=regimes)
+    return _conclude(outputs.of(partial(compute, settings=settings)), outputs)
+
+
+def _refuse_of_model(
+    model: str, label: Sequence[str] | None, only: bool, regimes: tuple[int, int] | None
+) -> None:
+    """Refuse what does not go with a model."""
+    if label:
+        raise InputError(
+            f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
+            "that slipfold response --out wrote, or leave out --label"
         )
-    diagram = carry_out(lambda observer: compute(settings=settings, observer=observer), outputs)
-    return _conclude(diagram, outputs)
+    if only:
+        raise InputError(
+            f"--only is for a saved response, but {model} is a model, whose loci are searched; "
+            "give a file that slipfold response --out wrote, or --type"
+        )
+    if regimes is not None:
+        raise InputError(f"--regimes {regimes[0]}x{regimes[1]} needs --regions; give both")
 
 
 def _refuse(path: str, given: Sequence[str], regions: bool, both: bool) -> None:
@@ -206,3 +171,108 @@ def _conclude(diagram: LocusDiagram, outputs: Outputs) -> int:
             if end.early:
                 note(f"locus {item.id} stopped early: {end.reason}")
     return FAILED if diagram.failed else DONE
+
+
+def load_response(path: str) -> Diagram:
+    """Read a saved response."""
+    from slipfold.results.diagram import Diagram
+    from slipfold.results.result import load
+
+    found = load(path)
+    if not isinstance(found, Diagram):
+        raise InputError(
+            f"{path} holds a {type(found).__name__}, but loci start from the special points of a "
+            "response; give a file that slipfold response --out wrote"
+        )
+    return found
+
+
+def labelled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
+    """Return the special points with these labels."""
+    known = _bifurcations(diagram)
+    chosen = []
+    for text in labels:
+        label = parse_whole(text, "--label")
+        if label not in known:
+            raise InputError(
+                f"--label {text} is no bifurcation with a locus; {_listed(path, known)}"
+            )
+        chosen.append(known[label])
+    return chosen
+
+
+def matching_points(
+    diagram: Diagram,
+    path: str,
+    window: tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]],
+    types: Collection[str] | None,
+    periods: Collection[int] | None,
+) -> list[SpecialPoint]:
+    """Return the special points inside the window that are of these types and periods."""
+    from slipfold.branches.special_point import LOCUS_TYPES
+
+    for kind in types or ():
+        if kind not in LOCUS_TYPES:
+            raise InputError(f"there are no loci of type {kind!r}; give {', '.join(LOCUS_TYPES)}")
+    known = _bifurcations(diagram)
+    wanted = [
+        point
+        for point in known.values()
+        if (types is None or point.type in types) and (periods is None or point.period in periods)
+    ]
+    if not wanted:
+        listed = _listed(path, known)
+        raise InputError(f"no bifurcation of that type and period is in {path}; {listed}")
+    inside = [
+        point
+        for point in wanted
+        if all(
+            min(ends) <= point.model.values[name] <= max(ends)
+            for name, ends in zip(*window, strict=True)
+        )
+    ]
+    if not inside:
+        places = " and ".join(f"{name} = {wanted[0].model.values[name]:.6g}" for name in window[0])
+        raise InputError(
+            f"no special point of {path} is inside the window; the first is at {places}, give a "
+            "window that holds it"
+        )
+    return inside
+
+
+def first_point(diagram: Diagram, kind: str | None, period: int | None) -> SpecialPoint:
+    """Return the first special point on the way that is of this type and period."""
+    points = list(_bifurcations(diagram).values())
+    wanted = [
+        point for point in points if kind in (None, point.type) and period in (None, point.period)
+    ]
+    begin, end = diagram.span
+    if not points:
+        raise InputError(
+            f"no special point lies on the way from {diagram.vary} = {begin:g} to {end:g}; "
+            f"give a longer span than --vary {diagram.vary}={begin:g}:{end:g}"
+        )
+    if not wanted:
+        known = ", ".join(f"{point.type} of period {point.period}" for point in points)
+        raise InputError(
+            f"the response has no such special point on the way, but {known}; "
+            "give another type, period or span"
+        )
+    return min(wanted, key=lambda point: abs(point.value - begin))
+
+
+def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
+    from slipfold.branches.special_point import LOCUS_TYPES
+    from slipfold.results.diagram import points_by_label
+
+    points = points_by_label(diagram.branches)
+    return {label: point for label, point in points.items() if point.type in LOCUS_TYPES}
+
+
+def _listed(path: str, known: dict[int, SpecialPoint]) -> str:
+    if not known:
+        return f"{path} has none"
+    labels = ", ".join(
+        f"{label} ({point.type} of period {point.period})" for label, point in known.items()
+    )
+    return f"the labels of those in {path} are: {labels}"

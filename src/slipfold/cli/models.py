@@ -6,13 +6,10 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
-from slipfold.cli.case_file import find_model
-from slipfold.cli.options import Friction, Json
-from slipfold.cli.outputs import hand_over_json
-from slipfold.cli.status import say
+from slipfold.cli.reading import FILES, FRICTION, argument, command, find_model, given_text
+from slipfold.cli.running import say, write_json
 from slipfold.errors import InputError
+from slipfold.options import Option
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
@@ -20,21 +17,20 @@ if TYPE_CHECKING:
 
 Name = Annotated[
     str | None,
-    typer.Argument(metavar="[MODEL]", help="Show one model in detail, built-in or from a file."),
+    given_text(
+        argument("[MODEL]", "Show one model in detail, built-in or from a file.", default=None)
+    ),
 ]
 Show = Annotated[
     str | None,
-    typer.Option(
-        "--show",
-        metavar="NAME",
-        help="Print the equations of a built-in model as a file to start from.",
-    ),
+    Option("Print the equations of a built-in model as a file to start from.", metavar="NAME"),
 ]
+Friction = Annotated[str | None, given_text(FRICTION)]
+Json = Annotated[str | None, given_text(FILES[0])]
 
 
-def models(
-    model: Name = None, show: Show = None, friction: Friction = None, json: Json = None
-) -> None:
+@command
+def models(model: Name, friction: Friction, json: Json, show: Show = None) -> None:
     """List the built-in models, or parameters, states, outputs and limits of one of them."""
     from slipfold.models.registry import built_in_models, built_in_text
 
@@ -53,7 +49,7 @@ def models(
     )
     if json is not None:
         record = {"schema": "slipfold.models/1", "models": [_record(item) for item in shown]}
-        hand_over_json(record, json)
+        write_json(record, json)
         if json == "-":
             return
     if model is None:

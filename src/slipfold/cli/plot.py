@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from slipfold.cli.status import note
+from slipfold.cli.reading import argument, command, given_text
+from slipfold.cli.running import note
 from slipfold.errors import InputError
+from slipfold.options import Option
 
 FORMATS = ("png", "pdf", "svg")
 
@@ -45,63 +45,59 @@ OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """What each kind of result is called, and the options that go with it."""
 
-Result = Annotated[str, typer.Argument(metavar="RESULT.nc", help="A file written by --out.")]
+RESULT = argument("RESULT.nc", "A file written by --out.", "result")
+Result = Annotated[str, given_text(RESULT)]
 Output = Annotated[
     str | None,
-    typer.Option(
+    Option(
+        "Of a response, simulation or sweep: what to draw, by default the first state.",
         metavar="NAME",
-        help="Of a response, simulation or sweep: what to draw, by default the first state.",
     ),
 ]
 Measure = Annotated[
     str | None,
-    typer.Option(
+    Option(
+        "Of a response or sweep: what to show of each solution; strobe of sweeps only.",
         metavar="|".join(MEASURES),
-        help="Of a response or sweep: what to show of each motion; strobe of sweeps only.",
     ),
 ]
-Kind = Annotated[
+PlotKind = Annotated[
     str | None,
-    typer.Option(
+    Option(
+        "What to draw: the last three of a sweep, the others of a simulation, of which five show "
+        "contacts; spectrum of a response is that of a torus.",
         metavar="|".join((*OF_MOTIONS, *KINDS["Sweep"])),
-        help="What to draw: the last three of a sweep, the others of a simulation, of which five "
-        "show contacts; spectrum of a response is that of a torus.",
     ),
 ]
 Contact = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Of a simulation: the contact to draw, by default all."),
+    str | None, Option("Of a simulation: the contact to draw, by default all.", metavar="NAME")
 ]
 Measured = Annotated[
     str | None,
-    typer.Option(
-        metavar="DATA.csv", help="Of a response: readings to draw with it, see slipfold fit --help."
-    ),
+    Option("Of a response: readings to draw with it, see slipfold fit --help.", metavar="DATA.csv"),
 ]
 At = Annotated[
     str | None,
-    typer.Option(
+    Option(
+        "Of a section of a sweep, or the spectrum of a torus: the value of the parameter.",
         metavar="VALUE",
-        help="Of a section of a sweep, or the spectrum of a torus: the value of the parameter.",
     ),
 ]
 Quantity = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Of a study: what to draw, by default the first number."),
+    str | None, Option("Of a study: what to draw, by default the first number.", metavar="NAME")
 ]
 Out = Annotated[
     str | None,
-    typer.Option(
-        metavar="FILE", help="Figure to write: .png, .pdf or .svg; by default RESULT.png."
-    ),
+    Option("Figure to write: .png, .pdf or .svg; by default RESULT.png.", metavar="FILE"),
 ]
 
 
+@command
 def plot(
     result: Result,
     output: Output = None,
     measure: Measure = None,
-    kind: Kind = None,
+    kind: PlotKind = None,
     contact: Contact = None,
     measured: Measured = None,
     at: At = None,

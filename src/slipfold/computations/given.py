@@ -28,6 +28,16 @@ def checked_model(model: Any) -> Model:
     return model
 
 
+def checked_forced(model: Model) -> Model:
+    """Return a model that is forced, or raise."""
+    if not model.forced:
+        raise InputError(
+            f"nothing forces {model.name}, so there is no phase at which to look at its motions; "
+            "use attractors"
+        )
+    return model
+
+
 def checked_point(given: Any) -> SpecialPoint:
     """Return the special point given, or raise; one without a locus does not move."""
     point = given.point if isinstance(given, Labelled) else given

@@ -1,48 +1,81 @@
-"""The periodic response of a model over a parameter, in one call."""
+"""Responses over a parameter: of one case, of many cases, and the gradients of thresholds."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.branches.branch import Branch
 from slipfold.branches.event import Event
-from slipfold.branches.progress import searching
+from slipfold.branches.progress import branch_progress, searching
 from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
 from slipfold.checks.checked import Checked
 from slipfold.checks.curves import check_branches
 from slipfold.computations.given import (
+    Values,
     checked_model,
+    checked_point,
     checked_settings,
     parse_ends,
+    parse_values,
     refuse_varied,
 )
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.system import System
+from slipfold.options import (
+    Cases,
+    Gradients,
+    ModelOrOrbit,
+    Point,
+    Search,
+    Settled,
+    Span,
+    Start,
+    Tori,
+    Vary,
+    documented,
+)
 from slipfold.orbits.find import may_slip, orbit_near, periodic_orbit, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.progress import Observer
+from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.records import provenance
 from slipfold.tori.of_response import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
 
+if TYPE_CHECKING:
+    from slipfold.branches.abreast.own_branch import Case
+    from slipfold.results.responses import Responses
 
+SIMULTANEOUS = 256
+"""Cases that are followed in one batch: of more each takes as long."""
+
+
+@documented
 def response(
-    model: Model | PeriodicOrbit,
-    vary: str,
-    span: tuple[float | str, float | str],
+    model: ModelOrOrbit,
+    vary: Vary,
+    span: Span,
     *,
-    start: Mapping[str, float | str] | None = None,
-    settled: bool = False,
-    gradients: bool = False,
-    search: bool | Mapping[str, tuple[float | str, float | str]] = False,
-    tori: bool = False,
+    start: Start = None,
+    settled: Settled = False,
+    gradients: Gradients = False,
+    search: Search = False,
+    tori: Tori = False,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
     observer: Observer | None = None,
@@ -50,55 +83,13 @@ def response(
 ) -> Diagram:
     """Follow the periodic response of a model over a parameter, and every doubled branch.
 
-    **Main arguments**
-
-    Parameters
-    ----------
-    model
-        The model, e.g. ``SlidingOscillator()``. Or a periodic orbit of it, at a value in the span:
-        the branch through that orbit is followed, whether or not the response leads to it, from
-        inside the span in both directions.
-    vary
-        Name of the parameter to follow.
-    span
-        Its first and last value: numbers in SI units, or text with a unit. A descending span is
-        fine.
-    start
-        States by name, near an orbit that is followed instead of the response; of an autonomous
-        model near a cycle or an equilibrium. With a value of the varied parameter among them the
-        branch begins there, and goes in both directions. What is not given is the model's start.
-    settled
-        Whether what a motion from there settles on is followed instead; a torus if `tori` are
-        wanted, too.
-    gradients
-        Whether special points are told with their `gradients`: how each moves with every other
-        parameter, see `slipfold.gradients`.
-    search
-        Whether motions are then started at four values of the span, from 32 states each, and what
-        they settle on is followed where no branch leads to it; of an autonomous model all
-        equilibria that Newton's method finds from there, too. The states lie in a box three times
-        as large as the branches, or in one that is given, as for `slipfold.attractors`.
-    tori
-        Whether the quasi-periodic tori are followed, too, that are born at Neimark-Sacker points of
-        responses or cycles: `Diagram.tori`. With `settled` also the one that the motion settles on,
-        in both directions.
-    settings
-        Options of continuation; the defaults of `slipfold.Settings` if None.
-    events
-        Values of outputs or of the parameter to locate.
-    observer
-        Called after every point, and at each normal form and check, with a
-        `slipfold.Progress`. If it raises `KeyboardInterrupt`, or the user does,
-        what is finished is returned.
-    **parameters
-        Parameters of the model to change first: numbers in SI units, or text with a unit.
+    Branches continue across sticking phases where contacts begin to stick. Where no moving surface
+    slides all the time, they begin at the attractor that a solution converges to.
 
     Returns
     -------
     Diagram
-        Branches with their special points. They go on through stick and slip where contacts come to
-        that; where no counter-body moves on, they begin at what a motion settles on. A branch that
-        stops early says why in its `stopped`.
+        Branches with their special points. A branch that ends early says why in its `stopped`.
 
     Raises
     ------
@@ -131,25 +122,13 @@ def response(
     chosen = checked_settings(settings)
     started = perf_counter()
     changed = model.replace(**parameters)
-    # Where a counter-body is at rest nothing slides all the time: a motion leads to an orbit.
-    at_rest = orbit is None and changed.forced and not may_slip(changed)
-    if orbit is None and not at_rest:
-        check_followed(changed)
     watched = (*events, *own_events(changed, vary))
     ends = changed.values[vary], last
     found: tuple[TorusBranch, ...] = ()
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
-    if orbit is None and (start is not None or settled or at_rest):
-        there, state = _start(changed, vary, ends, start or {})
-        try:
-            begin = _begin(there, vary, state, settled, observer)
-        except InputError:
-            if not (settled and tori and may_slip(there)):
-                raise
-            found = tori_from(there, vary, state, ends, chosen, observer)
-            if not found:
-                raise
-    # An orbit through stick has its own sizes.
+    if orbit is None:
+        begin, found = _first(changed, vary, ends, start, settled, tori, chosen, observer)
+    # An orbit that sticks has its own scales.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
     follow = partial(
@@ -162,14 +141,9 @@ def response(
         observer=observer,
         through_stick=True,
     )
-    searched, failure = None, None
-    try:
-        branches = () if found else follow(begin=begin)
-    except InputError as error:
-        if not search or begin is not None:
-            raise
-        branches, failure = (), error  # a search may find what exists elsewhere in the span
-    if search:  # which takes more to import than to follow a branch
+    branches, failure = _followed(follow, begin, bool(search)) if not found else ((), None)
+    searched = None
+    if search:  # imported late: its modules take longer to import than a branch to follow
         from slipfold.long_term.box import checked_box
         from slipfold.long_term.coexisting import find_coexisting
 
@@ -179,15 +153,13 @@ def response(
             raise failure
     stopped = any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
-    whole = True
+    complete = True
     if gradients and not stopped:
-        from slipfold.computations.gradients import with_gradients
-
-        branches, whole = with_gradients(branches, chosen, observer)
-    if tori and whole and not stopped and not found:
+        branches, complete = with_gradients(branches, chosen, observer)
+    if tori and complete and not stopped and not found:
         found = tori_of(branches, ends, chosen, observer)
-        whole = not any(item.interrupted for item in found)
-    checked = check_branches(branches, observer) if whole else Checked((), interrupted=True)
+        complete = not any(item.interrupted for item in found)
+    checked = check_branches(branches, observer) if complete else Checked((), interrupted=True)
     return Diagram(
         changed,
         vary,
@@ -200,6 +172,47 @@ def response(
         searched,
         found,
     )
+
+
+def _first(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    start: Mapping[str, float | str] | None,
+    settled: bool,
+    tori: bool,
+    settings: Settings,
+    observer: Observer | None,
+) -> tuple[Begin | None, tuple[TorusBranch, ...]]:
+    """Return where the first branch begins, None for the response; or the tori instead."""
+    # Where a moving surface stands still nothing slides all the time: a solution leads to an orbit.
+    standstill = model.forced and not may_slip(model)
+    if not standstill:
+        check_followed(model)
+    if start is None and not settled and not standstill:
+        return None, ()
+    there, state = _start(model, vary, span, start or {})
+    try:
+        return _begin(there, vary, state, settled, observer), ()
+    except InputError:
+        if not (settled and tori and may_slip(there)):
+            raise
+        found = tori_from(there, vary, state, span, settings, observer)
+        if not found:
+            raise
+        return None, found
+
+
+def _followed(
+    follow: Callable[..., tuple[Branch, ...]], begin: Begin | None, search: bool
+) -> tuple[tuple[Branch, ...], InputError | None]:
+    """Follow the branches; a search may find some elsewhere in the span if there is no first."""
+    try:
+        return follow(begin=begin), None
+    except InputError as error:
+        if not search or begin is not None:
+            raise
+        return (), error
 
 
 def _model_of(
@@ -249,7 +262,7 @@ def _start(
 def _begin(
     there: Model, vary: str, state: dict[str, float], settled: bool, observer: Observer | None
 ) -> Begin:
-    """Return where the first branch begins: near a state, or where a motion from it settles."""
+    """Return where the first branch begins: near a state, or at the attractor reached from it."""
     at = there.values[vary]
     if there.forced and not may_slip(there):
         try:
@@ -280,3 +293,273 @@ def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tup
     parameter = model.variable_parameter(vary)
     first, last = parse_ends(parameter, span)
     return parameter.check(first), parameter.check(last)
+
+
+class _ObserverFailedError(BaseException):
+    """What an observer raised: not for the code that it observes to catch."""
+
+
+@documented
+def responses(
+    model: Model,
+    vary: Vary,
+    span: Span,
+    *,
+    over: Cases,
+    settings: Settings | None = None,
+    events: Sequence[Event] = (),
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Responses:
+    """Follow the periodic responses of a model over a parameter, for many cases.
+
+    Each is what `slipfold.response` gives for its case alone; the equations are compiled once. At
+    16 cases and more ordinary branches are followed in batches, in less than half of the time:
+    points lie elsewhere on the same branches, and special points differ by no more than their
+    uncertainties. The `observer` receives, several times a second, ``done`` finished cases, their
+    ``failures`` and the ``fraction`` of the stage.
+
+    Returns
+    -------
+    Responses
+        A diagram each; where there is none, `Responses.failures` says why.
+
+    Raises
+    ------
+    InputError
+        For what is wrong in all cases: an unknown parameter, a wrong unit, an empty span, no cases,
+        columns of different lengths.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> cases = [{"Vd": 0.5}, {"Vd": "600mm/s"}, {"Vd": -1}]
+    >>> found = sf.responses(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.1), over=cases)
+    >>> [None if diagram is None else len(diagram.special) for diagram in found]
+    [1, 2, None]
+    >>> found.failures
+    {2: 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
+    """
+    from slipfold.branches.abreast.responses import FEWEST
+    from slipfold.results.responses import INTERRUPTED, Responses
+
+    changed = checked_model(model).replace(**parameters)
+    columns = _columns(changed, over)
+    refuse_varied(columns, parameters, "over")
+    if vary in columns:
+        raise InputError(f"{vary} is followed, so it cannot be in over as well; leave it out there")
+    followed = changed.variable_parameter(vary)
+    first, last = (followed.check(value) for value in parse_ends(followed, span))
+    if first == last:
+        raise InputError(f"the span of {vary} is empty; give two different values")
+    chosen = checked_settings(settings)
+    total, started = len(next(iter(columns.values()))), perf_counter()
+    diagrams: list[Diagram | None] = []
+    reasons: list[str] = []
+    cases = [
+        {name: float(column[case]) for name, column in columns.items()} for case in range(total)
+    ]
+    batch = dict[int, Callable[[], Diagram | None]]()
+
+    def tell(stage: str, share: float) -> None:
+        if observer is not None:
+            values = {"failures": sum(map(bool, reasons)), "fraction": share}
+            progress = Progress(stage, len(diagrams), total, values=values)
+            try:
+                observer(progress)
+            except Exception as error:
+                raise _ObserverFailedError(error) from error
+
+    try:
+        for case, values in enumerate(cases):
+            if case % SIMULTANEOUS == 0 and total >= FEWEST and not events:
+                batch = _batch(changed, vary, (first, last), cases, case, chosen, tell)
+            found = batch.pop(case, lambda: None)() or _one(
+                changed, vary, (first, last), values, settings=chosen, events=events
+            )
+            if isinstance(found, Diagram) and found.interrupted:
+                raise KeyboardInterrupt
+            diagrams.append(None if isinstance(found, str) else found)
+            reasons.append(found if isinstance(found, str) else "")
+            tell("cases", 1.0)
+    except _ObserverFailedError as error:
+        raise error.args[0] from None
+    except KeyboardInterrupt:
+        pass
+    missing = total - len(diagrams)
+    return Responses(
+        changed,
+        vary,
+        (first, last),
+        columns,
+        (*diagrams, *[None] * missing),
+        (*reasons, *[INTERRUPTED] * missing),
+        provenance(perf_counter() - started),
+    )
+
+
+def _batch(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    cases: Sequence[Mapping[str, float]],
+    start: int,
+    settings: Settings,
+    tell: Callable[[str, float], None],
+) -> dict[int, Callable[[], Diagram | None]]:
+    """Return what makes the diagrams of cases by their numbers, for those that can be batched."""
+    from slipfold.branches.abreast.responses import follow_abreast
+
+    if own_events(model, vary):
+        return {}
+    models, begun = dict[int, Model](), perf_counter()
+    for case in range(start, min(start + SIMULTANEOUS, len(cases))):
+        with suppress(InputError, *BREAKDOWNS):  # said of the case when its turn comes
+            own = model.replace(**cases[case], **{vary: span[0]})
+            check_followed(own)
+            models[case] = measured_over(own, vary, span)
+    if not models:
+        return {}
+    try:
+        found = follow_abreast(list(models.values()), vary, span, settings, tell)
+    except (InputError, *BREAKDOWNS):  # the case itself says so when its turn comes
+        return {}
+    each = (perf_counter() - begun) / len(models)
+    return {
+        case: partial(_diagram, models[case], vary, span, settings, followed, each)
+        for case, followed in zip(models, found, strict=True)
+    }
+
+
+def _diagram(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    settings: Settings,
+    followed: Case,
+    seconds: float,
+) -> Diagram | None:
+    """Return the diagram of a case that was followed in a batch; None if it was left out."""
+    from slipfold.branches.abreast.assembled import assembled
+
+    begun = perf_counter()
+    try:
+        branches = assembled(followed, vary, span)
+        if branches is None:
+            return None
+        checked = check_branches(branches)
+    except (InputError, *BREAKDOWNS):  # the case itself says so when its turn comes
+        return None
+    told = provenance(seconds + perf_counter() - begun)
+    return Diagram(model, vary, span, branches, settings, (), told, checked)
+
+
+def _one(
+    model: Model, vary: str, span: tuple[float, float], values: Mapping[str, float], **options: Any
+) -> Diagram | str:
+    """Return the diagram of a case, or why there is none."""
+    try:
+        return response(model.replace(**values), vary, span, **options)
+    except InputError as error:
+        return str(error)
+    except BREAKDOWNS as error:
+        return breakdown(error)
+
+
+def _columns(
+    model: Model, over: Mapping[str, Values] | Sequence[Mapping[str, float | str]]
+) -> dict[str, NDArray[np.float64]]:
+    """Return the values of each parameter that differs, one a case."""
+    table: Any = over
+    if not hasattr(over, "keys"):  # one mapping a case; a table has keys, be it a mapping or not
+        rows = list(over)
+        if not all(hasattr(row, "keys") and set(row) == set(rows[0]) for row in rows):
+            raise InputError("over does not give the same parameters in each case, by name")
+        table = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+    found = {
+        str(name): _numbers(model.variable_parameter(str(name)), table[name])
+        for name in table.keys()  # noqa: SIM118 (a table may iterate over something else)
+    }
+    lengths = {name: len(values) for name, values in found.items()}
+    if not found or not all(lengths.values()):
+        raise InputError("over holds no cases; give e.g. {'Vd': [0.5, 0.6], 'mu': [0.5, 0.45]}")
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{count} of {name}" for name, count in lengths.items())
+        raise InputError(f"over needs one value a case of each parameter, but has {told}")
+    return found
+
+
+def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
+    given = np.asarray(values)
+    if given.dtype.kind in "OU":  # text, perhaps with units
+        given = np.asarray(parse_values(parameter, given.tolist()))
+    try:
+        found = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        found = np.empty((0, 0))
+    if found.ndim != 1:
+        raise InputError(f"{parameter.name} = {values!r} is not a list of numbers, one a case")
+    return found
+
+
+@documented
+def gradients(point: Point) -> dict[str, float]:
+    """Return how a special point moves with every parameter but the one that was followed.
+
+    Exact derivatives of its value, from the equations of its locus in two parameters: one linear
+    system serves all parameters. Values that depend on parameters move with them, as masses do that
+    follow from a stiffness and a frequency.
+
+    Returns
+    -------
+    dict
+        Derivatives by name of the parameter, in the unit of the point's value over that of the
+        parameter, angles in rad. NaN where there is none: a branch point is gone where a parameter
+        parts the branches that cross, and nothing is known where the orbit is not found again.
+
+    Raises
+    ------
+    InputError
+        If the point has no locus, as a user's event.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
+    >>> doubling = diagram.special[0].point
+    >>> round(sf.gradients(doubling)["Vd"], 9)
+    -0.041609201
+    """
+    from slipfold.loci.gradients import threshold_gradients
+
+    found = threshold_gradients(checked_point(point))
+    assert found is not None
+    return found
+
+
+def with_gradients(
+    branches: Sequence[Branch], settings: Settings, observer: Observer | None
+) -> tuple[tuple[Branch, ...], bool]:
+    """Return branches whose special points have gradients, and whether all of them do."""
+    from slipfold.loci.gradients import threshold_gradients
+
+    total, done = sum(len(branch.special) for branch in branches), 0
+    found = list[Branch]()
+    try:
+        for branch in branches:
+            special = list[SpecialPoint]()
+            for point in branch.special:
+                if observer is not None:
+                    observer(_progress(branch, done, total))
+                special.append(replace(point, gradients=threshold_gradients(point, settings)))
+                done += 1
+            found.append(replace(branch, special=tuple(special)))
+    except KeyboardInterrupt:
+        return (*found, *branches[len(found) :]), False
+    return tuple(found), True
+
+
+def _progress(branch: Branch, done: int, total: int) -> Progress:
+    names = tuple(point.type for point in branch.special)
+    at = branch.id, branch.period, len(branch), branch.stopped.value, names
+    return branch_progress(branch.model.parameter(branch.vary), *at, "gradients", done, total)

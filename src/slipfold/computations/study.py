@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
-from concurrent.futures import Executor
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from slipfold.options import (
+    Resume,
+    RetryFailed,
+    StoreFolder,
+    StudyExecutor,
+    StudyGiven,
+    documented,
+)
 from slipfold.progress import Observer
 from slipfold.results.records import provenance, structure_record
 from slipfold.results.study import StudyResult, study_result
@@ -20,41 +26,20 @@ from slipfold.studies.store import Store
 from slipfold.studies.task import versions
 
 
+@documented
 def study(
-    given: str | Path | Mapping[str, Any],
-    store: str | Path | None = None,
+    given: StudyGiven,
+    store: StoreFolder = None,
     *,
-    executor: Executor | int | str | None = None,
-    resume: bool = False,
-    retry_failed: bool = False,
+    executor: StudyExecutor = None,
+    resume: Resume = False,
+    retry_failed: RetryFailed = False,
     observer: Observer | None = None,
 ) -> StudyResult:
     """Compute the same thing for many cases, on one core or many.
 
     A case that fails is kept with the reason and stops no others. The result does not depend on
     where cases are computed, nor on whether the study was interrupted.
-
-    Parameters
-    ----------
-    given
-        The study: the name of a TOML file, or the same as a mapping. Besides what a case file
-        holds (``model``, ``parameters``, ``friction``) it has ``compute``, what is computed, and
-        ``cases``, for what. The page on studies lists what there is. In a mapping ``model`` may be
-        a `slipfold.Model`.
-    store
-        Folder in which finished cases are kept, made if there is none. Without one, they are lost
-        with the process.
-    executor
-        Where cases are computed: None for this process, a number of processes, the address of a
-        Dask scheduler such as ``"tcp://127.0.0.1:8786"``, or any executor of `concurrent.futures`.
-        A script that asks for processes needs ``if __name__ == "__main__":``.
-    resume
-        Whether to go on with the cases in the store; one that has some is refused otherwise.
-    retry_failed
-        Whether cases that failed are computed again, too; implies `resume`.
-    observer
-        Called whenever cases are finished, with a `slipfold.Progress`. If it raises
-        `KeyboardInterrupt`, or the user does, what is finished is returned, and kept in the store.
 
     Returns
     -------

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from slipfold.branches.carried.carry import carry_branches
 from slipfold.branches.orbit_between import orbit_between
-from slipfold.computations.bifurcation_set import bifurcation_set
+from slipfold.computations.loci import bifurcation_set
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.explorer.asked import asked_model

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
 
-from slipfold.computations.basins import basins
-from slipfold.computations.regimes import regimes
-from slipfold.computations.sweep import sweep
+from slipfold.computations.long_term import basins, regimes, sweep
 from slipfold.loci.window import Window
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, changes

@@ -11,7 +11,7 @@ from typing import Any
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import BIFURCATIONS
-from slipfold.computations.bifurcation_set import bifurcation_set
+from slipfold.computations.loci import bifurcation_set
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate

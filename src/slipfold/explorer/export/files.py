@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from slipfold.computations.simulate import simulate
+from slipfold.computations.long_term import simulate
 from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.computing import Computing

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipfold.computations.basins import basins
+from slipfold.computations.long_term import basins
 from slipfold.explorer.messages import BasinsRequest
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number, short

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
-from slipfold.computations.lyapunov import lyapunov
+from slipfold.computations.long_term import lyapunov
 from slipfold.explorer.messages import ExponentsRequest
 from slipfold.explorer.start import start_of
 from slipfold.explorer.views.numbers import number

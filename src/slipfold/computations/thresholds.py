@@ -1,46 +1,277 @@
-"""Parameters chosen so that a threshold lies where it is wanted, in one call."""
+"""Thresholds over a grid, with uncertain parameters, and by design."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
-from slipfold.computations.given import checked_point
-from slipfold.design_space.confirmed import is_confirmed
-from slipfold.design_space.optimum import Choice, Demand, choose_least
-from slipfold.design_space.placed_orbit import PlacedOrbit
-from slipfold.design_space.placed_point import PlacedPoint
+from slipfold.computations.given import (
+    checked_count,
+    checked_model,
+    checked_point,
+    parse_ends,
+    parse_values,
+    refuse_varied,
+)
 from slipfold.errors import InputError
+from slipfold.models.followed import check_followed
+from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
+from slipfold.options import (
+    Above,
+    Choose,
+    Correlation,
+    DesignState,
+    Distributions,
+    HasPoint,
+    Indices,
+    Keep,
+    Load,
+    Loads,
+    Number,
+    Outside,
+    Over,
+    Point,
+    Samples,
+    Seed,
+    Span,
+    Threshold,
+    ThresholdType,
+    documented,
+)
 from slipfold.progress import Observer, Progress
-from slipfold.results.diagram import Labelled
 from slipfold.results.records import provenance
-from slipfold.results.thresholds import Design
 
-Number = float | str
+if TYPE_CHECKING:
+    from slipfold.design_space.optimum import Choice
+    from slipfold.design_space.scatter import Scatter
+    from slipfold.results.thresholds import Design, ThresholdMap
+    from slipfold.results.uncertainty import ThresholdUncertainty
 
 STARTS = 4
-"""Places besides the start from which the least level is sought: it may have several minima."""
+"""Further starts from which the minimum of the level is sought: there may be several minima."""
 
 INTERRUPTED = "interrupted before this was reached"
 
 
-def design(
-    point: SpecialPoint | Labelled,
-    choose: Mapping[str, tuple[Number, Number]],
+@documented
+def threshold_map(
+    model: Model,
+    threshold: Threshold,
+    type: ThresholdType = "PD",
     *,
-    load: Number,
-    above: Number | Sequence[Number] | None = None,
-    outside: tuple[Number, Number] | None = None,
-    keep: Mapping[str, tuple[SpecialPoint | Labelled, Number]] | None = None,
-    state: str | None = None,
+    over: Over,
+    span: Span,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> ThresholdMap:
+    """Find where the response of period 1 first loses its stability, over a grid of parameters.
+
+    Returns
+    -------
+    ThresholdMap
+        Thresholds, and why some points have none.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, a wrong unit, a value outside its bounds, an empty span or grid,
+        or another type.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["30deg", "60deg"]}
+    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
+    >>> print(found.values[1, 1].round(9))
+    0.043578911
+    """
+    from slipfold.checks.curves import check_thresholds
+    from slipfold.results.thresholds import ThresholdMap
+    from slipfold.thresholds.threshold_map import find_threshold_map
+
+    model = checked_model(model)
+    if not isinstance(over, Mapping):
+        raise InputError(
+            f"over = {over!r} does not give values by name; give e.g. "
+            f"{{'{model.parameters[0].name}': [...], '{model.parameters[1].name}': [...]}}"
+        )
+    refuse_varied((threshold, *over), parameters, "over or in the span")
+    changed = model.replace(**parameters)
+    check_followed(changed)
+    started = perf_counter()
+    found = find_threshold_map(
+        changed,
+        threshold,
+        type,
+        over={
+            name: parse_values(model.variable_parameter(name), values)
+            for name, values in over.items()
+        },
+        span=parse_ends(model.variable_parameter(threshold), span),
+        observer=observer,
+    )
+    checked = check_thresholds(found)
+    origin = provenance(perf_counter() - started)
+    return ThresholdMap(**vars(found), provenance=origin, checked=checked)
+
+
+@documented
+def uncertainty(
+    point: Point,
+    scatter: Distributions,
+    *,
+    correlation: Correlation = None,
+    samples: Samples = 1024,
+    seed: Seed = 0,
+    loads: Loads = (),
+    indices: Indices = False,
+    observer: Observer | None = None,
+) -> ThresholdUncertainty:
+    """Tell how a threshold scatters with parameters: from its gradients, and from samples.
+
+    Each sample is the same special point, located at its own parameter values: whether another
+    bifurcation comes before it there is not asked. Samples where it has vanished or is not found
+    are left out of bands, and counted; probabilities have an interval that holds them either way.
+
+    Returns
+    -------
+    ThresholdUncertainty
+        Samples with their thresholds, gradients, bands and probabilities by both ways.
+
+    Raises
+    ------
+    InputError
+        If a scatter or correlation cannot be used, the point has no gradients or is not found
+        again, or SALib is missing.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
+    >>> scatter = {"mu": "normal 5%", "Vd": "uniform 1%"}
+    >>> found = sf.uncertainty(diagram.special[0], scatter, samples=64)
+    >>> [round(end, 4) for end in found.band(0.95, by="gradients")]
+    [0.043, 0.0441]
+    >>> [round(end, 4) for end in found.band(0.95)]
+    [0.0431, 0.0442]
+    """
+    from slipfold.design_space.correlation import parse_correlation
+    from slipfold.design_space.drawn import drawn
+    from slipfold.design_space.placed_point import PlacedPoint
+    from slipfold.design_space.sampling import INTERRUPTED, thresholds_at
+    from slipfold.design_space.sobol_indices import index_design, indices_of, names_of
+    from slipfold.results.uncertainty import ThresholdUncertainty
+
+    point = checked_point(point)
+    model, count = point.model, checked_count(samples, "samples")
+    start = checked_count(seed, "seed", least=0)
+    scatters = _scatters(point, scatter)
+    parameter = model.parameter(point.vary)
+    known = tuple(_load(value, parameter) for value in loads)
+    matrix = parse_correlation(correlation, names_of(scatters))
+    if indices and not np.array_equal(matrix, np.eye(len(scatters))):
+        raise InputError(
+            "Sobol indices are of parameters that scatter independently; leave out correlation or "
+            "indices"
+        )
+    started = perf_counter()
+    placed = PlacedPoint.at(point, tuple(item.name for item in scatters))
+    places = drawn("sobol", count, start, scatters, correlation=matrix)
+    more = index_design(scatters, count, start) if indices else np.empty((0, len(scatters)))
+    total = len(places) + len(more)
+
+    def tell(done: int, lost: int) -> None:
+        if observer is not None:
+            observer(Progress("samples", done, total, values={"failures": lost}))
+
+    found, reasons = thresholds_at(placed, np.concatenate([places, more]), tell)
+    missing, told = _missing(reasons[count:]), None
+    if indices and not missing:
+        told = indices_of(found[count:], names_of(scatters), start)
+    return ThresholdUncertainty(
+        model=model,
+        type=point.type,
+        vary=point.vary,
+        value=placed.value,
+        period=point.period,
+        scatters=scatters,
+        gradient=placed.gradient,
+        samples=places,
+        thresholds=found[:count],
+        reasons=reasons[:count],
+        seed=start,
+        loads=known,
+        correlation=matrix,
+        indices=told,
+        no_indices=missing,
+        interrupted=bool((reasons == INTERRUPTED).any()),
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+def _load(value: float | str, parameter: Parameter) -> float:
+    load = parse_quantity(value, parameter.unit, parameter.name)
+    if not np.isfinite(load):
+        raise InputError(f"the load {parameter.name} = {value!r} is not finite; give a number")
+    return load
+
+
+def _scatters(
+    point: SpecialPoint, scatter: Mapping[str, str | Mapping[str, Any]]
+) -> tuple[Scatter, ...]:
+    from slipfold.design_space.scatter_given import parse_scatter
+
+    if not scatter:
+        raise InputError('no parameter scatters; give some, e.g. scatter={"mu": "normal 5%"}')
+    for name in scatter:
+        _checked_name(point.model, point.vary, name)
+    return tuple(
+        parse_scatter(text, point.model.parameter(name), point.model.values[name])
+        for name, text in scatter.items()
+    )
+
+
+def _checked_name(model: Model, vary: str, name: str) -> None:
+    parameter = model.parameter(name)
+    if parameter.name not in sensitive_to(model, vary):
+        raise InputError(
+            f"{name} cannot scatter, since the threshold is a value of {vary}; give others"
+            if name == vary
+            else f"{name} belongs to an orbit and cannot scatter; give parameters of the model"
+        )
+
+
+def _missing(reasons: NDArray[np.str_]) -> str:
+    """Say which of the thresholds that indices take are missing: these are shares of a variance."""
+    from slipfold.design_space.sampling import INTERRUPTED
+
+    if (reasons == INTERRUPTED).any():
+        return "interrupted before all of their samples were reached"
+    lost = reasons[reasons != ""]
+    if not len(lost):
+        return ""
+    return f"{len(lost)} of {len(reasons)} samples have no threshold; first: {lost[0]}"
+
+
+@documented
+def design(
+    point: Point,
+    choose: Choose,
+    *,
+    load: Load,
+    above: Above = None,
+    outside: Outside = None,
+    keep: Keep = None,
+    state: DesignState = None,
     observer: Observer | None = None,
 ) -> Design:
     """Choose parameters so that a threshold lies where it is wanted, at the least vibration.
@@ -49,27 +280,6 @@ def design(
     was followed: root mean square of a state about its mean. Thresholds and vibration have exact
     derivatives; the search (SLSQP of SciPy) begins at the point's own values and at four other
     places, and the best result counts.
-
-    Parameters
-    ----------
-    point
-        The threshold: a special point of a branch of a forced model, LP, PD, NS, GRAZE or LIFT.
-    choose
-        Parameters to choose, by name, each with its least and largest value.
-    load
-        Value of the parameter that was followed at which the vibration is measured.
-    above
-        What the threshold is to lie above. Of several values a design each: the curve of the least
-        vibration over the threshold.
-    outside
-        A window that the threshold is to leave, on whichever side vibrates less.
-    keep
-        Further thresholds by a name of yours, each with what it is to stay above.
-    state
-        The state whose vibration is made small; the first one if None.
-    observer
-        Called before every search with a `slipfold.Progress`. If it raises
-        `KeyboardInterrupt`, or the user does, what is known by then is returned.
 
     Returns
     -------
@@ -90,6 +300,11 @@ def design(
     >>> found.values.round(4).tolist(), found.thresholds.round(4).tolist()
     ([[0.8727, 0.4]], [[0.0816]])
     """
+    from slipfold.design_space.optimum import Choice, Demand, choose_least
+    from slipfold.design_space.placed_orbit import PlacedOrbit
+    from slipfold.design_space.placed_point import PlacedPoint
+    from slipfold.results.thresholds import Design
+
     point = checked_point(point)
     model, vary = point.model, point.vary
     if not model.forced:
@@ -193,7 +408,7 @@ def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, 
 
 
 def _kept(
-    point: SpecialPoint, keep: Mapping[str, tuple[SpecialPoint | Labelled, Number]]
+    point: SpecialPoint, keep: Mapping[str, tuple[SpecialPoint | HasPoint, Number]]
 ) -> dict[str, tuple[SpecialPoint, float]]:
     found = {}
     for name, (given, least) in keep.items():
@@ -263,6 +478,8 @@ def _best(tried: Sequence[Choice]) -> Choice:
 def _is_confirmed(point: SpecialPoint, names: tuple[str, ...], choice: Choice, load: float) -> bool:
     if choice.reason:
         return False
+    from slipfold.design_space.confirmed import is_confirmed
+
     values = dict(zip(names, choice.values.tolist(), strict=True))
     return is_confirmed(point, values, float(choice.thresholds[0]), load)
 

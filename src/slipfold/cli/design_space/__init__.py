@@ -1,1 +1,0 @@
-"""Commands about thresholds where parameters scatter, and where they are chosen."""

@@ -1,1 +1,0 @@
-"""Commands about what motions do in the long run."""

@@ -1,0 +1,189 @@
+"""A computation on the command line, from its first progress to its files and its exit status."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+from slipfold.cli.interruption import deferred_interrupts
+from slipfold.errors import InputError
+from slipfold.progress import Observer, Progress, duration_text
+
+if TYPE_CHECKING:
+    from slipfold.results.result import Result
+
+AnyResult = TypeVar("AnyResult", bound="Result")
+
+DONE = 0
+BAD_INPUT = 2
+FAILED = 3
+"""A branch, locus or solution stopped early, as it could not be followed; results are written."""
+
+INTERRUPTED = 130
+
+INTERVAL = 5.0
+"""Seconds between the lines on a terminal that cannot rewrite a line."""
+
+
+def note(sentence: str) -> None:
+    """Print what is not a result, on standard error."""
+    first, *excerpt = sentence.split("\n")
+    print("slipfold:", "\n".join([" ".join(first.split()), *excerpt]), file=sys.stderr)
+
+
+def say(text: str) -> None:
+    """Print a result on standard output."""
+    try:
+        print(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # The reader has seen enough, which is no failure.
+        _discard()
+    except OSError as error:
+        _discard()
+        why = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"standard output cannot be written ({why}); free some space or send it elsewhere"
+        ) from error
+
+
+def _discard() -> None:
+    """Discard what is still to be printed: Python tries again when it exits."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def live_line() -> Iterator[Callable[[str], None]]:
+    """Show elapsed time and a changing text on a terminal; nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda text: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if console.is_dumb_terminal:  # rich shows nothing where a line cannot be rewritten
+        yield _new_lines()
+        return
+    columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("starting")
+        yield lambda text: progress.update(task, description=text)
+
+
+def _new_lines() -> Callable[[str], None]:
+    """Return what prints a text with the elapsed time, now and then."""
+    started, shown = monotonic(), -INTERVAL
+
+    def show(text: str) -> None:
+        nonlocal shown
+        elapsed = monotonic() - started
+        if elapsed - shown >= INTERVAL:
+            shown = elapsed
+            print(f"{duration_text(elapsed)}  {text}", file=sys.stderr, flush=True)
+
+    return show
+
+
+def reporter(show: Callable[[str], None], check: Callable[[], None]) -> Observer:
+    """Return what shows progress and stops at Ctrl-C."""
+
+    def report(progress: Progress) -> None:
+        show(str(progress))
+        if progress.values.get("points") != 0:  # before the first there is nothing to lose
+            check()
+
+    return report
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Where a result goes."""
+
+    json: str | None = None  # file for JSON; ``"-"`` is standard output
+    out: str | None = None  # file for netCDF
+    csv: str | None = None  # file for comma-separated values
+
+    @property
+    def kept(self) -> str:
+        """Where to find what an interrupted computation had finished."""
+        files = [path for path in (self.out, self.csv, self.json) if path not in (None, "-")]
+        if not files:
+            return "what was finished is printed; --out FILE.nc would keep it"
+        return f"what was finished is in {' and '.join(map(str, files))}"
+
+    def checked(self) -> Self:
+        """Return them, made sure before computing that all files can be written."""
+        from slipfold.results.writing import check_writable
+
+        paths = [path for path in (self.out, self.csv) if path is not None]
+        if self.json not in (None, "-"):
+            paths.append(str(self.json))
+        seen: set[str] = set()
+        for path in paths:
+            check_writable(path)
+            real = os.path.realpath(path)
+            if real in seen and os.path.isfile(real) | (not os.path.exists(real)):
+                raise InputError(f"{path} is given for two outputs; give each a file of its own")
+            seen.add(real)
+        return self
+
+    def of(self, compute: Callable[..., AnyResult]) -> AnyResult:
+        """Compute, showing progress and stopping at Ctrl-C, and write the result.
+
+        Ctrl-C while it is written is too late to stop anything, and loses nothing.
+        """
+        with deferred_interrupts() as check:
+            with live_line() as show:
+                result = compute(observer=reporter(show, check))
+            self.write(result)
+        return result
+
+    def status_of(self, compute: Callable[..., Any]) -> int:
+        """Compute, write the result and return the exit status."""
+        return self.status(self.of(compute).interrupted)
+
+    def status(self, interrupted: bool, failed: bool = False) -> int:
+        """Return the exit status; say so if Ctrl-C ended the computation."""
+        if interrupted:
+            note(f"interrupted; {self.kept}")
+            return INTERRUPTED
+        return FAILED if failed else DONE
+
+    def write(self, result: Result) -> None:
+        """Write the files; print the summary, or the JSON if that is requested."""
+        writers: list[tuple[str | None, Callable[[str], None]]] = [
+            (self.out, result.save),
+            (self.csv, result.to_csv),
+            (self.json, lambda path: write_json(result.to_json(), path)),
+        ]
+        failures = []
+        for path, write in writers:
+            if path is not None:
+                try:
+                    write(path)
+                except InputError as error:
+                    failures.append(error)
+        if self.json != "-":
+            say(result.summary())
+        for failure in failures[1:]:
+            note(str(failure))
+        if failures:
+            raise failures[0]
+
+
+def write_json(record: dict[str, Any], path: str) -> None:
+    """Write plain data as JSON."""
+    from slipfold.results.writing import write_file
+
+    text = json.dumps(record, indent=2, allow_nan=False)
+    if path == "-":
+        say(text)
+    else:
+        write_file(path, text.encode() + b"\n")

@@ -1,0 +1,181 @@
+"""``slipfold study`` and ``paper``: many cases, as a file describes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from slipfold.cli.reading import FILES, Reader, argument, command, given_text, option
+from slipfold.cli.running import (
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    Outputs,
+    live_line,
+    note,
+    reporter,
+    say,
+)
+from slipfold.errors import InputError
+from slipfold.options import Option, Resume, RetryFailed
+from slipfold.progress import duration_text
+from slipfold.threads import cores
+
+CASE = argument(
+    "CASE.toml", "The study: a case file with the tables [compute] and [cases].", "case"
+)
+CaseFile = Annotated[str, given_text(CASE)]
+Out = option(
+    "out",
+    Option(
+        "Write everything as netCDF, CASE.nc if not given. Finished cases are stored beside it, in "
+        "the folder FILE.study.",
+        metavar="FILE.nc",
+    ),
+    None,
+)
+Files = Annotated[
+    Outputs,
+    Reader(
+        (FILES[0], Out, FILES[2]),
+        lambda given, _: Outputs(given["json"], given["out"], given["csv"]),
+    ),
+]
+Check = Annotated[bool, Option("Print what would be computed, and how long it may take.", "flag")]
+Workers = Annotated[
+    int | None,
+    Option("Processes to compute in; as many as there are cores.", "whole", "N"),
+]
+Scheduler = Annotated[
+    str | None,
+    Option("Compute on a Dask cluster, e.g. tcp://127.0.0.1:8786, instead.", metavar="ADDRESS"),
+]
+
+
+@command
+def study(
+    case: CaseFile,
+    files: Files,
+    check: Check = False,
+    resume: Resume = False,
+    retry_failed: RetryFailed = False,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> int:
+    """Compute the same thing for many cases, on all cores or a cluster; lose none.
+
+    Each finished case is stored at once: after Ctrl-C, a crash or a full disk, --resume continues.
+    A case that fails is stored with its reason and stops no others. Exit status: 0 done, 2 bad
+    input or a store that cannot be written, 130 interrupted.
+    """
+    from slipfold.cli.interruption import deferred_interrupts
+    from slipfold.computations.study import study as compute
+
+    count = workers or cores()
+    if check:
+        _check(case, count, scheduler)
+        return DONE
+    file = files.out or f"{Path(case).stem}.nc"
+    if Path(file).suffix == ".zarr":
+        raise InputError(
+            f"--out {file} would be netCDF all the same; give a name that ends in .nc (in Python "
+            "to_xarray().to_zarr of the result writes zarr)"
+        )
+    outputs = Outputs(files.json, file, files.csv).checked()
+    store = Path(file).with_suffix(".study")
+    with live_line() as show, deferred_interrupts() as check_interrupt:
+        found = compute(
+            case,
+            store,
+            executor=scheduler or (None if count == 1 else count),
+            resume=resume,
+            retry_failed=retry_failed,
+            observer=reporter(show, check_interrupt),
+        )
+    if found.interrupted:
+        how = "" if retry_failed else " with --resume"
+        note(
+            f"interrupted; {found.done} of {len(found)} cases are kept in {store}; the same "
+            f"command{how} goes on"
+        )
+        return INTERRUPTED
+    outputs.write(found)
+    return DONE
+
+
+def _check(case: str, workers: int, scheduler: str | None) -> None:
+    """Print what a study is; a scheduler is not asked what it has."""
+    from slipfold.studies.cases import total
+    from slipfold.studies.estimate import estimate
+    from slipfold.studies.plan import read_plan
+
+    plan = read_plan(case)
+    count = total(plan.cases)
+    product = " x ".join(map(str, plan.cases.shape))
+    said = f"{product} = {count}" if len(plan.cases.shape) > 1 else f"{count}"
+    say(f"{plan.work.what} of {plan.model!r}\n{said} cases over {', '.join(plan.cases.names)}")
+    found = estimate(plan)
+    processes = "one process" if workers == 1 else f"{workers} processes"
+    if scheduler is not None:
+        processes += f" of this machine, not at {scheduler}"
+    alone, most = (" by itself", "at most ") if found.beside else ("", "")
+    say(
+        f"{found.seconds:.3g} s a case{alone}, from {found.tried} of them: "
+        f"{most}{duration_text(count * found.seconds / workers)} on {processes}"
+        f"{', as cases go side by side' if found.beside else ''}"
+    )
+    for reason in found.failures:
+        say(f"one of these failed: {reason}")
+
+
+Folder = Annotated[
+    str,
+    Option("Folder to write to; made if there is none.", metavar="DIR", flags=("--out",)),
+]
+Processes = Annotated[
+    int | None,
+    Option("Processes to compute with; one a processor by default.", "whole", "N"),
+]
+WithTori = Annotated[
+    bool, Option("Follow the tori, too, and draw them in figures 2 and 3.", "flag")
+]
+WithMotions = Annotated[
+    bool,
+    Option(
+        "Draw the long-term behavior, too: tori in figures 2 and 3 as with --tori, both completed "
+        "with chaos, hysteresis with its basins, regimes over the bifurcation set; some ten "
+        "minutes more.",
+        "flag",
+    ),
+]
+
+
+@command
+def paper(
+    out: Folder = "paper-output",
+    processes: Processes = None,
+    tori: WithTori = False,
+    motions: WithMotions = False,
+) -> int:
+    """Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets.
+
+    Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
+    followed to its end, 130 interrupted.
+    """
+    from slipfold.paper.reproduce import reproduce
+
+    with live_line() as show:
+        made = reproduce(
+            out,
+            observer=lambda progress: show(str(progress)),
+            processes=processes or cores(),
+            tori=tori,
+            motions=motions,
+        )
+    if made.interrupted:
+        note(made.message)
+        return INTERRUPTED
+    say(made.message)
+    for sentence in made.stopped:
+        note(f"stopped early: {sentence}")
+    return FAILED if made.stopped else DONE

@@ -1,0 +1,382 @@
+"""Bifurcations followed in two parameters, and the regions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, TypeVar
+
+import numpy as np
+
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.checks.curves import check_loci
+from slipfold.computations.given import (
+    checked_count,
+    checked_model,
+    checked_settings,
+    refuse_varied,
+)
+from slipfold.errors import InputError
+from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.follow import follow_loci
+from slipfold.loci.window import Window, check_window, measured_across
+from slipfold.models.followed import check_followed
+from slipfold.models.model import Model
+from slipfold.models.quantity import parse_quantity
+from slipfold.options import (
+    Interval,
+    LocusStart,
+    LocusType,
+    OrbitPeriods,
+    PlaneNames,
+    Regimes,
+    Regions,
+    Switch,
+    Types,
+    documented,
+)
+from slipfold.options import Window as GivenWindow
+from slipfold.orbits.find import may_slip
+from slipfold.progress import Observer, Progress
+from slipfold.results.diagram import Labelled
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.records import provenance
+
+AnyModel = TypeVar("AnyModel", bound=Model)
+
+
+@documented
+def locus(
+    special_point: LocusStart,
+    vary: PlaneNames,
+    window: GivenWindow = None,
+    *,
+    type: LocusType = None,
+    settings: Settings | None = None,
+    observer: Observer | None = None,
+    switch: Switch = True,
+) -> LocusDiagram:
+    """Follow the locus of a bifurcation in two parameters, and the loci that start on it.
+
+    Returns
+    -------
+    LocusDiagram
+        Loci with their special points. One that stops early says why in its `begun` or `stopped`.
+
+    Raises
+    ------
+    InputError
+        For a point that has no locus in this plane or is outside the window, an unknown parameter,
+        the same one twice, a wrong unit, a value outside its bounds, or an empty window.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
+    >>> window = {"f": (12.4, 12.6), "Nd": (0, "100mN")}
+    >>> doubling, = sf.locus(diagram.special[0], ("f", "Nd"), window, switch=False).loci
+    >>> doubling.type, doubling.period, doubling.stopped.kind
+    ('PD', 1, 'window')
+
+    >>> from slipfold.models import model_named
+    >>> onset, = sf.locus(
+    ...     model_named("lure"), ("a", "b"), ((0.9, 1.1), (0.9, 1.1)), type="HB"
+    ... ).loci
+    >>> onset.kind, bool(abs(onset.values.prod(axis=1) - 1).max() < 1e-12)
+    ('equilibrium', True)
+    """
+    if isinstance(special_point, Model):
+        return _of_model(special_point, vary, window, type, settings, observer, switch)
+    if type is not None:
+        raise InputError(
+            f"type = {type!r} goes with a model, but special points have theirs; leave it out"
+        )
+    points = _points(special_point)
+    model = points[0].model
+    plane, spans = parse_plane(model, vary, window)
+    base = corner_model(model, plane, spans)
+    chosen = checked_settings(settings)
+    observer = with_place(observer, model, plane)
+    started = perf_counter()
+    remarks: list[str] = []
+    loci = follow_loci(
+        points, plane, spans, settings=chosen, observer=observer, switch=switch, remarks=remarks
+    )
+    checked = check_loci(loci, observer)
+    return LocusDiagram(
+        base,
+        plane,
+        spans,
+        loci,
+        None,
+        chosen,
+        provenance(perf_counter() - started),
+        interrupted=checked.interrupted,
+        missing=tuple(remarks),
+        checked=checked,
+    )
+
+
+def _of_model(
+    model: Model,
+    vary: tuple[str, str],
+    window: GivenWindow,
+    type_: str | None,
+    settings: Settings | None,
+    observer: Observer | None,
+    switch: bool,
+) -> LocusDiagram:
+    if not switch:
+        raise InputError(
+            "switch=False is for loci from special points, but a model is given; give a type of "
+            'bifurcation instead, e.g. type="PD"'
+        )
+    return bifurcation_set(
+        model, vary, window, types=type_, regions=False, settings=settings, observer=observer
+    )
+
+
+def _points(given: Any) -> list[SpecialPoint]:
+    items: list[Any] = [given] if isinstance(given, SpecialPoint | Labelled) else _listed(given)
+    points = [item.point if isinstance(item, Labelled) else item for item in items]
+    for point in points:
+        if not isinstance(point, SpecialPoint):
+            raise InputError(
+                f"{point!r} is not a special point of a branch; give e.g. diagram.special[0]"
+            )
+    if not points:
+        raise InputError("no special point is given; give at least one, e.g. diagram.special[0]")
+    return points
+
+
+def _listed(given: Any) -> list[Any]:
+    return list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+
+
+@documented
+def bifurcation_set(
+    model: Model,
+    plane: PlaneNames,
+    window: GivenWindow = None,
+    *,
+    types: Types = None,
+    periods: OrbitPeriods = (1, 2),
+    regions: Regions = True,
+    regimes: Regimes = None,
+    settings: Settings | None = None,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> LocusDiagram:
+    """Find all bifurcations of the responses of period 1 and 2 in a window of two parameters.
+
+    Responses are followed across the window, and from their special points the loci; between the
+    loci lie regions, in each of which the same stable responses exist.
+
+    Returns
+    -------
+    LocusDiagram
+        The loci with their special points, and the regions if they were asked for.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, type or period, the same parameter twice, a wrong unit, a value
+        outside its bounds, an empty window, or `regimes` without `regions`.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> window = {"f": (12.4, 12.6), "Nd": (0, "60mN")}
+    >>> found = sf.bifurcation_set(
+    ...     sf.SlidingOscillator(), ("f", "Nd"), window, types=["PD"], periods=[1], regions=False
+    ... )
+    >>> [(locus.type, locus.period) for locus in found.loci]
+    [('PD', 1)]
+    """
+    model = checked_model(model)
+    names, spans = parse_plane(model, plane, window)
+    refuse_varied(names, parameters, "the window")
+    kinds, wanted = None if types is None else _types(types), _periods(periods)
+    base = corner_model(model, names, spans, parameters)
+    if regions:  # their labels are those of orbits in slip
+        check_followed(base)
+    chosen = checked_settings(settings)
+    grid = _grid(regimes, regions)
+    observer = with_place(observer, model, names)
+    started = perf_counter()
+    base = measured_across(base, names, spans)
+    found = find_bifurcation_set(
+        base,
+        names,
+        spans,
+        types=kinds,
+        periods=wanted,
+        regions=regions,
+        settings=chosen,
+        observer=observer,
+    )
+    labels, stopped = found.regions, found.interrupted
+    if labels is not None and grid is not None:
+        from slipfold.long_term.region_motions import resolve_regions
+
+        labels, stopped = resolve_regions(base, names, spans, labels, grid, observer)
+    checked = check_loci(found.loci, observer)
+    return LocusDiagram(
+        base,
+        names,
+        spans,
+        found.loci,
+        labels,
+        chosen,
+        provenance(perf_counter() - started),
+        interrupted=stopped or checked.interrupted,
+        missing=found.missing,
+        checked=checked,
+    )
+
+
+def _types(given: Any) -> tuple[Any, ...]:
+    items = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else given
+    return tuple(item.upper() if isinstance(item, str) else item for item in items)
+
+
+def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
+    if given is None:
+        return None
+    if not regions:
+        raise InputError(f"regimes = {given!r} are told in regions; ask for these too")
+    try:
+        first, second = given
+    except (TypeError, ValueError):
+        raise InputError(f"regimes = {given!r} are not two numbers; give e.g. (60, 50)") from None
+    return checked_count(first, "regimes"), checked_count(second, "regimes")
+
+
+def _periods(given: Any) -> tuple[Any, ...]:
+    items = tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
+    for item in items:
+        if isinstance(item, bool | np.bool_):
+            raise InputError(f"period = {item} is not a number of forcing periods; give 1 or 2")
+    return items
+
+
+def parse_plane(
+    model: Model, vary: tuple[str, str], window: GivenWindow
+) -> tuple[tuple[str, str], Window]:
+    """Return the names of two parameters and the window in them, in SI units, or raise.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> parse_plane(SlidingOscillator(), ("f", "Nd"), {"Nd": (0, "500mN"), "f": (13, 12)})
+    (('f', 'Nd'), ((12.0, 13.0), (0.0, 0.5)))
+    """
+    first, second = _pair(
+        vary,
+        f'a locus is followed in two parameters, not in {vary!r}; give two names, e.g. ("f", "Nd")',
+    )
+    for name in (first, second):
+        if not isinstance(name, str):
+            raise InputError(
+                f'{name!r} is not the name of a parameter; give two names, e.g. ("f", "Nd")'
+            )
+        model.parameter(name)
+    if first == second:
+        raise InputError(f"{first} is given for both parameters; give two different ones")
+    if window is None:
+        raise InputError(
+            f"no window is given; give two values each for {first} and {second}, e.g. "
+            f"window={{{first!r}: (least, largest), {second!r}: (least, largest)}}"
+        )
+    ends = _in_order((first, second), window)
+    spans = (_span(model, first, ends[0]), _span(model, second, ends[1]))
+    return (first, second), check_window(model, (first, second), spans)
+
+
+def _pair(given: Any, sentence: str) -> tuple[Any, Any]:
+    """Return both items of what should be a pair; text is none, even of two letters."""
+    try:
+        items = tuple(given)
+    except TypeError:
+        items = ()
+    if isinstance(given, str) or len(items) != 2:
+        raise InputError(sentence)
+    return items[0], items[1]
+
+
+def _in_order(
+    vary: tuple[str, str], window: Sequence[Interval] | Mapping[str, Interval]
+) -> tuple[Interval, Interval]:
+    wanted = f"give two values each for {vary[0]} and {vary[1]}"
+    if not isinstance(window, Mapping):
+        example = "e.g. ((11.5, 13.5), (0, 0.98))"
+        return _pair(window, f"window = {window!r} is not a pair of pairs; {wanted}, {example}")
+    if set(window) != set(vary):
+        names = ", ".join(map(str, window)) or "nothing"
+        raise InputError(f"the window is given for {names}; {wanted}")
+    return window[vary[0]], window[vary[1]]
+
+
+def _span(model: Model, name: str, ends: Interval) -> tuple[float, float]:
+    unit = model.parameter(name).unit
+    first, last = _pair(
+        ends,
+        f"the window of {name} is {ends!r}, which is not a pair; give its least and its largest "
+        "value",
+    )
+    for end in (first, last):
+        if isinstance(end, bool | np.bool_):
+            raise InputError(f"the window of {name} holds {end}, which is not a number; give one")
+    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
+
+
+def corner_model(
+    model: AnyModel,
+    vary: tuple[str, str],
+    window: Window,
+    changes: Mapping[str, float | str] | None = None,
+) -> AnyModel:
+    """Return a model at a corner of the window, the lowest that it can have.
+
+    Parameters of a model may bound one another. A window may stick out of what is allowed, where a
+    locus then ends at a limit of the model, but not with a whole side.
+    """
+    other = dict(changes or {})
+    sides = [[(value, end) for end in window[1]] for value in window[0]]
+    sides += [[(end, value) for end in window[0]] for value in window[1]]
+    corners = [
+        _first_allowed(model, [{**other, vary[0]: a, vary[1]: b} for a, b in side])
+        for side in sides
+    ]
+    return corners[0]
+
+
+def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]) -> AnyModel:
+    refused: InputError | None = None
+    for candidate in candidates:
+        try:
+            changed = model.replace(**candidate)
+            # Where a counter-body is at rest nothing slides all the time: motions lead to orbits.
+            if not changed.forced or may_slip(changed):
+                check_followed(changed)
+            return changed
+        except InputError as error:
+            refused = refused or error
+    assert refused is not None
+    raise refused
+
+
+def with_place(observer: Observer | None, model: Model, plane: tuple[str, str]) -> Observer | None:
+    """Return what reports progress with the values of the two parameters in its text."""
+    if observer is None:
+        return None
+    units = [model.parameter(name).unit for name in plane]
+
+    def report(progress: Progress) -> None:
+        place = ", ".join(
+            f"{name} = {value:.6g} {unit}".rstrip()
+            for name, value, unit in zip(plane, progress.values["place"], units, strict=True)
+        )
+        observer(replace(progress, text=f"{progress.text}  {place}"))
+
+    return report

@@ -1,0 +1,593 @@
+"""What solutions do in the long run: simulations, exponents, attractors, basins, sweeps, regimes.
+
+Each function imports what it computes with: a command imports nothing of the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.computations.given import (
+    checked_count,
+    checked_forced,
+    checked_model,
+    refuse_varied,
+    spread_values,
+    starts_given,
+)
+from slipfold.errors import InputError
+from slipfold.flow.simulate import checked_periods, checked_tolerance, initial_state
+from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+from slipfold.options import (
+    BasinPoints,
+    Box,
+    ExponentPeriods,
+    ExponentTolerance,
+    ParameterPlane,
+    Periods,
+    Plane,
+    Points,
+    RegimePoints,
+    RegimeTransient,
+    Runs,
+    SearchPeriods,
+    Seed,
+    Span,
+    Starts,
+    State,
+    SteadyTolerance,
+    SweepPeriods,
+    SweepStarts,
+    SweepTransient,
+    Vary,
+    documented,
+)
+from slipfold.progress import Observer, Progress
+from slipfold.results.records import provenance
+
+if TYPE_CHECKING:
+    from slipfold.checks.checked import Checked
+    from slipfold.flow.trajectory import Trajectory
+    from slipfold.results.attractors import Attractors, BasinFractions, Basins
+    from slipfold.results.simulation import Simulation
+    from slipfold.results.trajectories import LyapunovExponents, RegimeMap, Sweep
+
+
+@documented
+def simulate(
+    model: Model,
+    periods: Periods = None,
+    state: State = None,
+    *,
+    tolerance: SteadyTolerance = 1e-9,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Simulation:
+    """Integrate a model, and find out whether and on what its solution has become steady.
+
+    Returns
+    -------
+    Simulation
+        Ends early, with the reason, where the model meets one of its limits.
+
+    Raises
+    ------
+    InputError
+        If a parameter, `periods`, `state` or `tolerance` cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.05).settlement.period
+    1
+    >>> cycle = sf.simulate(sf.built_in_models()["vanderpol-free"]()).settlement
+    >>> cycle.kind, round(cycle.duration, 6)
+    ('cycle', 6.663287)
+    """
+    from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+    from slipfold.results.simulation import Simulation
+
+    changed = checked_model(model).replace(**parameters)
+    started = perf_counter()
+    watch = observer or _unobserved
+    found = simulate_smooth_or_switched(
+        changed, periods, state, tolerance=tolerance, observer=watch
+    )
+    return Simulation(
+        model=found.model,
+        strobe=found.strobe,
+        settlement=found.settlement,
+        stopped=found.stopped,
+        sticking=found.sticking,
+        asked=found.periods if periods is None else int(periods),
+        tolerance=float(tolerance),
+        provenance=provenance(perf_counter() - started),
+        checked=_checked(found, watch),
+    )
+
+
+def _unobserved(progress: Progress) -> None:
+    """Keep an interrupted solution that nobody observes."""
+
+
+def _checked(motion: Trajectory, observer: Observer) -> Checked:
+    """Check a solution, unless it was interrupted."""
+    from slipfold.checks.checked import Checked
+    from slipfold.checks.motions import check_motion, check_switched_motion
+
+    if motion.stopped is not None and motion.stopped.kind == "interrupted":
+        return Checked((), interrupted=True)
+    try:
+        observer(Progress("checks", 0))
+    except KeyboardInterrupt:
+        return Checked((), interrupted=True)
+    return check_motion(motion) if motion.sticking is None else check_switched_motion(motion)
+
+
+@documented
+def lyapunov(
+    model: Model,
+    periods: ExponentPeriods = None,
+    state: State = None,
+    *,
+    tolerance: ExponentTolerance = 1e-8,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> LyapunovExponents:
+    """Compute all Lyapunov exponents of a solution, and tell a torus from chaos by them.
+
+    Orthogonal perturbations are propagated with the exact derivatives of the flow, also across
+    sticking phases. The exponents are averaged over the second half of the solution with smooth
+    weights: along periodic and quasi-periodic solutions errors fall faster than any power of its
+    length, along chaotic ones with the square root. An interruption keeps what is known once 250
+    periods are done.
+
+    Returns
+    -------
+    LyapunovExponents
+        The exponents with their errors, and the kind of solution.
+
+    Raises
+    ------
+    InputError
+        If a parameter, `periods`, `state` or `tolerance` cannot be used, or the solution ends at a
+        limit of the model.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> found = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.06)
+    >>> found.verdict.kind, found.exponents[1:].round(6).tolist()
+    ('torus', [-0.005012, -0.117078, -0.269766])
+    """
+    from slipfold.long_term.exponents import Estimate, find_exponents
+    from slipfold.results.trajectories import LyapunovExponents
+
+    changed = checked_model(model).replace(**parameters)
+    start = initial_state(changed, state)
+    started = perf_counter()
+    found = find_exponents(
+        changed, start, checked_periods(periods), checked_tolerance(tolerance), observer
+    )
+    unit = 1.0 if changed.forced else float(found.model.values[DURATION.name])
+    return LyapunovExponents(
+        model=found.model,
+        estimates=tuple(
+            Estimate(each.periods, each.exponents / unit, each.errors / unit)
+            for each in found.estimates
+        ),
+        verdict=found.verdict,
+        start=start,
+        state=found.state,
+        tolerance=float(tolerance),
+        asked=None if periods is None else int(periods),
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+@documented
+def attractors(
+    model: Model,
+    box: Box = None,
+    *,
+    starts: Starts = 256,
+    seed: Seed = 0,
+    periods: SearchPeriods = None,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Attractors:
+    """Find the attractors that solutions from a box of starting states converge to.
+
+    Starts are spread evenly over the box. A solution that nearly repeats is corrected by Newton's
+    method; the orbit is an attractor if its multipliers, or eigenvalues, lie inside. What never
+    repeats is classified by its Lyapunov exponents. A solution ends where it is so close to a known
+    attractor that it is taken to converge; of those that repeat, all of 24 solutions tried from
+    that distance came closer. Every attractor is verified: solutions that ended at a limit of the
+    model and undecided ones are counted separately.
+
+    Returns
+    -------
+    Attractors
+        The attractors, and how many starts converge to each.
+
+    Raises
+    ------
+    InputError
+        If the box, a number or a parameter cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> box = {"x": (-0.5, 0.5), "y": (-0.5, 0.5), "vx": (-20, 20), "vy": (-20, 20)}
+    >>> found = sf.attractors(sf.SlidingOscillator(), box, starts=32, f=12.2, Nd=0.1)
+    >>> sorted((item.kind, item.period) for item in found)
+    [('periodic', 1), ('periodic', 2)]
+    """
+    from slipfold.long_term.search import search
+    from slipfold.results.attractors import Attractors
+
+    changed = measured(checked_model(model).replace(**parameters))
+    where, states = starts_given(changed, box, starts, seed)
+    most = checked_periods(periods)
+    started = perf_counter()
+    found = search(changed, states, most, observer)
+    return Attractors(
+        model=changed,
+        box=where,
+        seed=int(seed),
+        asked=most,
+        starts=states,
+        labels=found.labels,
+        attractors=found.attractors,
+        ends=found.ends,
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+@documented
+def basin_fractions(
+    model: Model,
+    vary: Vary,
+    span: Span,
+    box: Box = None,
+    *,
+    points: Points = 20,
+    starts: Starts = 256,
+    seed: Seed = 0,
+    periods: SearchPeriods = None,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> BasinFractions:
+    """Compute the fraction of starts that each attractor attracts, along a parameter.
+
+    At each value attractors are found and verified as by `slipfold.attractors`, from the same
+    starts, and from the attractors of the value before. An attractor that solutions converge to
+    from there, and that is of the same kind and period, has the same number.
+
+    Returns
+    -------
+    BasinFractions
+        The attractors at each value, and the fractions of the starts with their bounds.
+
+    Raises
+    ------
+    InputError
+        If a name, the box or a number cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
+    >>> found = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
+    >>> [len(items) for items in found.attractors]
+    [1, 2, 1]
+    """
+    from slipfold.long_term.basin_fractions import find_fractions
+    from slipfold.results.attractors import BasinFractions
+
+    refuse_varied((vary,), parameters, "span")
+    changed = checked_model(model).replace(**parameters)
+    values = spread_values(changed.variable_parameter(vary), span, points)
+    changed = measured(changed.replace(**{vary: 0.5 * (values[0] + values[-1])}))
+    where, states = starts_given(changed, box, starts, seed)
+    most = checked_periods(periods)
+    started = perf_counter()
+    found = find_fractions(changed, vary, values, states, most, observer)
+    return BasinFractions(
+        model=changed,
+        vary=vary,
+        values=values,
+        box=where,
+        seed=int(seed),
+        asked=most,
+        starts=states,
+        labels=found.labels,
+        attractors=found.attractors,
+        ends=found.ends,
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+@documented
+def basins(
+    model: Model,
+    plane: Plane,
+    state: State = None,
+    *,
+    points: BasinPoints = 200,
+    periods: SearchPeriods = None,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Basins:
+    """Compute which attractor each start on a plane of states leads to.
+
+    Attractors are found and verified as by `slipfold.attractors`. One axis may be the phase of the
+    forcing at which a start is released. Where boundaries are fractal one start does not represent
+    its cell: solutions also start at the corners of cells, and where labels differ again from
+    states moved by the error of the integration. `Basins.uncertain` marks these cells.
+
+    Returns
+    -------
+    Basins
+        The grid with its labels, the attractors and their fractions.
+
+    Raises
+    ------
+    InputError
+        If the plane, a number or a parameter cannot be used.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> plane = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}
+    >>> found = sf.basins(sf.SlidingOscillator(), plane, points=(12, 8), f=12.2, Nd=0.1)
+    >>> found.labels.shape, sorted(item.period for item in found)
+    ((8, 12), [1, 2])
+    """
+    from slipfold.long_term.basin_boundaries import find_basins
+    from slipfold.results.attractors import Basins
+
+    changed = measured(checked_model(model).replace(**parameters))
+    start = initial_state(changed, state)
+    given: Any = plane
+    names = tuple(given) if isinstance(given, Mapping) else ()
+    if len(names) != 2:
+        own = f"it has {', '.join(names)}" if names else "it has none"
+        raise InputError(
+            f"the plane does not name two states: {own}; give two, each with its ends (on the "
+            "command line --plane twice)"
+        )
+    axes = _axes(changed, plane, points)
+    known = [item.name for item in changed.states]
+
+    def starts_at(*coordinates: Array) -> tuple[Array, Array]:
+        starts, phases = np.tile(start, (len(coordinates[0]), 1)), np.zeros(len(coordinates[0]))
+        for name, values in zip(names, coordinates, strict=True):
+            if name in known:
+                starts[:, known.index(name)] = values
+            else:
+                phases = values
+        return starts, phases
+
+    most, started = checked_periods(periods), perf_counter()
+    found = find_basins(changed, (axes[0], axes[1]), starts_at, most, observer)
+    return Basins(
+        model=changed,
+        plane=(names[0], names[1]),
+        first=axes[0],
+        second=axes[1],
+        state=start,
+        labels=found.labels,
+        uncertain=found.uncertain,
+        attractors=found.attractors,
+        ends=found.searched.ends,
+        asked=most,
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int]) -> list[Array]:
+    """Return the coordinates of starts along both axes; one axis may be the phase."""
+    from slipfold.long_term.box import checked_box
+    from slipfold.results.attractors import PHASE
+
+    known = [item.name for item in model.states]
+    phase = PHASE.name if PHASE.name in plane and PHASE.name not in known else None
+    box = checked_box(model, {name: ends for name, ends in plane.items() if name != phase})
+    counts = points if isinstance(points, tuple) else (points, points)
+    if len(counts) != 2:
+        raise InputError(f"points = {points!r} are not one or two numbers; give e.g. (300, 200)")
+    axes = []
+    for (name, ends), count in zip(plane.items(), counts, strict=True):
+        if name == phase:
+            low, high = _phases(model, ends)
+        else:
+            low, high = box.low[known.index(name)], box.high[known.index(name)]
+        axes.append(np.linspace(low, high, checked_count(count, "points", least=2)))
+    return axes
+
+
+def _phases(model: Model, given: Any) -> tuple[float, float]:
+    if not model.forced:
+        raise InputError(f"nothing forces {model.name}, so its starts have no phase; give states")
+    try:
+        low, high = (float(end) for end in given)
+    except (TypeError, ValueError):
+        raise InputError(f"the phases {given!r} are not two numbers; give e.g. (0, 1)") from None
+    if not 0 <= low < high <= 1:
+        raise InputError(
+            f"the phases from {low:g} to {high:g} do not grow within 0 to 1; give e.g. (0, 1)"
+        )
+    return low, high
+
+
+@documented
+def sweep(
+    model: Model,
+    vary: Vary,
+    span: Span,
+    *,
+    points: Points = 200,
+    runs: Runs = ("up", "down"),
+    starts: SweepStarts = 8,
+    box: Box = None,
+    seed: Seed = 0,
+    state: State = None,
+    transient: SweepTransient = 500,
+    periods: SweepPeriods = 64,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Sweep:
+    """Sample solutions at many values of a parameter, once a forcing period.
+
+    In a sweep each value starts from the last state of the one before: up from the starting state,
+    then down from the state reached there, so that hysteresis shows. In addition solutions start
+    again at each value from states of a box.
+
+    Returns
+    -------
+    Sweep
+        The states at phase zero.
+
+    Raises
+    ------
+    InputError
+        If a name or a number cannot be used, or nothing forces the model.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> found = sf.sweep(sf.SlidingOscillator(), "Nd", (0.05, 0.15), points=5, starts=0, f=12.2)
+    >>> found.runs, [found.repeats(run).tolist() for run in found.runs]
+    (('up', 'down'), [[1, 1, 1, 1, 2], [1, 2, 2, 2, 2]])
+    """
+    from slipfold.long_term.sweep import DOWN, UP, find_sweep
+    from slipfold.results.trajectories import Sweep
+
+    refuse_varied((vary,), parameters, "span")
+    changed = checked_forced(checked_model(model).replace(**parameters))
+    values = spread_values(changed.variable_parameter(vary), span, points)
+    if isinstance(runs, str) or not {UP, DOWN}.issuperset(runs):
+        raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
+    wanted = tuple(name for name in (UP, DOWN) if name in runs)
+    _, states = starts_given(changed, box, starts, seed, least=0)
+    if not wanted and not len(states):
+        raise InputError("neither a sweep nor a start is asked for; give runs or starts")
+    started = perf_counter()
+    found = find_sweep(
+        changed,
+        vary,
+        values,
+        wanted,
+        initial_state(changed, state),
+        states,
+        checked_count(transient, "transient", least=0),
+        checked_count(periods, "periods", least=2),
+        observer,
+    )
+    return Sweep(
+        model=found.model,
+        vary=vary,
+        values=values,
+        runs=found.runs,
+        states=found.states,
+        stuck=found.stuck,
+        reasons=found.reasons.astype(str),
+        transient=int(transient),
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+@documented
+def regimes(
+    model: Model,
+    vary: ParameterPlane,
+    *,
+    points: RegimePoints = (60, 50),
+    state: State = None,
+    transient: RegimeTransient = 400,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> RegimeMap:
+    """Map where solutions repeat and how soon, are tori or chaotic, and where they stick.
+
+    Three solutions in each cell of a grid: from the starting state, and swept up and down along the
+    second parameter, from the last state of the neighboring cell. Then every solution is continued
+    into the four neighboring cells, and from there again, until no cell gains a solution that it
+    does not have. What does not repeat after the transient is followed for a thousand forcing
+    periods, then four thousand, together with a solution close to it, whose distance distinguishes
+    chaos, tori and slow convergence. After an interruption other cells are ``"not done"``.
+
+    Returns
+    -------
+    RegimeMap
+        The kinds and periods of the solutions.
+
+    Raises
+    ------
+    InputError
+        If a name or a number cannot be used, or nothing forces the model.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> plane = {"f": (12.2, 13.5), "Nd": (0.02, 0.2)}
+    >>> found = sf.regimes(sf.SlidingOscillator(), plane, points=(2, 2))
+    >>> found.names("up").tolist()
+    [['period 1', 'period 2'], ['period 1', 'period 1']]
+    """
+    from slipfold.long_term.regimes import find_regimes
+    from slipfold.results.trajectories import RegimeMap
+
+    changed = checked_model(model).replace(**parameters)
+    given: Any = vary
+    if not isinstance(given, Mapping) or len(given) != 2:
+        raise InputError(
+            f"vary = {given!r} does not name two parameters with their spans; give e.g. "
+            "{'f': (11.5, 13.5), 'Nd': (0, 0.5)}"
+        )
+    refuse_varied(vary, parameters, "vary")
+    checked_forced(changed)
+    try:
+        first, second = points
+    except (TypeError, ValueError):
+        raise InputError(f"points = {points!r} are not two numbers; give e.g. (60, 50)") from None
+    axes = [
+        spread_values(changed.variable_parameter(name), span, number)
+        for (name, span), number in zip(vary.items(), (first, second), strict=True)
+    ]
+    one, other = vary
+    started = perf_counter()
+    found = find_regimes(
+        changed,
+        (one, other),
+        (axes[0], axes[1]),
+        initial_state(changed, state),
+        checked_count(transient, "transient"),
+        observer,
+    )
+    return RegimeMap(
+        model=found.model,
+        over=dict(zip(vary, axes, strict=True)),
+        runs=found.runs,
+        kinds=found.kinds.astype(str),
+        periods=found.periods,
+        exponents=found.exponents,
+        states=found.states,
+        means=found.means,
+        transient=int(transient),
+        interrupted=found.interrupted,
+        provenance=provenance(perf_counter() - started),
+    )

@@ -1,0 +1,273 @@
+"""Measured responses: a simulated test stand, a fit, and a plan of measurements."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipfold.computations.given import Values, checked_model, parse_ends, parse_values
+from slipfold.errors import InputError
+from slipfold.measured.measurement import Measurement
+from slipfold.measured.quantity import parse_measured
+from slipfold.models.model import Model
+from slipfold.models.parameter import Parameter
+from slipfold.options import (
+    Bounds,
+    Errors,
+    Fitted,
+    Measured,
+    MeasuredValues,
+    Quantities,
+    Seed,
+    Sweeping,
+    Vary,
+    documented,
+)
+from slipfold.progress import Observer
+from slipfold.results.records import provenance
+
+if TYPE_CHECKING:
+    from slipfold.results.measured import Fit, MeasurementPlan
+
+DIRECTIONS = ("up", "down", "both")
+
+
+@documented
+def measure(
+    model: Model,
+    vary: Vary,
+    values: MeasuredValues,
+    quantities: Quantities,
+    *,
+    sweep: Sweeping = "up",
+    errors: Errors = 0.0,
+    seed: Seed = 0,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Measurement:
+    """Measure the response of a model as a test stand would: by sweeping a parameter in steps.
+
+    At each value the motion goes on from where it was at the one before, until it has settled or
+    8000 forcing periods are over, and is read: so jumps and hysteresis show as they do in a test.
+
+    Returns
+    -------
+    Measurement
+        The readings in the order in which they were taken; where the motion ends at a limit, those
+        before, and in `stopped` why.
+
+    Raises
+    ------
+    InputError
+        If something given cannot be used, the model has no forcing, or its motion ends at a limit
+        before anything is read.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> seen = sf.measure(sf.SlidingOscillator(Nd=0.1), "f", [12.1, 12.2], ["max y"], errors=1e-5)
+    >>> len(seen), seen.errors.tolist()
+    (2, [[1e-05], [1e-05]])
+    """
+    from slipfold.measured.stand import swept
+
+    changed = checked_model(model).replace(**parameters)
+    if not changed.forced:
+        raise InputError(
+            f"{changed.name} has no forcing, so that no response is measured over a parameter; "
+            "simulate it instead"
+        )
+    parameter = changed.variable_parameter(vary)
+    rising = np.unique(checked_values(parameter, values)).tolist()
+    if sweep not in DIRECTIONS:
+        raise InputError(f"sweep = {sweep!r} is no direction; give {', '.join(DIRECTIONS)}")
+    ways = ["up", "down"] if sweep == "both" else [sweep]
+    order = [value for way in ways for value in (rising if way == "up" else rising[::-1])]
+    each = [way for way in ways for _ in rising]
+    measured = tuple(parse_measured(text, changed) for text in quantities)
+    if not measured:
+        raise InputError("no quantity is measured; give e.g. ['max y']")
+    noise = checked_errors(errors, len(measured))
+    return swept(changed, vary, order, each, measured, noise, seed, observer)
+
+
+def checked_values(parameter: Parameter, values: Values) -> np.ndarray:
+    """Return values of a parameter that can all be used, shape (m,)."""
+    given = np.atleast_1d(np.asarray(parse_values(parameter, values), dtype=float))
+    if given.ndim != 1 or not given.size:
+        raise InputError(f"the values of {parameter.name} are no row of numbers; give at least one")
+    for value in given.tolist():
+        parameter.check(value)
+    return given
+
+
+def checked_errors(errors: ArrayLike, count: int) -> np.ndarray:
+    """Return a standard deviation for each quantity, shape (q,)."""
+    given = np.asarray(errors, dtype=float)
+    if given.ndim > 1 or (given.ndim == 1 and len(given) != count):
+        raise InputError(f"errors = {errors!r} are not {count} numbers; give one, or one for each")
+    if not (np.isfinite(given) & (given >= 0)).all():
+        raise InputError(f"errors = {errors!r} are no standard deviations; give 0 or more")
+    return np.broadcast_to(given, count).copy()
+
+
+@documented
+def fit(
+    model: Model,
+    measurement: Measured,
+    bounds: Bounds,
+    *,
+    observer: Observer | None = None,
+    **parameters: float | str,
+) -> Fit:
+    """Find the parameters with which the stable responses of a model come nearest to readings.
+
+    The response is followed over the parameter that was varied in the measurement, from both ends
+    of its span; each reading is explained by the stable orbit there that comes nearest. With these
+    orbits held the weighted sum of squares is minimised, then readings are explained anew, as long
+    as the sum decreases. This begins with the values of the model and at other places within the
+    bounds, and the least sum counts. A reading beyond six typical distances from every stable orbit
+    is left out and counts as one at that distance; which and why is said.
+
+    Returns
+    -------
+    Fit
+        The parameters with intervals of 95 % confidence from the profile of the sum of squares,
+        inside the bounds; standard errors and correlations, as the model linearised about them
+        tells; what is predicted; which rows were used.
+
+    Raises
+    ------
+    InputError
+        If a parameter or bound cannot be used, the model has no forcing, or stable responses
+        explain too few readings.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> truth = sf.SlidingOscillator(f=12.5, mu=0.46)
+    >>> seen = sf.measure(truth, "Nd", [0.01, 0.02, 0.03, 0.04], ["max y"])
+    >>> sf.fit(truth.replace(mu=0.5), seen, {"mu": (0.3, 0.7)})["mu"].value.__round__(6)
+    0.46
+    """
+    from slipfold.measured.least_squares import find_fit
+    from slipfold.results.measured import Fit
+
+    changed = checked_model(model).replace(**parameters)
+    if not isinstance(measurement, Measurement):
+        raise InputError(
+            f"measurement = {measurement!r} is not a measurement; give what "
+            "read_measurement returns"
+        )
+    started = perf_counter()
+    checked = {name: _bounds(changed, name, ends) for name, ends in bounds.items()}
+    found = find_fit(changed, measurement, checked, observer)
+    used = found.best.used(found.scale)
+    prediction = found.best.prediction(used)
+    predicted = np.full(measurement.readings.shape, np.nan)
+    predicted[used] = prediction.read
+    period = np.zeros(len(measurement), dtype=np.int64)
+    period[used] = [orbit.period for orbit in prediction.orbits]
+    return Fit(
+        model=found.best.model,
+        measurement=measurement,
+        estimates=found.estimates,
+        predicted=predicted,
+        period=period,
+        used=used,
+        scatter=found.scatter,
+        converged=found.converged,
+        message=found.message,
+        provenance=provenance(perf_counter() - started),
+    )
+
+
+def _bounds(model: Model, name: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
+    """Return the bounds of a parameter, between which its value must lie."""
+    parameter = model.variable_parameter(name)
+    low, high = (parameter.check(end) for end in parse_ends(parameter, ends))
+    if not low < high:
+        raise InputError(
+            f"the bounds of {name} from {low:g} to {high:g} leave nothing between them; give the "
+            "least and the greatest value"
+        )
+    value = model.values[name]
+    if not low <= value <= high:
+        raise InputError(
+            f"{name} = {value:g} lies outside its bounds {low:g} to {high:g}; set it to a value "
+            "inside, with which to begin"
+        )
+    return low, high
+
+
+@documented
+def plan_measurement(
+    model: Model,
+    vary: Vary,
+    values: MeasuredValues,
+    quantities: Quantities,
+    fitted: Fitted,
+    *,
+    errors: Errors,
+    **parameters: float | str,
+) -> MeasurementPlan:
+    """Tell how well readings at planned points would tell parameters, and which points tell most.
+
+    The information matrix of a fit: the derivatives of what would be read with respect to the
+    parameters, over the errors of the readings, at the stable response that a sweep through the
+    values in their order meets.
+
+    Returns
+    -------
+    MeasurementPlan
+        Expected standard errors and correlations of the parameters; derivatives of each reading;
+        ``best(count)`` chooses points.
+
+    Raises
+    ------
+    InputError
+        If something given cannot be used, or no response is stable at any of the values.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> frequencies = [11.9 + 0.1 * step for step in range(8)]
+    >>> planned = sf.plan_measurement(
+    ...     sf.SlidingOscillator(Nd=0.04), "f", frequencies, ["max y"], ["mu", "zeta1"], errors=1e-4
+    ... )
+    >>> planned.errors_expected.shape
+    (2,)
+    """
+    from slipfold.measured.information import plan
+    from slipfold.results.measured import MeasurementPlan
+
+    changed = checked_model(model).replace(**parameters)
+    measured = tuple(parse_measured(text, changed) for text in quantities)
+    if not measured or not fitted:
+        raise InputError("nothing is planned; give at least one quantity and one parameter to fit")
+    for name in fitted:
+        changed.variable_parameter(name)
+    if vary in fitted:
+        raise InputError(f"{vary} is varied, so it cannot be fitted; fit others")
+    if len(set(fitted)) < len(fitted):
+        raise InputError(f"a parameter stands twice among {', '.join(fitted)}; name each once")
+    noise = checked_errors(errors, len(measured))
+    if not (noise > 0).all():
+        raise InputError("errors = 0 would tell everything exactly; give what readings scatter by")
+    started = perf_counter()
+    chosen = checked_values(changed.variable_parameter(vary), values)
+    found = plan(changed, vary, chosen, measured, tuple(fitted), noise)
+    return MeasurementPlan(
+        model=changed,
+        vary=vary,
+        quantities=measured,
+        fitted=tuple(fitted),
+        values=chosen,
+        read=found.read,
+        slopes=found.slopes,
+        errors=noise,
+        provenance=provenance(perf_counter() - started),
+    )
