@@ -14,7 +14,8 @@ import slipfold as sf
 from slipfold.design_space.placed_orbit import PlacedOrbit
 from slipfold.design_space.placed_point import PlacedPoint
 from slipfold.loci.locus_curve import locus_curve
-from slipfold.plots.style import COLUMN, figure_style
+from slipfold.plots.labels import Label, place_labels
+from slipfold.plots.style import COLUMN, figure_style, settle
 
 FOLDER = Path(__file__).parent
 
@@ -47,14 +48,21 @@ def main() -> None:
     with figure_style():
         figure = Figure(figsize=(3 * COLUMN, 1.05 * COLUMN), layout="constrained")
         left, middle, right = figure.subplots(1, 3)
-        for ax, state in ((left, "y"), (middle, "x")):
+        labels = [
             draw_designs(ax, model, doubling, designs[state])
+            for ax, state in ((left, "y"), (middle, "x"))
+        ]
         draw_locus(right, locus)
+        # Where a name covers nothing is known when the layout is.
+        for ax, names in zip((left, middle), labels, strict=True):
+            settle(ax)
+            place_labels(ax, names)
         figure.savefig(FOLDER / "quiet_by_design.png", dpi=200)
 
 
 def draw_designs(ax, model, doubling, found):
-    """Draw what alpha and Vd can do, and the designs that vibrate least."""
+    """Draw what alpha and Vd can do, and the designs that vibrate least; return what to name."""
+    labels = []
     state = [item.name for item in model.states].index(found.state)
     placed = PlacedPoint.at(doubling, ("alpha", "Vd"))
     orbit = PlacedOrbit.at(model.replace(Nd=LOAD), ("alpha", "Vd"))
@@ -70,18 +78,18 @@ def draw_designs(ax, model, doubling, found):
         colour = "0.35" if row in (0, len(ANGLES) - 1) else "0.75"
         ax.plot(*reached[row].T, color=colour, linewidth=0.8, zorder=1)
         if row % 8 == 0:
-            ax.annotate(f"{np.degrees(alpha):.0f}°", reached[row, -1], (-3, 3),
-                        textcoords="offset points", ha="right", fontsize="small")  # fmt: skip
+            labels.append(Label(f"{np.degrees(alpha):.0f}°", reached[row, -1:]))
     for column in (0, 4, 14):
         ax.plot(*reached[:, column].T, color="0.75", linewidth=0.8, linestyle="--", zorder=1)
-        ax.annotate(f"{SPEEDS[column]:g} m/s", reached[0, column], (3, -8),
-                    textcoords="offset points", fontsize="small")  # fmt: skip
+        labels.append(Label(f"{SPEEDS[column]:g} m/s", reached[0, column][None]))
     found.plot(ax=ax)
     ax.lines[-2].set_linestyle("none")
+    ax.legend(frameon=False)
     ax.set_xscale("log")
     ax.set_xlim(0.019, 0.22)
     ax.set_xticks([0.03, 0.05, 0.1, 0.2], ["0.03", "0.05", "0.1", "0.2"])
     ax.minorticks_off()
+    return labels
 
 
 def draw_locus(ax, found):

@@ -52,7 +52,7 @@ from slipfold.options import (
 from slipfold.orbits.find import may_slip, orbit_near, periodic_orbit, settled_on
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
-from slipfold.results.diagram import Diagram
+from slipfold.results.diagram import Diagram, finalised
 from slipfold.results.records import provenance
 from slipfold.tori.of_response import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
@@ -160,7 +160,7 @@ def response(
         found = tori_of(branches, ends, chosen, observer)
         complete = not any(item.interrupted for item in found)
     checked = check_branches(branches, observer) if complete else Checked((), interrupted=True)
-    return Diagram(
+    diagram = Diagram(
         changed,
         vary,
         ends,
@@ -172,6 +172,7 @@ def response(
         searched,
         found,
     )
+    return diagram if diagram.interrupted else finalised(diagram)
 
 
 def _first(

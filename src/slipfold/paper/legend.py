@@ -34,16 +34,19 @@ def draw_legend(
     diagrams: Sequence[HasBranches],
     measure: str = "max",
     more: Sequence[Artist] | None = None,
+    spans: Sequence[tuple[float, float]] | None = None,
 ) -> None:
-    """Explain lines and markers below the panels; the colours are named beside them.
+    """Explain lines and markers below the panels; the colors are named beside them.
 
-    Given `more` it has that instead of the tori.
+    Given `more` it has that instead of the tori. Given `spans` of the parameter that the panels of
+    each diagram show, markers outside of them are left out.
     """
     marks = [
         mark
-        for diagram in diagrams
+        for place, diagram in enumerate(diagrams)
         for branch in diagram.branches
         for mark in marks_of(branch, branch.model.states[0].name, measure)
+        if spans is None or min(spans[place]) <= mark.parameter <= max(spans[place])
     ]
     handles: list[Artist] = [
         Line2D([], [], color=GREY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()

@@ -86,8 +86,9 @@ def _completed(figure: CompletedFigure, found: Mapping[Any, Any], measure: str) 
             naming.append(_draw_both(ax, curve, swept, output, found, measure))
             ax.set_title(f"{next(letters)}  {_fixed(curve)}")
     diagrams = [found[curve] for curve in figure.curves]
-    more = _more([tori for diagram in diagrams for tori in diagram.tori])
-    draw_legend(canvas, diagrams, measure, more)
+    tori = [tori for diagram in diagrams for tori in diagram.tori]
+    more = _more(tori, [found[swept] for swept in figure.sweeps])
+    draw_legend(canvas, diagrams, measure, more, [swept.span for swept in figure.sweeps])
     _name(canvas, naming)
     return canvas
 
@@ -118,8 +119,8 @@ def _hysteresis(figure: HysteresisFigure, found: Mapping[Any, Any], measure: str
     ]
     if any((found[case].uncertain > 0).any() for case in figure.basins):
         patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
-    more = [*_more(found[figure.curve].tori), *patches]
-    draw_legend(canvas, [found[figure.curve]], measure, more)
+    more = [*_more(found[figure.curve].tori, [found[figure.swept]]), *patches]
+    draw_legend(canvas, [found[figure.curve]], measure, more, [figure.swept.span])
     _name(canvas, naming)
     return canvas
 
@@ -191,8 +192,9 @@ def _by_period(found: Basins) -> Basins:
     return replace(found, labels=labels, attractors=renumbered)
 
 
-def _more(found: Sequence[TorusBranch]) -> list[Line2D]:
+def _more(found: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
     """Return what the legend says of tori and dots."""
+    runs = {run if run in COLOURS else "" for swept in sweeps for run in swept.runs}
     tori = {STABLE: "torus", OTHER: "unstable torus"} if found else {}
     return [
         *(Line2D([], [], label=name, **_torus_line(kind)) for kind, name in tori.items()),
@@ -200,6 +202,7 @@ def _more(found: Sequence[TorusBranch]) -> list[Line2D]:
             Line2D([], [], linestyle="none", marker="o", markersize=3, markeredgewidth=0,
                    color=COLOURS.get(run, OTHERS), label=name)
             for run, name in DOTS.items()
+            if run in runs
         ),
     ]  # fmt: skip
 

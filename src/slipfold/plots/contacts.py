@@ -115,7 +115,7 @@ def draw_path(
 ) -> Axes:
     """Draw where contacts in a plane go, as seen in space; thick where they stick.
 
-    An arrow shows which way the counter-body moves.
+    An arrow shows which way the moving surface moves.
     """
     shown = _planar(find_contacts(motion, contact, rounds))
     return _draw_place(shown, ax, moving=False)
@@ -128,7 +128,7 @@ def draw_track(
     *,
     rounds: int = TRACKED,
 ) -> Axes:
-    """Draw the track that contacts in a plane leave on the counter-body; dots where they stick."""
+    """Draw the track of contacts in a plane on the moving surface; dots where they stick."""
     return _draw_place(_planar(find_contacts(motion, contact, rounds)), ax, moving=True)
 
 
@@ -162,7 +162,7 @@ def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
             _show_plate(ax, contact)
     ax.set_aspect("equal", adjustable="datalim")
     ax.margins(0.08)
-    on = " on the counter-body" if moving else ""
+    on = " on the moving surface" if moving else ""
     ax.set_xlabel(axis_label(f"x{on}", unit))
     ax.set_ylabel(axis_label(f"y{on}", unit))
     legend(ax, shown, colours)
@@ -170,7 +170,7 @@ def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
 
 
 def _show_plate(ax: Axes, contact: ContactMotion) -> None:
-    """Draw in a corner which way the counter-body moves."""
+    """Draw in a corner which way the moving surface moves."""
     velocity = contact.pieces[0].plate[0]
     speed = float(np.hypot(*velocity))
     if speed == 0:
@@ -210,7 +210,7 @@ def draw_friction_force(
 ) -> Axes:
     """Draw friction over slip velocity, in the plane along each direction; thick where it sticks.
 
-    Slip is the velocity of the counter-body relative to the body, friction acts on the body.
+    Slip is the velocity of the moving surface relative to the body, friction acts on the body.
     """
     shown = find_contacts(motion, contact, rounds)
     return _draw_force(shown, ax, "slip velocity", shown.units[1], lambda piece: piece.slip)
@@ -273,7 +273,7 @@ def draw_timeline(
 ) -> Axes:
     """Draw what each contact does over time, one row each.
 
-    It slips forth where the counter-body moves forwards relative to it, along its direction.
+    It slips forth where the moving surface moves forwards relative to it, along its direction.
     """
     shown = find_contacts(motion, contact, rounds, per_period=1)
     ax = axes_or_new(ax)

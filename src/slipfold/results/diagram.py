@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
+from functools import cached_property, partial
+from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -20,7 +22,8 @@ from slipfold.errors import InputError
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
-from slipfold.orbits.extrema import Extrema
+from slipfold.orbits.extrema import Extrema, find_extrema
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.curves import ROUNDING, Curves, sticking, uncertainty_notes, without_defaults
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Part, axes_of, meaning_of
 from slipfold.results.records import Provenance, SavedTable
@@ -57,12 +60,12 @@ def points_by_label(branches: Sequence[Branch]) -> dict[int, SpecialPoint]:
     return found
 
 
-def _rows(branch: Branch, noise: float) -> list[_Row]:
+def _rows(branch: Branch, ends: Mapping[Any, PeriodicOrbit], noise: float) -> list[_Row]:
     """Return the first point, the special points and the last point of a branch."""
     if not len(branch):
         return []
     first, last = (
-        _end_row(branch, index, end, noise)
+        _end_row(branch, index, end, ends[branch.id, index].extrema, noise)
         for index, end in ((0, branch.begun), (len(branch) - 1, branch.stopped))
     )
     return [first, *(_special_row(branch, point) for point in branch.special), last]
@@ -72,7 +75,7 @@ def _row(branch: Branch, number: int, kind: str, *rest: Any) -> _Row:
     return [str(branch.id), str(branch.period), str(number), kind], *rest
 
 
-def _end_row(branch: Branch, index: int, end: End, noise: float) -> _Row:
+def _end_row(branch: Branch, index: int, end: End, extrema: Extrema, noise: float) -> _Row:
     kind = "MX" if end.kind == "failed" else "EP"
     note = end.kind if end.kind in ("limit", "closed", "interrupted", "points") else ""
     stable = _stability(branch, branch.multipliers[index])
@@ -80,7 +83,7 @@ def _end_row(branch: Branch, index: int, end: End, noise: float) -> _Row:
     if index == 0 and branch.begun.kind in ("born", "closed"):
         stable = ""
     value = certain(float(branch.parameter[index]), noise)
-    return _row(branch, index + 1, kind, value, _extrema(branch, index), [stable, note])
+    return _row(branch, index + 1, kind, value, extrema, [stable, note])
 
 
 def _special_row(branch: Branch, point: SpecialPoint) -> _Row:
@@ -95,14 +98,6 @@ def _stability(branch: Branch, multipliers: NDArray[np.complex128]) -> str:
     """Say whether an orbit is stable; without damping it is neither that nor unstable."""
     cycle = branch.kind == "periodic" and not branch.model.forced
     return WORDS[stability_word(multipliers, cycle=cycle)]
-
-
-def _extrema(branch: Branch, index: int) -> Extrema:
-    """Return the extrema of one orbit, without computing those of all."""
-    known = vars(branch).get("extrema")
-    if known is None or np.isnan(known.maximum[index]).all():  # never asked for, or interrupted
-        return branch.orbit(index).extrema
-    return Extrema(known.names, known.minimum[index, None], known.maximum[index, None])
 
 
 def _stuck(branch: Branch) -> str:
@@ -238,6 +233,19 @@ class Diagram(Result):
             Labelled(branch, point) for branch in self.branches for point in branch.special
         )
 
+    @cached_property
+    def _end_orbits(self) -> Mapping[tuple[int, int], PeriodicOrbit]:
+        """First and last orbit of each branch, by its number and the index."""
+        found = {}
+        for branch in self.branches:
+            for index in (0, len(branch) - 1) if len(branch) else ():
+                orbit = found[branch.id, index] = branch.orbit(index)
+                known = vars(branch).get("extrema")
+                if known is not None and not np.isnan(known.maximum[index]).all():
+                    low, high = known.minimum[index, None], known.maximum[index, None]
+                    vars(orbit)["extrema"] = Extrema(known.names, low, high)
+        return MappingProxyType(found)
+
     @property
     def interrupted(self) -> bool:
         """Whether the computation was interrupted: branches, normal forms or checks are missing."""
@@ -292,8 +300,9 @@ class Diagram(Result):
             if name not in known:
                 has = ", ".join(known)
                 raise InputError(f"no output {name!r}; {suggest(name, known)}it has {has}")
-        noise = self._noise()
-        rows = [row for branch in self.branches for row in _rows(branch, noise)]
+        finalised(self)
+        noise, ends = self._noise(), self._end_orbits
+        rows = [row for branch in self.branches for row in _rows(branch, ends, noise)]
         scales = dict(zip(states, self.model.state_scales().tolist(), strict=True))
         rounding = {
             name: ROUNDING
@@ -532,3 +541,25 @@ def _special(
     point = SpecialPoint(model=model.replace(**changes), vary=vary, **fields)
     vars(point.orbit)["extrema"] = Extrema(names, **reached)
     return point
+
+
+def finalised(diagram: Diagram) -> Diagram:
+    """Compute what the summary shows, so that it is data: extrema at ends and special points.
+
+    Orbits that have as many nodes are integrated together.
+    """
+    groups: dict[Any, list[PeriodicOrbit]] = defaultdict(list)
+    for orbit in (*diagram._end_orbits.values(), *(point.orbit for _, point in diagram.special)):
+        if isinstance(orbit, StickSlipOrbit):
+            vars(orbit).setdefault("extrema", orbit.extrema)
+        elif "extrema" not in vars(orbit):
+            groups[orbit.period, orbit.nodes.shape].append(orbit)
+    for (period, _), orbits in groups.items():
+        vectors = np.array([orbit.model.vector for orbit in orbits])
+        nodes = np.array([orbit.nodes for orbit in orbits])
+        found = find_extrema(orbits[0].model, vectors, nodes, period)
+        for row, orbit in enumerate(orbits):
+            one = slice(row, row + 1)
+            own = Extrema(found.names, found.minimum[one], found.maximum[one])
+            vars(orbit)["extrema"] = own
+    return diagram
