@@ -10,7 +10,7 @@ from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.orbits.collocation import FIRST, Collocation
+from slipfold.orbits.collocation import INTERVALS, Collocation
 from slipfold.orbits.discretisation import Cut, scheme_for
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -49,5 +49,7 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
     decays = scheme.points.damps and _is_stiff(jacobian)
     chosen = settings.discretisation
     if chosen == "collocation" or (chosen == "automatic" and decays):
-        return ForcedOrbits(model, {vary: width}, 1, FIRST, partial(Collocation, scheme=scheme))
+        return ForcedOrbits(
+            model, {vary: width}, 1, 4 * INTERVALS, partial(Collocation, scheme=scheme)
+        )
     return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, Shooting)

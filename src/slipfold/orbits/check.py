@@ -14,7 +14,7 @@ from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, find_root
-from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.collocation import LARGEST, Collocation
 from slipfold.orbits.continued import hold_parameter, on_mesh
 from slipfold.orbits.discretisation import STAGES, Discretisation
 from slipfold.orbits.kinds import orbits_at
@@ -30,14 +30,8 @@ from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import multipliers_text
 
-POINTS = STAGES + 1
-"""Points of an interval: orbits by collocation have one less, so that their errors are others."""
-
 TOLERANCE = 1e-10
 """Difference from the result on half as many intervals, whose error is 2^14 times as large."""
-
-LARGEST = 1024
-"""Intervals a forcing period at most."""
 
 REST = 1e-8
 """Where the scaled states of an autonomous model change by less than this in a unit of phase, the
@@ -46,11 +40,6 @@ orbit is an equilibrium."""
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
 then the equations are made regular as at a fold."""
-
-BORDERINGS = 3
-"""Times that the vectors of a nearly singular matrix are taken from the matrix bordered by the last
-ones: the first borders are any, and the error of those after is that of the matrix being regular,
-1e-4 and less, times their own."""
 
 AT_REST = Rule(close=1e-9, iterations=20)
 
@@ -199,8 +188,9 @@ def collocate(
 ) -> CollocatedOrbit:
     """Find the periodic orbit near the states at equidistant phases, and its multipliers.
 
-    The mesh fits the orbit, and is halved until that no longer changes the result. What comes of it
-    is compared with the equations as they are compiled for nothing else.
+    Intervals have one point more than those of orbits by collocation, so that their errors differ.
+    The mesh fits the orbit, and is halved until that no longer changes the result. The result is
+    compared with the equations as they are compiled for nothing else.
 
     Shapes: nodes (M, n_states).
 
@@ -213,7 +203,7 @@ def collocate(
     """
     shot = orbits_at(model, period, len(nodes))
     guess = shot.unknown(nodes, model)
-    orbits, z = on_mesh(shot, guess, POINTS)
+    orbits, z = on_mesh(shot, guess, STAGES + 1)
     coarse, best = _Solution.near(orbits, z, singular=singular), np.inf
     while True:
         finer = coarse.orbits.described_by(_halved(coarse.orbits.by))
@@ -336,7 +326,8 @@ class _Unfolded:
         self._column = np.cos(np.arange(orbits.size))  # any vector, but not one with a symmetry
         self.row = np.append(np.cos(np.arange(len(z) - 1)), 0.0)
         unit = hold_parameter(len(z) - 1)
-        for _ in range(BORDERINGS):
+        # Each time the error is that of the matrix being regular, 1e-4 and less, times the last.
+        for _ in range(3):
             bordered = self._with_column(part).bordered(self.row)
             left, right = bordered.solve_transposed(unit), bordered.solve(unit)
             self._column = left[: orbits.size] / np.linalg.norm(left[: orbits.size])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -13,40 +12,14 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
 from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
-from slipfold.flow.implicit.stage_equations import LinearPart
+from slipfold.flow.implicit.stage_equations import MANY, LinearPart
 from slipfold.models.model import Model
 from slipfold.orbits.discretisation import GAUSS, Cut, Scheme, Segments
-
-
-def curved_ends(field: Field, solved: Solved, pulled: Array, vector: Array) -> tuple[Array, Array]:
-    """Return the derivatives of the ends' change along a vector, by nodes and parameters."""
-    along = solved.equations.along(vector)
-    bent, mixed = field.curvatures(solved.stages, solved.phases, along)
-    pushes = np.concatenate([bent @ solved.moved, bent @ pulled + mixed], axis=3)
-    ends = solved.answered(pushes)[1]
-    n = vector.shape[1]
-    return ends[:, :, :n], ends[:, :, n:]
-
-
-def cubed_ends(field: Field, solved: Solved, vector: Array) -> Array:
-    """Return the third derivatives of the ends along a vector, from those of the rates."""
-    first = solved.equations.along(vector)
-    bent = field.curvatures(solved.stages, solved.phases, first)[0]
-    second = solved.answered(bent @ first[..., None])[0]
-    cubes = field.cubes(solved.stages, solved.phases, first)[..., None]
-    return solved.answered(cubes + 3 * bent @ second)[1][..., 0]
-
 
 Places = NDArray[np.intp]
 
 INTERVALS = 16
 """Intervals of the part of a mesh that is repeated, to begin with; and at least."""
-
-FIRST = 64
-"""Intervals a forcing period of the mesh on which an orbit is taken up."""
-
-ROUNDS = 4
-"""Meshes that are tried until one fits."""
 
 LARGEST = 1500
 """Intervals of a mesh at most: beyond, the errors are what they are."""
@@ -59,19 +32,17 @@ SLACK = 5.0
 """A mesh serves until the error inside one of its intervals is this many times the tolerance."""
 
 SPARE = 1.15
-"""A mesh has this many times the intervals that the tolerance asks for."""
+"""A mesh has this many times the intervals that the tolerance needs."""
 
 WASTEFUL = 2.5
 """A mesh with this many times the intervals that are needed is made coarser."""
 
-SPARSE = 1.3
-"""Intervals may be this many times as long as vibrations ask for until there is another mesh."""
-
 FLOOR = 0.15
-"""Density of a mesh where nothing happens, as a share of the mean."""
+"""Density of a mesh where nothing happens, as a fraction of the mean."""
 
 FINER = 1.3
-"""Intervals of the other mesh on which results are computed anew: its errors are a 23rd."""
+"""The other mesh on which results are computed again has so many times the intervals: its errors
+are a 23rd. Intervals may be as many times longer than vibrations need until there is a new mesh."""
 
 GONE = 100.0
 """Decay over an interval, as an exponent, of which nothing is left. Of less the method leaves
@@ -81,41 +52,8 @@ GROWTH = 4.0
 """Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
 first state, which has to be known that much better."""
 
-MANY_STATES = 12
-"""States from which on growth is looked for at some nodes only: else it would take longest."""
-
-SKIPPED = 6
-"""One of so many nodes, then."""
-
 REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
-
-CARRIED = 3
-"""Intervals over which rates are carried, so that rounding decays that fast modes magnify."""
-
-STIFF_NOISE = 1e-6
-"""What rounding makes of test functions beside stiff modes, of orbits of small amplitude."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """What was solved, and with which values of the coefficients."""
-
-    values: Array
-    solved: Solved
-
-    def is_at(self, scaled: Array, constants: Constants) -> bool:
-        """Whether that is what is asked for."""
-        same = np.array_equal(self.values, constants.values)
-        return same and np.array_equal(self.solved.nodes, scaled)
-
-
-@dataclass(frozen=True, eq=False)
-class _Slopes:
-    """How stages change with the nodes, and with the free parameters."""
-
-    solved: Solved
-    pulled: Array
 
 
 class Collocation(Segments):
@@ -149,14 +87,15 @@ class Collocation(Segments):
         super().__init__(model, free, period, edges)
         self._scheme, self.points = scheme, scheme.points
         if self.points.damps:
-            self.noise = STIFF_NOISE
+            self.noise = TOLERANCE  # of test functions near stiff modes
         self.lengths = np.diff(edges)
         self._linear = LinearPart()
-        self._latest: _Known | None = None
+        # Coefficients and polynomials that were solved last; their changes with free parameters
+        self._latest: tuple[Array, Solved] | None = None
 
     def _free(self, free: Mapping[str, float]) -> None:
         super()._free(free)
-        self._slopes: _Slopes | None = None  # those of other parameters serve no more
+        self._slopes: tuple[Solved, Array] | None = None  # those of other parameters do not serve
 
     def on(self, edges: Array, scheme: Scheme | None = None) -> Collocation:
         """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""
@@ -197,7 +136,7 @@ class Collocation(Segments):
         scaled, field = nodes / self.scales, self._field(constants)
         solved = self._solved(scaled, constants)
         pulled, along = solved.answered(field.pulls(solved.stages, solved.phases))
-        self._slopes = _Slopes(solved, pulled)
+        self._slopes = solved, pulled
         mismatch = self.apart(solved.ends, scaled[self._following])
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
 
@@ -233,7 +172,8 @@ class Collocation(Segments):
             return super().rates(nodes, constants)
         solved = self._solved(nodes / self.scales, constants, derived=False)
         found = np.roll(solved.slopes[:, -1], 1, axis=0)
-        for _ in range(CARRIED if solved.is_derived else 0):
+        # Rounding that fast modes magnify decays in a few intervals.
+        for _ in range(3 if solved.is_derived else 0):
             found = np.roll(np.einsum("jab,jb->ja", solved.matrices, found), 1, axis=0)
         return found
 
@@ -270,11 +210,14 @@ class Collocation(Segments):
 
         Where their derivatives are not wanted, those of other nodes may stand in their place.
         """
-        field, latest = self._field(constants), self._latest
-        known = latest is not None and latest.is_at(scaled, constants)
-        if latest is not None and known and (latest.solved.is_derived or not derived):
-            return latest.solved
-        equations = None if self._slopes is None else self._slopes.solved.equations
+        field = self._field(constants)
+        if self._latest is not None:
+            values, latest = self._latest
+            known = latest.is_derived or not derived
+            known = known and np.array_equal(values, constants.values)
+            if known and np.array_equal(latest.nodes, scaled):
+                return latest
+        equations = None if self._slopes is None else self._slopes[0].equations
         for guessed in (self._extrapolated, self._interpolated):
             guess = guessed(scaled, constants)
             if guess is None:
@@ -282,23 +225,21 @@ class Collocation(Segments):
             given = self.points, scaled, self.start, self.lengths, guess, equations
             solved = solve_intervals(field, *given, derived=derived)
             if np.isfinite(solved.rates[0, 0, 0]):
-                self._latest = _Known(constants.values, solved)
+                self._latest = constants.values, solved
                 break
         return solved
 
     def _extrapolated(self, scaled: Array, constants: Constants) -> Array | None:
         """Return stages from those that were found last, None if these are far away."""
-        known, slopes = self._latest, self._slopes
-        if known is None or slopes is None:
+        if self._latest is None or self._slopes is None:
             return None
-        change = scaled - known.solved.nodes
+        (values, latest), (solved, pulled) = self._latest, self._slopes
+        change = scaled - latest.nodes
         if not np.abs(change).max() < REACH:
             return None
         along = constants.rates[:, self.indices]
-        moved = np.linalg.lstsq(along, constants.values - known.values, rcond=None)[0]
-        return np.asarray(
-            known.solved.stages + slopes.solved.equations.along(change) + slopes.pulled @ moved
-        )
+        moved = np.linalg.lstsq(along, constants.values - values, rcond=None)[0]
+        return np.asarray(latest.stages + solved.equations.along(change) + pulled @ moved)
 
     def _interpolated(self, scaled: Array, constants: Constants) -> Array:
         """Return stages on the cubics through the nodes with the rates there."""
@@ -321,15 +262,28 @@ class Collocation(Segments):
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
         pulled = solved.answered(field.pulls(solved.stages, solved.phases))[0]
-        found = [curved_ends(field, solved, pulled, vector) for vector in vectors]
-        bent, mixed = zip(*found, strict=True)
+        n, bent, mixed = nodes.shape[1], list[Array](), list[Array]()
+        for vector in vectors:
+            along = solved.equations.along(vector)
+            second, by_free = field.curvatures(solved.stages, solved.phases, along)
+            pushes = np.concatenate([second @ solved.moved, second @ pulled + by_free], axis=3)
+            ends = solved.answered(pushes)[1]
+            bent.append(ends[:, :, :n])
+            mixed.append(ends[:, :, n:])
         return np.array(bent), np.array(mixed) * self.units
 
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
         """Return the third derivatives of the intervals' ends along vectors, in scaled states."""
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
-        return np.array([cubed_ends(field, solved, vector) for vector in vectors])
+        found = list[Array]()
+        for vector in vectors:
+            first = solved.equations.along(vector)
+            bent = field.curvatures(solved.stages, solved.phases, first)[0]
+            second = solved.answered(bent @ first[..., None])[0]
+            cubes = field.cubes(solved.stages, solved.phases, first)[..., None]
+            found.append(solved.answered(cubes + 3 * bent @ second)[1][..., 0])
+        return np.array(found)
 
     # -- states elsewhere ----------------------------------------------------------------------
 
@@ -418,14 +372,14 @@ class Collocation(Segments):
         density += FLOOR * total / (pattern[-1] - pattern[0]) if total > 0 else 1.0
         wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
         wanted = min(wanted, LARGEST // self.copies)
-        fits = scheme.points is self.points and scheme.density * lengths.max() <= SPARSE
+        fits = scheme.points is self.points and scheme.density * lengths.max() <= FINER
         if fits and errors.max() <= SLACK and own <= WASTEFUL * wanted:
             return None
         return self.on(_repeated(_spread(pattern, density, wanted), self.copies), scheme)
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
-        each = 1 if nodes.shape[1] < MANY_STATES else SKIPPED
+        each = 1 if nodes.shape[1] < MANY else MANY // 2  # else it would take longest
         scaled, phases = nodes[::each] / self.scales, self.start[::each]
         slopes = self._field(constants).jacobians(scaled, phases)
         rates = np.repeat(np.linalg.eigvals(slopes).real.max(axis=1), each)[: len(nodes)]

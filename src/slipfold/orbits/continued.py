@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import replace
-from typing import Self, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,16 +13,16 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
 from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.orbits.collocation import FIRST, ROUNDS, Collocation
-from slipfold.orbits.discretisation import STAGES, Discretisation, Segments
+from slipfold.orbits.collocation import INTERVALS, Collocation
+from slipfold.orbits.discretisation import STAGES, Segments
 from slipfold.orbits.kinds import STANDING
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.linearisation import Conditions, Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
-STEP = 0.01
-"""First step, as a fraction of the parameter's scale."""
+MESHES = 4
+"""Meshes that are tried until one fits."""
 
 CARRYING = Stepping(steps=Steps(smallest=1e-4, points=500))
 """An orbit that has to creep does not arrive. Where a contact begins to stick, each orbit found by
@@ -57,7 +56,8 @@ def carry_to(
     if begin == end:
         return start
     reached = None
-    for point in walk(curve, [start], STEP, [(-1, min(begin, end), max(begin, end))], stepping):
+    bounds = [(-1, min(begin, end), max(begin, end))]
+    for point in walk(curve, [start], 0.01, bounds, stepping):
         if isinstance(point, Failure):
             return point
         wrong = refuse(point)
@@ -95,18 +95,6 @@ class Straight(OrbitCurve):
         conditions = Conditions(np.array([self._beside(z)]), gradient)
         return replace(self.orbits.linearise(z), conditions=conditions)
 
-    def described_by(self, by: Discretisation) -> Self:
-        """Return the same in terms of another discretisation."""
-        other = copy(self)
-        other.orbits = self.orbits.described_by(by)
-        return other
-
-    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same orbit and direction, so described that all errors are others."""
-        other = copy(self)
-        other.orbits, moved, direction = self.orbits.shifted(z, tangent)
-        return other, moved, direction
-
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
@@ -122,7 +110,7 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     orbits = curve.orbits
     if isinstance(orbits.by, Collocation):
         return _fitted(curve, point)
-    count = FIRST * orbits.period
+    count = 4 * INTERVALS * orbits.period
     assert isinstance(orbits.by, Segments)
     scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
     by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
@@ -138,11 +126,11 @@ def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Arr
     """Describe an orbit by collocation on a mesh that fits it; nothing is corrected."""
     assert isinstance(orbits.by, Segments)
     scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z), stages)
-    count = max(orbits.segments, FIRST * orbits.period)
+    count = max(orbits.segments, 4 * INTERVALS * orbits.period)
     by: Collocation | None = Collocation(
         orbits.model, orbits.by.free, orbits.period, count, scheme=scheme
     )
-    for _ in range(ROUNDS):
+    for _ in range(MESHES):
         if by is None:
             break
         other = orbits.described_by(by)
@@ -152,7 +140,7 @@ def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Arr
 
 
 def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:
-    for _ in range(ROUNDS):
+    for _ in range(MESHES):
         following = curve.renewed([point])
         if following is None:
             break

@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.orbits.discretisation import Cut, Discretisation, Segments
+from slipfold.orbits.discretisation import Cut, Segments
 from slipfold.orbits.eigenvalues import transition
 from slipfold.orbits.grazing import MarginalShooting
 from slipfold.orbits.kinds import Cycles, Equilibria
@@ -17,6 +17,7 @@ from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defec
 from slipfold.orbits.multipliers import on_quotient
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.shooting import Shooting
+from slipfold.orbits.switched_shooting import DIFFERENCED
 from slipfold.orbits.test_functions import (
     UNKNOWN,
     Degeneracy,
@@ -27,10 +28,6 @@ from slipfold.orbits.test_functions import (
 
 PARAMETERS = 2
 """Parameters that vary: the last columns of the Jacobian."""
-
-STEP = 1e-4
-"""Half the distance over which the Jacobian is differenced, in scaled variables. The conditions are
-exact; their gradients, right to 1e-8, serve Newton's steps and tangents alone."""
 
 
 class _Null(NamedTuple):
@@ -106,9 +103,9 @@ def _size(plain: Linearisation) -> float:
 def _along(orbits: Orbits, z: Array, direction: Array) -> Array:
     """Return the derivative of the Jacobian along a direction."""
     length = float(np.linalg.norm(direction))
-    step = STEP / length * direction
+    step = DIFFERENCED / length * direction
     ahead, behind = orbits.linearise(z + step).jacobian, orbits.linearise(z - step).jacobian
-    return np.asarray((ahead - behind) * (length / (2 * STEP)))
+    return np.asarray((ahead - behind) * (length / (2 * DIFFERENCED)))
 
 
 class Critical(OrbitCurve):
@@ -206,14 +203,9 @@ class Critical(OrbitCurve):
         slopes = [self.orbits.slope(item, plain, z)[0] for item in found]
         return [np.linalg.svd(np.vstack([plain.jacobian, slope]))[2][-1] for slope in slopes]
 
-    def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
-        """Return the same orbit and direction, so described that all errors are others."""
-        orbits, moved, direction = self.orbits.shifted(z, tangent)
-        return type(self)(orbits, self.condition), moved, direction
-
-    def described_by(self, by: Discretisation) -> Self:
-        """Return the same in terms of another discretisation."""
-        return type(self)(self.orbits.described_by(by), self.condition)
+    def with_orbits(self, orbits: Orbits) -> Self:
+        """Return the same condition on other orbits."""
+        return type(self)(orbits, self.condition)
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return a guess whose phase is that of an orbit nearby."""

@@ -142,9 +142,6 @@ RESOLVED = 6.0
 """Radians that a vibration turns in an interval at most for polynomials to carry it: at Radau
 points they lose 0.4 percent of it there, at 4 radians 0.005 percent."""
 
-FAST = 64 * RESOLVED
-"""Radians a unit of phase beyond which vibrations are not resolved if they decay."""
-
 DECAYS = 3.0
 """Decay in a unit of phase, as an exponent, beyond which a vibration is stable for certain."""
 
@@ -178,19 +175,13 @@ def scheme_for(jacobians: Array, stages: int = STAGES) -> Scheme:
     values = np.linalg.eigvals(jacobians)
     turning, decays = np.abs(values.imag), -values.real > DECAYS
     density = float(turning[~decays].max(initial=0.0)) / RESOLVED
-    if density > DENSEST or not (decays & (turning > FAST)).any(axis=1).all():
+    if density > DENSEST or not (decays & (turning > 64 * RESOLVED)).any(axis=1).all():
         return Scheme(gauss_points(stages))
     return Scheme(radau_points(stages), density)
 
 
-LOOKS = 8
-"""Nodes at which vibrations are detected."""
-
 PHASES = 256
 """Phases at which the start of one cycle that lies nearest to another is searched."""
-
-CORRECTIONS = 4
-"""Newton steps from the nearest of them: each doubles the digits."""
 
 
 class Segments(Discretisation):
@@ -280,7 +271,7 @@ class Segments(Discretisation):
         moved = np.stack([np.interp(phases, grid, column) for column in closed.T], axis=-1)
         apart = self.apart(moved / self.scales, wanted / self.scales)
         later = float(tried[(apart**2).sum(axis=(1, 2)).argmin()])
-        for _ in range(CORRECTIONS):
+        for _ in range(4):  # each doubles the digits
             begun = self.states(nodes, constants, self.start + later)
             rates = self.rates(begun, constants)
             gap = -self.apart(begun / self.scales, wanted / self.scales)
@@ -350,7 +341,7 @@ class Segments(Discretisation):
 
         Shapes: nodes (m, n).
         """
-        some = np.linspace(0, self.segments - 1, LOOKS).astype(int)
+        some = np.linspace(0, self.segments - 1, 8).astype(int)
         found = self.flow.jacobians(nodes[some], self.start[some], constants)
         return scheme_for(found * self.ratios, stages)
 

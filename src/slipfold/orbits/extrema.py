@@ -54,9 +54,6 @@ BESIDE = 3
 ROUND = 1e-4
 """Share of the value by which samples beside a minimum may exceed it for the polynomial to do."""
 
-CORRECTIONS = 3
-"""Newton steps from the lowest sample to where its slope is zero."""
-
 JUMP = 1 / 8
 """Share of its range by which an output changes between samples where peaks may lie unseen."""
 
@@ -322,7 +319,7 @@ def _least_between(values: Array) -> Array:
     """Return the minima of polynomials through samples, (k, 2 BESIDE + 1) to (k,)."""
     least, bend, middle = values.min(axis=1), _bend(values), _middle(values)
     coefficients, places = values @ _FIT, _PLACES[middle].astype(float)
-    for _ in range(CORRECTIONS):
+    for _ in range(3):
         powers = places[:, None] ** _ORDERS
         slope = (coefficients[:, 1:] * _ORDERS[1:] * powers[:, :-1]).sum(axis=1)
         factors = _ORDERS[2:] * _ORDERS[1:-1]
@@ -338,9 +335,6 @@ def _least_between(values: Array) -> Array:
 SEEN = 256
 """Periods that are looked at of a motion that has not settled."""
 
-STICKING_SAMPLES = 1024
-"""Samples a period of a motion that sticks."""
-
 
 def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     """Find extrema over the orbit that a motion settled on, or else over its last periods.
@@ -351,7 +345,7 @@ def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     count = motion.steady_periods(1 if settlement.settled else SEEN)
     columns = [flow_of(motion.model).output_index(name) for name in names]
     if motion.sticking is not None:
-        values = motion.steady_outputs(count, STICKING_SAMPLES)[:, columns]
+        values = motion.steady_outputs(count, ZOOM * SAMPLES)[:, columns]
         return Extrema(tuple(names), values.min(axis=0)[None], values.max(axis=0)[None])
     model = motion.steady_model
     # A round of a cycle takes no whole number of intervals, so that it begins at the last state.

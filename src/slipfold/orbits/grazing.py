@@ -117,11 +117,6 @@ CLEAR = 0.5
 LEVEL = 1e-4
 """Share of its size that slip in the plane keeps at a touch."""
 
-GRID = 16
-"""Places in the window at which the least value is looked for first."""
-
-CORRECTIONS = 8
-
 EXACT = 1e-9
 """Change of the phase of the least value at which it is found: the value changes by its square."""
 
@@ -323,7 +318,7 @@ class GrazingShooting(MarginalShooting):
     def phase_of_event(self, nodes: Array, constants: Constants) -> float | None:
         """Return the phase in the window at which the event's function is smallest."""
         flow, begin = self.switched.of(self.met.mode), float(self.start[0])
-        phases = np.linspace(begin, self._beyond, GRID + 1)
+        phases = np.linspace(begin, self._beyond, PLACES // 4 + 1)
         states = flow.along(nodes, phases[None], constants)[0]
         rates = self._event_rates(states, phases, constants)
         crossed = np.flatnonzero((rates[:-1] < 0) & (rates[1:] >= 0))
@@ -332,7 +327,7 @@ class GrazingShooting(MarginalShooting):
         i = int(crossed[np.abs(phases[crossed] - self.met.phase).argmin()])
         (last, phase), (before, rate) = phases[i : i + 2].tolist(), rates[i : i + 2].tolist()
         low, high = last, phase
-        for _ in range(CORRECTIONS):  # by secants: the rate is as good as straight
+        for _ in range(8):  # by secants: the rate is as good as straight
             following = phase - rate * (phase - last) / (rate - before)
             last, before, phase = phase, rate, min(max(following, low), high)
             if abs(phase - last) < EXACT:

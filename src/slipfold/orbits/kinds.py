@@ -18,10 +18,6 @@ from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.test_functions import Degeneracy
 
-OTHER = 1.3
-"""Neighbouring states differ by this much more in scale where a result is computed anew: no power
-of two, so that all rounding differs."""
-
 
 class VectorField(Discretisation):
     """The rates of one state, per unit of time in scaled states, and their derivatives."""
@@ -35,7 +31,8 @@ class VectorField(Discretisation):
     ) -> tuple[VectorField, Array, Array]:
         """Return the same in other scales of the states, so that all rounding differs."""
         other = VectorField(self.model, self.free)
-        other.measure_in(self.scales * OTHER ** np.arange(len(self.scales)))
+        factors = 1.3 ** np.arange(len(self.scales))  # no powers of two, so that rounding differs
+        other.measure_in(self.scales * factors)
         return other, nodes, along
 
     def rates(self, nodes: Array, constants: Constants) -> Array:
@@ -116,12 +113,6 @@ class ForcedOrbits(Orbits):
         return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))
 
 
-PLANE = 2
-"""States of a model whose cycles have one multiplier of their own."""
-
-ALIGNMENTS = 3
-"""Corrections of a phase, each of which leaves the square of what was left before."""
-
 STANDING = 1e-9
 """A cycle whose nodes differ by less, in scaled states, is an equilibrium: it has no phase."""
 
@@ -181,7 +172,7 @@ class Cycles(Orbits):
 
     def log_multiplier(self, z: Array) -> float | None:
         """Return the logarithm of the only multiplier besides that of the flow, if it is known."""
-        if len(self.scales) != PLANE:
+        if len(self.scales) != 2:
             return None
         return self.by.divergence(self.nodes(z), self.constants(z))
 
@@ -219,7 +210,7 @@ class Cycles(Orbits):
         differences from one cycle to the next. Between aligned cycles lies no motion along the
         flow, to the third order of their distance.
         """
-        for _ in range(ALIGNMENTS):
+        for _ in range(3):  # each leaves the square of the last
             direction = self.flow_direction(0.5 * (guess + known))
             guess = guess - (direction @ (guess - known)) * direction
         return guess

@@ -54,9 +54,6 @@ SWEEPS = 60
 GAP = 100.0
 """Moduli this far apart are separated: what is left together loses two digits at most."""
 
-TINY = 1e-300
-"""Keeps logarithms finite."""
-
 SEPARATE = 1e-13
 """Invariant subspaces are told apart once the basis turns by no more than this."""
 
@@ -93,7 +90,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
             triangles.append(triangle)
         turn = start.T @ basis
         groups = _groups(turn)
-        growth = np.sum([np.log(np.abs(np.diag(item)) + TINY) for item in triangles], axis=0)
+        growth = np.sum([_logarithms(np.diag(item)) for item in triangles], axis=0)
         if all(np.ptp(growth[group]) < np.log(GAP) for group in groups):
             break
     values = [
@@ -103,7 +100,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
         for group in groups
     ]
     found = np.concatenate(values).astype(complex)
-    return found[np.lexsort((-found.imag, -np.round(np.log(np.abs(found) + TINY), 10)))]
+    return found[np.lexsort((-found.imag, -np.round(_logarithms(found), 10)))]
 
 
 def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
@@ -166,6 +163,10 @@ def multiplier_differences(values: Complex, others: Complex) -> Array:
         nearest = int(np.argmin(np.abs(np.array(rest) - _mean_near(value, values))))
         distances.append(abs(_mean_near(rest.pop(nearest), others) - _mean_near(value, values)))
     return np.array(distances)
+
+
+def _logarithms(values: Array | Complex) -> Array:
+    return np.asarray(np.log(np.abs(values) + np.finfo(float).tiny))
 
 
 def _dominant_first(product: Array) -> Array:

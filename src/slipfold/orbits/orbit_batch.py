@@ -33,19 +33,9 @@ ITERATIONS = 6
 EXACTLY = precision.TOLERANCE
 """Error of a step of the flow itself; a larger one may be made by explicit steps."""
 
-GROWTH = 2.0
-"""A correction this many times the one before means divergence."""
-
-LAST_CORRECTION = 1e-6
-"""A correction shorter than this is the last: as Newton's method squares it, what is left is below
-1e-10. The derivatives, taken before it, are good to about ten times its length."""
-
 TOGETHER = 512
 """Orbits whose limits are looked at together: enough to hide the cost of a call, few enough for the
 processor's cache."""
-
-LONGEST_CORRECTION = 0.5
-"""A correction this long, in scaled variables, leads to another branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,7 +232,7 @@ class OrbitBatch:
             moved[here] = np.sqrt((step * step).sum(axis=1))
             return step
 
-        rule = Rule(close, longest, GROWTH, iterations=ITERATIONS)
+        rule = Rule(close, longest, growth=2.0, iterations=ITERATIONS)
         z = correct_many(steps, guesses, rule).z
         z[~np.isfinite(condensed).all(axis=(1, 2))] = np.nan
         lost = ~np.isfinite(z).all(axis=1)
@@ -382,15 +372,16 @@ class OrbitBatch:
 
 
 def correct_orbits(
-    orbits: ForcedOrbits, guesses: Array, rows: Array, close: float = LAST_CORRECTION
+    orbits: ForcedOrbits, guesses: Array, rows: Array, close: float = 1e-6
 ) -> Corrected:
     """Find the orbits of one branch nearest guesses by the flow, each in the hyperplane through it.
 
+    A correction shorter than `close` is the last: Newton's method squares it.
     Shapes: guesses, rows (k, m n + 1).
     """
     some = np.zeros(len(guesses), dtype=np.int64)
     batch = OrbitBatch.of_branch(orbits)
-    return batch.correct(some, guesses, rows, close, LONGEST_CORRECTION)
+    return batch.correct(some, guesses, rows, close, 0.5)
 
 
 def orbits_from(model: Model, period: int, states: Array) -> list[Array | None]:

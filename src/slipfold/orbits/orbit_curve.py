@@ -74,9 +74,10 @@ class OrbitCurve(Curve[OrbitPoint]):
     def linearise(self, z: Array) -> Linearisation:
         """Return the defect with its derivatives."""
 
-    @abstractmethod
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
         """Return the same orbit and direction, so described that all errors are others."""
+        orbits, moved, direction = self.orbits.shifted(z, tangent)
+        return self.with_orbits(orbits), moved, direction
 
     @abstractmethod
     def tests(
@@ -87,9 +88,15 @@ class OrbitCurve(Curve[OrbitPoint]):
         Shapes: multipliers (n,).
         """
 
-    @abstractmethod
     def described_by(self, by: Discretisation) -> Self:
         """Return the same in terms of another discretisation."""
+        return self.with_orbits(self.orbits.described_by(by))
+
+    def with_orbits(self, orbits: Orbits) -> Self:
+        """Return the same condition on other orbits."""
+        other = copy(self)
+        other.orbits = orbits
+        return other
 
     def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
         """Return the last points on a mesh that fits the last one, None if its own does."""
