@@ -9,7 +9,7 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.explorer.views.study import study_view
-from slipfold.studies.cases import Rows
+from slipfold.studies.plan import Rows
 
 STUDY = {
     "model": "sliding",

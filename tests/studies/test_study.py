@@ -13,7 +13,7 @@ from slipfold.errors import InputError
 from slipfold.results import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan
-from slipfold.studies.task import Task, compute, versions
+from slipfold.studies.run import Task, compute, versions
 
 LISTED = {
     "model": "sliding",
@@ -76,7 +76,7 @@ def test_only_failed_cases_are_tried_again(tmp_path, monkeypatch):
     store = tmp_path / "listed.study"
     with monkeypatch.context() as patched:
         patched.setattr("slipfold.thresholds.loss.trace_response", _broken)
-        patched.setattr("slipfold.studies.work.threshold.first_doublings", _broken_together)
+        patched.setattr("slipfold.studies.works.first_doublings", _broken_together)
         found = sf.study(LISTED, store)
         assert "the computation broke down (it is broken)" in found.failures[0]
         assert "slipfold failed (KeyError" in found.failures[2]
@@ -218,5 +218,5 @@ def test_models_from_files_go_to_other_processes(tmp_path):
 
 
 def test_what_is_no_executor_is_refused():
-    with pytest.raises(InputError, match=r"executor = 0 is nothing that cases can run on"):
+    with pytest.raises(InputError, match=r"executor = 0 is not a valid executor"):
         sf.study(CHEAP, executor=0)

@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation.locate import CLOSE
-from slipfold.studies.work.response import Response
+from slipfold.studies.works import ResponseWork
 from slipfold.thresholds.batch import DOUBLING
 
 
@@ -57,7 +57,7 @@ def test_loci_with_their_points_of_codimension_two(tmp_path):
 def test_responses_of_many_cases_go_side_by_side():
     compute = {"what": "response", "vary": "Nd", "span": [0, 0.045], "largest_period": 1}
     speeds = np.linspace(0.5, 1.0, 16)
-    assert len(speeds) == Response.together_from
+    assert len(speeds) == ResponseWork.together_from
     found = study(compute, {"grid": {"Vd": speeds.tolist()}}, f=12.5)
     assert set(found.values["outcome"]) == {"PD", "stable"}
     for case in (0, 15):

@@ -32,7 +32,7 @@ KEEPING = frozenset(
         "slipfold.long_term.exponents.follow_exponents",
         "slipfold.long_term.search.search",
         "slipfold.studies.run.first_finished",
-        "slipfold.studies.task.compute",
+        "slipfold.studies.run.compute",
     }
 )
 """Functions that may be interrupted anywhere: what was finished before is kept. They are named, so

@@ -105,9 +105,8 @@ def study(
 
 def _check(case: str, workers: int, scheduler: str | None) -> None:
     """Print what a study is; a scheduler is not asked what it has."""
-    from slipfold.studies.cases import total
-    from slipfold.studies.estimate import estimate
-    from slipfold.studies.plan import read_plan
+    from slipfold.studies.plan import read_plan, total
+    from slipfold.studies.run import estimate
 
     plan = read_plan(case)
     count = total(plan.cases)

@@ -18,12 +18,10 @@ from slipfold.options import (
 from slipfold.progress import Observer
 from slipfold.results.records import provenance, structure_record
 from slipfold.results.study import StudyResult, study_result
-from slipfold.studies.cases import digest, total
-from slipfold.studies.executors import open_place
-from slipfold.studies.plan import Plan, read_plan
-from slipfold.studies.run import run_cases
+from slipfold.studies.executors import open_executor
+from slipfold.studies.plan import Plan, digest, read_plan, total
+from slipfold.studies.run import run_cases, versions
 from slipfold.studies.store import Store
-from slipfold.studies.task import versions
 
 
 @documented
@@ -76,8 +74,8 @@ def study(
         stopped = False
         try:
             if retry_failed or kept.done < kept.total:
-                with open_place(executor) as place:
-                    run_cases(plan, kept, place, observer, retry_failed)
+                with open_executor(executor) as opened:
+                    run_cases(plan, kept, opened, observer, retry_failed)
         except KeyboardInterrupt:
             stopped = True  # what is finished is in the store
         return study_result(plan, kept.records(), provenance(), stopped, kept.damaged)

@@ -36,8 +36,8 @@ from slipfold.plots.style import (
 from slipfold.results.attractors import PHASE, Basins, in_words
 from slipfold.results.study import StudyResult
 from slipfold.results.trajectories import RegimeMap
-from slipfold.studies.cases import Grid
-from slipfold.studies.work.work import Quantity
+from slipfold.studies.plan import Grid
+from slipfold.studies.works import Quantity
 from slipfold.text.one_line import headed
 from slipfold.thresholds.search import INTERRUPTED
 from slipfold.thresholds.threshold_map import GridThresholds

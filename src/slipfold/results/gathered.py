@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.results.fields import REAL, TEXT, WHOLE, Kind
-from slipfold.studies.work.work import Quantity
+from slipfold.studies.works import Quantity
 
 KINDS: dict[str, Kind] = {"real": REAL, "whole": WHOLE, "text": TEXT}
 

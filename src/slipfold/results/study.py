@@ -20,11 +20,9 @@ from slipfold.results.gathered import KINDS, Gathered, type_of
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
-from slipfold.studies.cases import Cases, Grid, Rows, total
-from slipfold.studies.plan import Plan
-from slipfold.studies.task import Record
-from slipfold.studies.work.kinds import WORK
-from slipfold.studies.work.work import Quantity, Work
+from slipfold.studies.plan import Cases, Grid, Plan, Rows, total
+from slipfold.studies.store import Record
+from slipfold.studies.works import WORK, Quantity, Work
 from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable
 

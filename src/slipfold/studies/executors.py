@@ -2,55 +2,66 @@
 
 from __future__ import annotations
 
+import logging
+import math
 import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
-from multiprocessing import get_context
+from contextlib import contextmanager, suppress
+from functools import partial
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
+from time import monotonic
 from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.threads import cores, take_one_thread
 
+PATIENCE = 10.0
+"""Seconds in which a scheduler has to answer."""
 
-class Place:
-    """An executor with what the protocol does not tell: how many tasks it takes at once."""
+LOGGERS = ("distributed", "distributed.client", "tornado.application")
+"""Loggers of Dask with handlers of their own, which write tracebacks where a connection ends."""
+
+ASKED_AFTER = 2.0
+"""Seconds between questions how many workers there are."""
+
+
+class OpenExecutor:
+    """An executor, its name, and the number of tasks that keep it busy."""
 
     def __init__(self, executor: Executor, slots: Callable[[], int], name: str) -> None:
         self.executor, self.slots, self.name = executor, slots, name
 
 
 @contextmanager
-def open_place(given: Executor | int | str | None) -> Iterator[Place]:
+def open_executor(given: Executor | int | str | None) -> Iterator[OpenExecutor]:
     """Open what tasks run on: None is this process, a number so many, a text a scheduler."""
     if given is None:
-        yield Place(_Here(), lambda: 1, "this process")
+        yield OpenExecutor(_ThisProcess(), lambda: 1, "this process")
     elif isinstance(given, str):
-        from slipfold.studies.cluster import connected
-
         with connected(given) as (executor, slots):
-            yield Place(executor, slots, f"the cluster at {given}")
+            yield OpenExecutor(executor, slots, f"the cluster at {given}")
     elif isinstance(given, Executor):
         count = getattr(given, "_max_workers", None) or cores()
-        yield Place(given, lambda: 2 * count, type(given).__name__)
+        yield OpenExecutor(given, lambda: 2 * count, type(given).__name__)
     elif type(given) is int and given >= 1:
         pool = _Processes(given)
         try:
-            yield Place(pool, lambda: 2 * given, f"{given} processes")
+            yield OpenExecutor(pool, lambda: 2 * given, f"{given} processes")
         finally:
             pool.shutdown()
     else:
         raise InputError(
-            f"executor = {given!r} is nothing that cases can run on; give a number of processes, "
+            f"executor = {given!r} is not a valid executor; give a number of processes, "
             "the address of a scheduler such as tcp://127.0.0.1:8786, or an executor of "
             "concurrent.futures"
         )
 
 
-class _Here(Executor):
+class _ThisProcess(Executor):
     """The process itself: a task is done when it has been submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -79,7 +90,8 @@ class _Processes(Executor):
             except BrokenExecutor:
                 self.shutdown()
         self._pool = self._begin()
-        return self._pool.submit(fn, *args, **kwargs)
+        with _interrupts_blocked():
+            return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes at once, whatever they are doing."""
@@ -97,6 +109,21 @@ class _Processes(Executor):
         return ProcessPoolExecutor(self._count, context, _begin_worker, (held,))
 
 
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C for processes that start now: it could end them before they can ignore it."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    # It unblocks the signal itself when it starts, so it has to be there before.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin_worker(leash: Connection) -> None:
     """Leave signals to the process in charge; end when that lets go of the leash, or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -108,3 +135,87 @@ def _begin_worker(leash: Connection) -> None:
         os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
+
+
+@contextmanager
+def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
+    """Connect to a scheduler; tell how many tasks its workers take at the moment."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError(
+            "studies on a cluster need the packages of the extra 'cluster'; install them with "
+            "pip install 'slipfold[cluster]'"
+        ) from None
+    connect: Any = Client
+    with _unlogged():  # what goes wrong reaches the study, which says it in a sentence
+        try:
+            client: Any = connect(address, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"no scheduler answers at {address} ({error}); start one with dask scheduler, or "
+                "give another address"
+            ) from None
+
+        with client, client.get_executor(pure=False) as executor:
+            yield _Unread(executor), _Slots(client)
+
+
+@contextmanager
+def _unlogged() -> Iterator[None]:
+    """Keep Dask from logging to standard error."""
+    levels = {name: logging.getLogger(name).level for name in LOGGERS}
+    try:
+        for name in levels:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for name, level in levels.items():
+            logging.getLogger(name).setLevel(level)
+
+
+class _Unread(Executor):
+    """Tasks that are read only where they are done, as a task's first step.
+
+    What a worker lacks is then an error of the task, which reaches the study. A worker that Dask
+    has read a task it cannot read ends, and gets its tasks again when it comes back, for ever.
+    """
+
+    def __init__(self, executor: Executor) -> None:
+        self._executor = executor
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Send what, when it is read, has been done."""
+        # As Dask writes it: what a script defines itself goes along.
+        from distributed.protocol import pickle
+
+        written: Any = pickle
+        call = _Call(partial(fn, *args, **kwargs))
+        return self._executor.submit(written.loads, written.dumps(call))
+
+
+class _Call:
+    """A call that is made when it is unpickled: what is read is what it returns."""
+
+    def __init__(self, call: Callable[[], Any]) -> None:
+        self._call = call
+
+    def __reduce__(self) -> tuple[Callable[[], Any], tuple[()]]:
+        return self._call, ()
+
+
+class _Slots:
+    """How many tasks keep all workers busy; workers come and go."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._asked, self._count = -math.inf, 2
+
+    def __call__(self) -> int:
+        """Return how many; the scheduler is not asked all the time."""
+        if monotonic() - self._asked > ASKED_AFTER:
+            # A scheduler that is gone tells by cancelling what it had.
+            with suppress(OSError):
+                self._count = 2 * max(1, sum(self._client.nthreads().values()))
+            self._asked = monotonic()
+        return self._count

@@ -2,21 +2,42 @@
 
 from __future__ import annotations
 
+import platform
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
+from itertools import islice
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress, duration_text
-from slipfold.studies.executors import Place
-from slipfold.studies.grouping import Groups
-from slipfold.studies.plan import Plan
-from slipfold.studies.store import Store
-from slipfold.studies.task import Done, Record, Task, compute, failure, versions
+from slipfold.studies.executors import OpenExecutor
+from slipfold.studies.plan import Plan, total
+from slipfold.studies.store import Record, Store
+from slipfold.studies.works import Findings, Work
+from slipfold.version import package_version
+
+AIM = 0.25
+"""Seconds that are aimed at: what is lost when a process is killed."""
+
+LARGEST = 4096
+"""Cases of the largest task."""
+
+GROWTH = 4
+"""Factor by which tasks grow at most: the first cases also compile."""
+
+MOST = 6
+"""Cases tried at most, spread over all of them."""
+
+ENOUGH = 2.0
+"""Seconds after which no other case is tried."""
 
 ATTEMPTS = 3
 """How often a process may die with the same cases before it is their fault."""
@@ -24,6 +45,125 @@ ATTEMPTS = 3
 
 LOOK_UP = 0.2
 """Seconds after which a wait is begun anew."""
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Cases to compute, with all that takes."""
+
+    model: Model
+    work: Work
+    names: tuple[str, ...]  # of the parameters that differ
+    numbers: tuple[int, ...]
+    values: NDArray[np.float64]  # of those parameters, shape (n_cases, n_names)
+    versions: dict[str, str]  # of the programs of whoever wants it
+    # Whether cases go side by side, as far as they can: a matter of the study, not of the task,
+    # since the last digits differ
+    together: bool = True
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a task came to."""
+
+    records: tuple[Record, ...]
+    seconds: float
+
+
+def compute(task: Task) -> Done:
+    """Compute every case of a task; one that fails says why."""
+    if versions() != task.versions:
+        told = ", ".join(f"{name} {version}" for name, version in versions().items())
+        wanted = ", ".join(f"{name} {version}" for name, version in task.versions.items())
+        raise InputError(
+            f"a worker has {told}, but the study was begun with {wanted}, and last digits would "
+            "differ; install the same versions everywhere"
+        )
+    started = perf_counter()
+    cases = [dict(zip(task.names, row, strict=True)) for row in task.values.tolist()]
+    known = _together(task, cases) if task.together else {}
+    records = tuple(
+        _record(task, number, given, known.get(place))
+        for place, (number, given) in enumerate(zip(task.numbers, cases, strict=True))
+    )
+    return Done(records, perf_counter() - started)
+
+
+def _together(task: Task, cases: Sequence[dict[str, float]]) -> dict[int, Findings]:
+    """Return what is found of cases side by side, by their places; the others go by themselves."""
+    models = dict[int, Model]()
+    for place, given in enumerate(cases):
+        with suppress(InputError):  # said of the case when its turn comes
+            models[place] = task.model.replace(**given)
+    try:
+        found = task.work.together(list(models.values())) if models else []
+    except Exception:  # whichever case it is, by itself it says so
+        return {}
+    return {place: item for place, item in zip(models, found, strict=True) if item is not None}
+
+
+def _record(
+    task: Task, number: int, given: dict[str, float], found: Findings | None = None
+) -> Record:
+    try:
+        found = found or task.work.of(task.model.replace(**given))
+    except InputError as error:
+        return failure(number, given, str(error))
+    except BREAKDOWNS as error:
+        return failure(number, given, breakdown(error))
+    # A defect of the program that one case lays bare is to be reported, and stops no others.
+    except Exception as error:
+        return failure(number, given, f"slipfold failed ({type(error).__name__}: {error})")
+    record: Record = {"case": number, "found": found.values}
+    return record | {"listed": list(found.listed)} if found.listed else record
+
+
+def failure(number: int, given: dict[str, float], reason: str) -> Record:
+    """Return what is kept of a case that failed."""
+    return {"case": number, "failed": reason, "given": given}
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return the versions of whatever last digits depend on."""
+    import heyoka
+    import numpy
+    import scipy
+
+    return {
+        "slipfold": package_version(),
+        "heyoka": heyoka.__version__,
+        "numpy": numpy.__version__,
+        "scipy": scipy.__version__,
+        "python": platform.python_version(),
+    }
+
+
+class Groups:
+    """Numbers of cases in their order, cut into groups as it becomes known how long cases take.
+
+    Groups have at least so many.
+
+    >>> groups = Groups(range(10))
+    >>> groups.next(), groups.next()
+    ((0,), (1,))
+    >>> groups.learn(1, 0.08)
+    >>> groups.next()
+    (2, 3, 4)
+    """
+
+    def __init__(self, numbers: Iterable[int], least: int = 1) -> None:
+        self._numbers = iter(numbers)
+        self._least = self.size = least
+
+    def next(self) -> tuple[int, ...]:
+        """Return the next group; an empty one at the end."""
+        return tuple(islice(self._numbers, self.size))
+
+    def learn(self, count: int, seconds: float) -> None:
+        """Take note of how long a group took."""
+        wanted = int(AIM * count / max(seconds, 1e-9))
+        self.size = max(self._least, min(wanted, GROWTH * self.size, LARGEST))
 
 
 @dataclass(frozen=True)
@@ -44,12 +184,12 @@ class _Group:
 def run_cases(
     plan: Plan,
     store: Store,
-    place: Place,
+    executor: OpenExecutor,
     observer: Observer | None = None,
     retry_failed: bool = False,
 ) -> None:
     """Compute the cases that a store lacks; KeyboardInterrupt if it was stopped before that."""
-    _Run(plan, store, place, observer).run(retry_failed)
+    _Run(plan, store, executor, observer).run(retry_failed)
 
 
 def first_finished(
@@ -69,8 +209,11 @@ def first_finished(
 class _Run:
     """Cases on their way."""
 
-    def __init__(self, plan: Plan, store: Store, place: Place, observer: Observer | None) -> None:
-        self._plan, self._store, self._place, self._observer = plan, store, place, observer
+    def __init__(
+        self, plan: Plan, store: Store, executor: OpenExecutor, observer: Observer | None
+    ) -> None:
+        self._plan, self._store, self._observer = plan, store, observer
+        self._executor = executor
         self._flying: dict[Future[Done], _Group] = {}
         self._alone: deque[_Group] = deque()  # one of these killed a process
         self._together = store.total >= plan.work.together_from
@@ -86,7 +229,7 @@ class _Run:
         try:
             self._tell()
             while self._send():
-                self._keep(first_finished(self._flying, self._place.slots))
+                self._keep(first_finished(self._flying, self._executor.slots))
                 self._tell()
         except KeyboardInterrupt:
             self._keep_finished()
@@ -94,7 +237,7 @@ class _Run:
                 raise
         except (BrokenExecutor, CancelledError):  # somebody else's, which is not begun anew
             self._keep_finished()
-            raise InputError(f"{self._place.name} is gone; {self._store.prospect()}") from None
+            raise InputError(f"{self._executor.name} is gone; {self._store.prospect()}") from None
         finally:
             for future in self._flying:
                 future.cancel()
@@ -130,7 +273,7 @@ class _Run:
             if not self._flying:
                 self._submit(self._alone.popleft())
             return True
-        while len(self._flying) < self._place.slots():
+        while len(self._flying) < self._executor.slots():
             numbers = self._groups.next()
             if not numbers:
                 break
@@ -142,7 +285,7 @@ class _Run:
         values = plan.cases.values(np.array(group.numbers))
         names, together = plan.cases.names, self._together
         task = Task(plan.model, plan.work, names, group.numbers, values, versions(), together)
-        self._flying[self._place.executor.submit(compute, task)] = group
+        self._flying[self._executor.executor.submit(compute, task)] = group
 
     def _taken(self, future: Future[Done], group: _Group) -> Sequence[Record]:
         """Return what a task came to."""
@@ -155,7 +298,7 @@ class _Run:
             missing = error if isinstance(error, ModuleNotFoundError) else error.__cause__
             if isinstance(missing, ModuleNotFoundError):
                 raise InputError(
-                    f"{self._place.name} lacks what a study needs ({missing}); install the same "
+                    f"{self._executor.name} lacks what a study needs ({missing}); install the same "
                     "versions of slipfold and its packages everywhere"
                 ) from error
             if type(error).__name__ != "KilledWorker":  # of Dask, which may not be installed
@@ -189,3 +332,33 @@ class _Run:
             text += f"  {rate:.3g} a second  {duration_text(remaining)} to go"
             values |= {"rate": rate, "remaining": remaining}
         self._observer(Progress("cases", done, total, text, values))
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a few cases took, in one process, after the first one: that compiles, too."""
+
+    tried: int
+    seconds: float  # a case
+    failures: tuple[str, ...]  # why some of them failed
+    beside: bool  # whether cases of the study go side by side, which takes less
+
+
+def estimate(plan: Plan) -> Estimate:
+    """Compute a few cases, and keep nothing but the time they take."""
+    count = total(plan.cases)
+    begun = perf_counter()
+    times: list[float] = []
+    failures: list[str] = []
+    for number in np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(int)).tolist():
+        values = plan.cases.values(np.array([number]))
+        names, alone = plan.cases.names, plan.work.together_from > 1
+        task = Task(plan.model, plan.work, names, (number,), values, versions(), not alone)
+        done = compute(task)
+        times.append(done.seconds)
+        failures += [record["failed"] for record in done.records if "failed" in record]
+        if len(times) > 1 and perf_counter() - begun > ENOUGH:
+            break
+    able = type(plan.work).together is not Work.together
+    beside = able and count >= max(plan.work.together_from, 2)
+    return Estimate(len(times), float(np.mean(times[1:] or times)), tuple(failures), beside)

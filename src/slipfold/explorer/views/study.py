@@ -10,7 +10,7 @@ from slipfold.errors import InputError
 from slipfold.explorer.views.labels import axis_of
 from slipfold.explorer.views.numbers import number
 from slipfold.results.study import StudyResult
-from slipfold.studies.cases import Grid
+from slipfold.studies.plan import Grid
 
 MOST = 20_000
 """Cases that a browser draws and searches without delay."""

@@ -1,1 +1,0 @@
-"""What a study computes of every case: one kind of computation a file."""

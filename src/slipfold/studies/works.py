@@ -1,0 +1,535 @@
+"""What a study computes of every case: a model becomes a few numbers."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from slipfold.branches.abreast.responses import (
+    FEWEST,
+    TOGETHER,
+    FollowedResponse,
+    responses_abreast,
+)
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.errors import InputError
+from slipfold.flow.simulate import initial_state
+from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
+from slipfold.loci.window import measured_across
+from slipfold.long_term.box import Box, box_around, checked_box
+from slipfold.long_term.exponents import find_exponents
+from slipfold.long_term.search import ENDED, UNDECIDED, search
+from slipfold.models.followed import check_followed
+from slipfold.models.model import Model
+from slipfold.models.output import Output
+from slipfold.models.parameter import DURATION, State
+from slipfold.models.quantity import parse_quantity
+from slipfold.options import ExponentPeriods, Periods, SearchPeriods, Seed, Starts
+from slipfold.orbits.extrema import steady_extrema
+from slipfold.thresholds.batch import first_doublings
+from slipfold.thresholds.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
+
+Value = float | int | str | None
+"""A number or a word; None where there is none."""
+
+Span = tuple[float | str, float | str]
+
+Start = dict[str, float | str]
+"""Some states by name."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is found of every case under a name."""
+
+    name: str
+    kind: Literal["real", "whole", "text"]
+    meaning: str
+    unit: str = ""
+    none: int | None = None  # the whole number that stands for none
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found of one case."""
+
+    values: dict[str, Value]  # by the names of the quantities
+    listed: tuple[dict[str, Value], ...] = ()  # special points or the like: any number of them
+
+
+class Work(BaseModel):
+    """Something to compute of every case; a subclass has its options as fields."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    listed: ClassVar[str] = "special"
+    """What the things are called of which a case may have any number."""
+
+    together_from: ClassVar[int] = 1
+    """Cases of a study from which on they are computed side by side, as far as they can be."""
+
+    side_by_side: ClassVar[int] = 1
+    """Cases of a group then, at least: of fewer each takes longer."""
+
+    what: str
+
+    def varied(self) -> Collection[str]:
+        """Return the parameters that this varies itself, so that cases cannot set them."""
+        return ()
+
+    @abstractmethod
+    def checked(self, model: Model) -> Self:
+        """Return it with all values in SI units; raise where the model cannot do it."""
+
+    @abstractmethod
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is found of every case."""
+
+    def lists(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is said of each thing of which a case may have any number."""
+        return ()
+
+    @abstractmethod
+    def of(self, model: Model) -> Findings:
+        """Compute it for one case."""
+
+    def together(self, models: Sequence[Model]) -> list[Findings | None]:
+        """Compute what can be computed of several cases side by side; None of all others.
+
+        What is found of a case must not depend on which others are beside it.
+        """
+        return [None] * len(models)
+
+    def record(self) -> dict[str, Any]:
+        """Return it as plain data, from which it can be made again."""
+        return self.model_dump(mode="json")
+
+
+def parsed_span(model: Model, name: str, span: Span) -> tuple[float, float]:
+    """Return the ends of a span in which orbits are followed, in SI units."""
+    check_followed(model)
+    parameter = model.variable_parameter(name)
+    first, last = (parameter.check(parse_quantity(end, parameter.unit, name)) for end in span)
+    if first == last:
+        raise InputError(f"the span of {name} is empty; give two different values")
+    return first, last
+
+
+def parsed_start(model: Model, start: Start) -> dict[str, float]:
+    """Return starting states in their units."""
+    units = {state.name: state.unit for state in model.states}
+    parsed = {
+        name: parse_quantity(value, units.get(name, ""), name) for name, value in start.items()
+    }
+    initial_state(model, parsed)  # complains of a state that there is not
+    return parsed
+
+
+class LossWork(Work):
+    """What tells of the first loss of stability of a response over a parameter."""
+
+    vary: str
+    span: Span
+
+    def varied(self) -> Collection[str]:
+        """Return the parameter followed."""
+        return (self.vary,)
+
+    def checked(self, model: Model) -> Self:
+        """Return it with the span in SI units."""
+        return self.model_copy(update={"span": parsed_span(model, self.vary, self.span)})
+
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is said of the loss, as `Loss.values` has it."""
+        return (
+            Quantity("threshold", "real", f"{self.vary} where the response first loses its "
+                     "stability", model.parameter(self.vary).unit),
+            Quantity("outcome", "text", "bifurcation by which it is lost; else stable, unstable "
+                     "from the start, or how a stable response ends"),
+            Quantity("reason", "text", "why there is no threshold"),
+        )  # fmt: skip
+
+
+class ResponseWork(LossWork):
+    """Every branch of the response; where it loses its stability, and all special points."""
+
+    together_from: ClassVar[int] = FEWEST
+    side_by_side: ClassVar[int] = TOGETHER
+
+    what: Literal["response"]
+    largest_period: int = Field(Settings().largest_period, ge=1)
+
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is found of every case."""
+        return (
+            *super().quantities(model),
+            Quantity("branches", "whole", "number of branches"),
+            Quantity("given_up", "whole", "number of branches that could not be followed"),
+        )
+
+    def lists(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is said of each special point."""
+        unit = model.parameter(self.vary).unit
+        return (
+            Quantity("type", "text", "type of special point"),
+            Quantity("branch", "whole", "number of its branch, from 1"),
+            Quantity("period", "whole", "in forcing periods"),
+            Quantity("value", "real", f"{self.vary} there", unit),
+            Quantity("uncertainty", "real", "computed uncertainty of the value", unit),
+            Quantity("criticality", "text", "supercritical, subcritical, or empty"),
+            Quantity("coefficient", "real", "of the normal form"),
+        )
+
+    def of(self, model: Model) -> Findings:
+        """Follow the response."""
+        check_followed(model)
+        first, last = self.span
+        settings = Settings(largest_period=self.largest_period)
+        span = (float(first), float(last))
+        branches = trace_response(model, self.vary, span, settings=settings, through_stick=True)
+        if any(branch.interrupted for branch in branches):
+            raise KeyboardInterrupt
+        found = first_loss(branches[0], float(first))
+        given_up = sum(branch.failed for branch in branches)
+        return _findings(found, [branch.special for branch in branches], given_up)
+
+    def together(self, models: Sequence[Model]) -> list[Findings | None]:
+        """Follow responses side by side, as far as nothing on them is out of the ordinary."""
+        span = (float(self.span[0]), float(self.span[1]))
+        settings = Settings(largest_period=self.largest_period)
+        followed = responses_abreast(models, self.vary, span, settings)
+        return [None if item is None else self._found(item) for item in followed]
+
+    def _found(self, response: FollowedResponse) -> Findings | None:
+        loss = response.loss
+        if not response.branches[0].stable:
+            told = unstable_from(self.vary, float(self.span[0]))
+        elif loss is None:
+            if response.branches[0].ends != "span":  # where a limit lies is not known
+                return None
+            last = float(self.span[1])
+            reason = f"reached the end of the span at {self.vary} = {last:g}"
+            told = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
+        else:
+            told = Loss(float(loss.value), loss.type, "")
+        return _findings(told, [branch.special for branch in response.branches], 0)
+
+
+def _findings(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> Findings:
+    """Return what is kept of a response: special points are given by branch."""
+    values = {**loss.values(), "branches": len(special), "given_up": given_up}
+    listed = tuple(
+        {
+            "type": point.type,
+            "branch": number,
+            "period": point.period,
+            "value": float(point.value),
+            "uncertainty": float(point.uncertainty),
+            "criticality": point.criticality,
+            "coefficient": None if point.coefficient is None else float(point.coefficient),
+        }
+        for number, points in enumerate(special, 1)
+        for point in points
+    )
+    return Findings(values, listed)
+
+
+class ThresholdWork(LossWork):
+    """Where the response of period 1 first loses its stability, and by what."""
+
+    what: Literal["threshold"]
+
+    def together(self, models: Sequence[Model]) -> list[Findings | None]:
+        """Find first period doublings side by side."""
+        first, last = float(self.span[0]), float(self.span[1])
+        found = first_doublings(models, self.vary, (first, last)).tolist()
+        return [
+            None if math.isnan(value) else Findings(Loss(value, "PD", "").values())
+            for value in found
+        ]
+
+    def of(self, model: Model) -> Findings:
+        """Follow the response until it meets a bifurcation."""
+        check_followed(model)
+        first, last = float(self.span[0]), float(self.span[1])
+        branch = followed_to_loss(model, self.vary, (first, last), through_stick=True)
+        return Findings(first_loss(branch, first).values())
+
+
+class LocusWork(Work):
+    """Loci of some types in a window: how far they reach, and their points of codimension two."""
+
+    what: Literal["locus"]
+    types: tuple[str, ...] = ("PD",)
+    periods: tuple[int, ...] = (1,)
+    window: dict[str, Span]
+
+    def varied(self) -> Collection[str]:
+        """Return the two parameters of the window."""
+        return tuple(self.window)
+
+    def checked(self, model: Model) -> Self:
+        """Return it with the window in SI units."""
+        if len(self.window) != 2:
+            raise InputError(
+                f"compute.window names {', '.join(self.window) or 'nothing'}; give the spans of "
+                "two parameters, e.g. {f = [11.5, 13.5], Nd = [0, 0.98]}"
+            )
+        check_asked(model, self.types, self.periods)
+        spans = {name: parsed_span(model, name, span) for name, span in self.window.items()}
+        return self.model_copy(update={"window": spans})
+
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is found of every case."""
+        ends = [
+            Quantity(f"{which}_{name}", "real", f"{which} {name} of any locus",
+                     model.parameter(name).unit)
+            for name in self.window
+            for which in ("least", "largest")
+        ]  # fmt: skip
+        return (Quantity("loci", "whole", "number of loci"), *ends)
+
+    def lists(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is said of each point of codimension two."""
+        return (
+            Quantity("type", "text", "type of special point"),
+            Quantity("locus", "whole", "number of its locus, from 1"),
+            Quantity("locus_type", "text", "type of its locus"),
+            Quantity("period", "whole", "in forcing periods"),
+            *(
+                Quantity(name, "real", f"{name} there", model.parameter(name).unit)
+                for name in self.window
+            ),
+        )
+
+    def of(self, model: Model) -> Findings:
+        """Follow the loci."""
+        first, second = self.window
+        spans = tuple((float(low), float(high)) for low, high in self.window.values())
+        plane, window = (first, second), (spans[0], spans[1])
+        corner = model.replace(**{first: window[0][0], second: window[1][0]})
+        found = find_bifurcation_set(
+            measured_across(corner, plane, window),
+            plane,
+            window,
+            types=self.types,
+            periods=self.periods,
+            regions=False,
+        )
+        if found.interrupted:
+            raise KeyboardInterrupt
+        values: dict[str, Value] = {"loci": len(found.loci)}
+        for place, name in enumerate(plane):
+            along = [item.values[:, place] for item in found.loci if len(item.values)]
+            values[f"least_{name}"] = float(min(map(min, along))) if along else None
+            values[f"largest_{name}"] = float(max(map(max, along))) if along else None
+        listed: tuple[dict[str, Value], ...] = tuple(
+            {
+                "type": point.type,
+                "locus": item.id,
+                "locus_type": item.type,
+                "period": item.period,
+                **dict(zip(plane, map(float, point.values), strict=True)),
+            }
+            for item in found.loci
+            for point in item.special
+        )
+        return Findings(values, listed)
+
+
+class SimulationWork(Work):
+    """A motion from one state: whether it settles, on what period, its last state, its extrema."""
+
+    what: Literal["simulation"]
+    periods: Periods = None
+    start: Start = Field(default_factory=dict)
+    tolerance: float = Field(1e-9, gt=0)
+
+    def checked(self, model: Model) -> Self:
+        """Return it with the starting states in SI units."""
+        return self.model_copy(update={"start": parsed_start(model, self.start)})
+
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is found of every case."""
+        return (
+            Quantity("settled", "whole", "1 if the motion has settled, else 0"),
+            Quantity("period", "whole", "period of what it settled on; 0 if it has not", none=0),
+            Quantity("duration", "real", "seconds that one round of a cycle takes", "s"),
+            Quantity("time", "real", "seconds of the motion", "s"),
+            Quantity("reason", "text", "why the motion ended early"),
+            *(
+                Quantity(f"last_{state.name}", "real", f"last strobe state: {state.doc}",
+                         state.unit)
+                for state in model.states
+            ),
+            *(
+                Quantity(f"{measure}_{item.name}", "real",
+                         f"{measure} {item.name} over what it settled on, else its last periods",
+                         item.unit)
+                for item in _outputs(model)
+                for measure in ("min", "max")
+            ),
+        )  # fmt: skip
+
+    def of(self, model: Model) -> Findings:
+        """Integrate the motion."""
+        found = simulate_smooth_or_switched(
+            model, self.periods, parsed_start(model, self.start) or None, tolerance=self.tolerance
+        )
+        settlement, stopped = found.settlement, found.stopped
+        values: dict[str, Value] = {
+            "settled": int(settlement.settled),
+            "period": settlement.period,
+            "duration": settlement.duration,
+            "time": float(found.duration),
+            "reason": "" if stopped is None else stopped.reason,
+        }
+        for state, value in zip(model.states, found.strobe[-1], strict=True):
+            values[f"last_{state.name}"] = float(value) if np.isfinite(value) else None
+        names = [item.name for item in _outputs(model)]
+        low = high = np.full(len(names), np.nan)  # what ended early lasts no more
+        if stopped is None:
+            extrema = steady_extrema(found, names)
+            (low,), (high,) = extrema.minimum, extrema.maximum
+        for name, least, most in zip(names, low.tolist(), high.tolist(), strict=True):
+            values[f"min_{name}"] = least if np.isfinite(least) else None
+            values[f"max_{name}"] = most if np.isfinite(most) else None
+        return Findings(values)
+
+
+def _outputs(model: Model) -> tuple[State | Output, ...]:
+    return (*model.states, *model.outputs())
+
+
+class LyapunovWork(Work):
+    """How fast perturbations of a motion grow; whether it is periodic, a torus or chaos."""
+
+    what: Literal["lyapunov"]
+    periods: ExponentPeriods = None
+    start: Start = Field(default_factory=dict)
+    tolerance: float = Field(1e-8, gt=0)
+
+    def checked(self, model: Model) -> Self:
+        """Return it with the starting states in SI units."""
+        return self.model_copy(update={"start": parsed_start(model, self.start)})
+
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is found of every case."""
+        unit = "1/forcing period" if model.forced else "1/s"
+        numbers = range(1, len(model.states) + 1)
+        return (
+            Quantity("verdict", "text", "periodic, torus, chaos, equilibrium or undecided"),
+            Quantity("period", "whole", "of a periodic motion, in forcing periods; else 0", none=0),
+            *(Quantity(f"exponent_{k}", "real", "Lyapunov exponent", unit) for k in numbers),
+            *(Quantity(f"error_{k}", "real", f"error of exponent {k}", unit) for k in numbers),
+        )
+
+    def of(self, model: Model) -> Findings:
+        """Follow the motion and its perturbations."""
+        start = initial_state(model, parsed_start(model, self.start))
+        found = find_exponents(model, start, self.periods, self.tolerance)
+        if found.interrupted:
+            raise KeyboardInterrupt
+        unit = 1.0 if model.forced else float(found.model.values[DURATION.name])
+        last = found.estimates[-1]
+        values: dict[str, Value] = {
+            "verdict": found.verdict.kind,
+            "period": found.verdict.period,
+        }
+        for number, (exponent, error) in enumerate(
+            zip(last.exponents / unit, last.errors / unit, strict=True), 1
+        ):
+            values[f"exponent_{number}"] = float(exponent)
+            values[f"error_{number}"] = float(error)
+        return Findings(values)
+
+
+PERIODS = (1, 2)
+"""Periods whose shares have names of their own."""
+
+KINDS = ("torus", "chaos", "cycle", "equilibrium")
+
+
+class AttractorsWork(Work):
+    """All attractors that motions from a box of starts come to; the shares of their basins."""
+
+    listed: ClassVar[str] = "attractor"
+
+    what: Literal["attractors"]
+    box: dict[str, Span] = Field(default_factory=dict)
+    starts: Starts = 256
+    seed: Seed = 0
+    periods: SearchPeriods = None
+
+    def checked(self, model: Model) -> Self:
+        """Return it unchanged if the model has such a box."""
+        if self.box:
+            checked_box(model, self.box)
+        return self
+
+    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is found of every case."""
+        shares = {f"period_{period}": f"responses of period {period}" for period in PERIODS}
+        shares |= {"longer": "responses of other periods"}
+        shares |= {kind: f"attractors that are: {kind}" for kind in KINDS}
+        shares |= {"ended": "nothing, as they ended at a limit", "undecided": "nothing known"}
+        return (
+            Quantity("attractors", "whole", "number of attractors"),
+            *(
+                Quantity(f"share_{name}", "real", f"share of the starts that come to {meaning}")
+                for name, meaning in shares.items()
+            ),
+        )
+
+    def lists(self, model: Model) -> tuple[Quantity, ...]:
+        """Return what is said of each attractor."""
+        return (
+            Quantity("kind", "text", "periodic, torus, chaos, cycle or equilibrium"),
+            Quantity("period", "whole", "in forcing periods; 0 where nothing repeats with them"),
+            Quantity("share", "real", "share of the starts that come to it"),
+            *(
+                Quantity(f"state_{state.name}", "real", f"a state on it: {state.doc}", state.unit)
+                for state in model.states
+            ),
+        )
+
+    def of(self, model: Model) -> Findings:
+        """Follow the motions."""
+        model = measured(model)
+        box: Box = checked_box(model, self.box) if self.box else box_around(model)
+        found = search(model, box.starts(self.starts, self.seed), self.periods)
+        if found.interrupted:
+            raise KeyboardInterrupt
+        shares = {item.name: 0.0 for item in self.quantities(model)}
+        shares["share_ended"] = float(np.mean(found.labels == ENDED))
+        shares["share_undecided"] = float(np.mean(found.labels == UNDECIDED))
+        listed: list[dict[str, Value]] = []
+        for item in found.attractors:
+            share = float(np.mean(found.labels == item.id))
+            name = item.kind
+            if name == "periodic":
+                name = f"period_{item.period}" if item.period in PERIODS else "longer"
+            shares[f"share_{name}"] += share
+            states = zip(model.states, item.state.tolist(), strict=True)
+            listed.append(
+                {"kind": item.kind, "period": item.period, "share": share}
+                | {f"state_{state.name}": value for state, value in states}
+            )
+        values: dict[str, Value] = {**shares, "attractors": len(listed)}
+        return Findings(values, tuple(listed))
+
+
+Known = ResponseWork | ThresholdWork | LocusWork | SimulationWork | LyapunovWork | AttractorsWork
+
+WORK: TypeAdapter[Known] = TypeAdapter(Annotated[Known, Field(discriminator="what")])
+"""Reads what is to be computed; the entry ``what`` says which."""
