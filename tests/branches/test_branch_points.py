@@ -206,6 +206,17 @@ def test_freire_circuit_beyond_its_branch_point():
         assert item.duration == pytest.approx(9.266303320566, abs=1e-10)
 
 
+@pytest.mark.parametrize("e", [1e-6, 2e-10, 2e-11])
+def test_a_pitchfork_that_misses_itself_is_a_fold(e):
+    # r x - x^3 + e: the middle state, x = -e/r at first, turns at r = 3 (e/2)^(2/3).
+    model = system("imperfect", x={"rate": f"r*x - x^3 + {e}", "start": 0})
+    branch, *others = sf.response(model, vary="r", span=(1, -1)).branches
+    assert kinds(branch) == ["LP"]
+    assert branch.special[0].value == pytest.approx(3 * (e / 2) ** (2 / 3), rel=1e-5, abs=0)
+    assert branch.parameter[-1] == 1
+    assert others == []
+
+
 def test_two_sided_branches_are_saved_and_summed_up(tmp_path):
     model = system("pitchfork", x="r*x - x^3")
     diagram = sf.response(model, vary="r", span=(-0.5, 0.5))

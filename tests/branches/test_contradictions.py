@@ -7,6 +7,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.bifurcations import Bifurcations
+from slipfold.branches.closed_branches import Returns
 from slipfold.continuation import Sight
 from slipfold.loci.special_points import SpecialPoints
 
@@ -53,6 +54,15 @@ def test_each_turn_of_a_branch_is_a_fold(kind, monkeypatch):
     assert branch.stopped.kind == "contradiction"
     assert branch.failed
     assert "the direction of a parameter changes and nothing was located" in branch.stopped.reason
+
+
+@pytest.mark.parametrize("kind", ["cycles", "equilibria"])
+def test_a_branch_that_repeats_itself_ends(kind, monkeypatch):
+    monkeypatch.setattr(Returns, "watch", lambda self, stretch: Sight())
+    branch = followed(kind)
+    assert [item.type for item in branch.special] == ["LP"] * 6  # three in each direction
+    assert branch.stopped.kind == "contradiction"
+    assert "on the branch repeats what it passed before" in branch.stopped.reason
 
 
 def test_each_turn_of_a_locus_is_an_extremum(monkeypatch):

@@ -238,3 +238,11 @@ def test_what_is_no_orbit_at_all_does_not_agree_and_raises_nothing():
         for points in (1, 1000):
             (check,) = check_some([Candidate("orbit", wrong, resting=False)], points).checks
             assert not check.agrees
+
+
+def test_an_equilibrium_that_does_not_rest_does_not_agree_and_raises_nothing():
+    model = sf.System(name="decay", parameters={"r": 1}, states={"x": "r*x - x^3", "y": "x - y"})
+    branch, *_ = sf.response(model, vary="r", span=(1, 0.5), start={"x": 1, "y": 1}).branches
+    wrong = dataclasses.replace(branch.orbit(0), nodes=branch.orbit(0).nodes + 1e-6)
+    (check,) = check_some([Candidate("equilibrium", wrong, resting=True)], 1000).checks
+    assert not check.agrees

@@ -15,7 +15,7 @@ from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import hermite
-from slipfold.continuation.locate import LostCurveError, locate
+from slipfold.continuation.locate import BLURRED, LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
@@ -79,7 +79,8 @@ class Bifurcations(Zeros[OrbitPoint]):
         if stretch.leaves:
             return Sight()
         found = self.between(stretch.known, stretch.before, stretch.point)
-        return self._left(found, stretch) or self._closed(found, stretch) or Sight(found)
+        ended = self._left(found, stretch) or self._closed(found, stretch)
+        return ended or self._repeated(found, stretch) or Sight(found)
 
     def between(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations between two points."""
@@ -117,6 +118,40 @@ class Bifurcations(Zeros[OrbitPoint]):
                 end = End("closed", CLOSED, orbits.place(item.point.z))
                 return Sight(found[:place], Stop(item.point, end, closes=True))
         return None
+
+    def _repeated(
+        self, found: list[Found], stretch: Stretch[OrbitPoint]
+    ) -> Sight[OrbitPoint] | None:
+        """Return where the branch comes to two special points again that it has passed already.
+
+        A smooth curve does so only if it passes its first point as well.
+        """
+        passed = [*stretch.trail.found, *found]
+        for place, item in enumerate(found):
+            last = place + len(passed) - len(found)
+            again = (
+                self._same(passed[earlier], item)
+                and self._same(passed[earlier - 1], passed[last - 1])
+                for earlier in range(1, last - 1)
+            )
+            if any(again):
+                values = self._orbits.place(item.point.z)
+                reason = (
+                    f"from {self._orbits.vary} = {values[0]:.9g} on the branch repeats what it "
+                    "passed before: a step led onto another branch that comes very close; limit "
+                    "the step"
+                )
+                return Sight(found[:place], Stop(item.point, End("contradiction", reason, values)))
+        return None
+
+    def _same(self, first: Found, second: Found) -> bool:
+        """Whether two special points of the branch are one."""
+        if first.type != second.type:
+            return False
+        orbits, z = self._orbits, second.point.z
+        if abs(first.point.z[-1] - z[-1]) > BLURRED:
+            return False
+        return orbits.distance(orbits.adopt(first.point.curve, first.point.z), z) < BLURRED
 
     def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether perturbations shrink on all orbits between two points."""

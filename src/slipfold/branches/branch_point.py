@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.continuation.locate import LostCurveError
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -31,9 +32,9 @@ ELSEWHERE = 0.05
 ORIENTED = 1e-4
 """Share of the largest component below which the parameter stands still along a direction."""
 
-REMAINS = 1e-8
-"""What may be left of the reduced equation at a branch point; where two folds face each other
-instead of crossing, more is left."""
+REMAINS = 10.0
+"""What may be left of the reduced equation at a branch point, in errors of the equations. Where two
+folds face each other more is left, and the branch turns: a step across the gap was too long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +74,14 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
         if np.linalg.norm(step) < UNMOVED:
             break
     solved = reduced.solve(place)
-    if solved is None or abs(solved.remainder) > REMAINS:
+    if solved is None:
         return None
     hessian = reduced.hessian(place)
     directions = _zero_directions(hessian)
     if directions is None:
         return None
+    if abs(solved.remainder) > REMAINS * curve.noise:
+        raise LostCurveError("two branches come close and turn away from each other")
     tangents = [_unit(solved.moves @ direction) for direction in directions]
     alike = [float(tangent @ along) for tangent in tangents]
     own = int(np.abs(alike).argmax())

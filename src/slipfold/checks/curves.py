@@ -26,6 +26,7 @@ from slipfold.checks.orbit_difference import (
 from slipfold.checks.switched import switched_difference
 from slipfold.flow.flow import flow_of
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.orbits.check import rests
 from slipfold.orbits.grazing import MET
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer
@@ -183,9 +184,10 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
         with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
             if isinstance(orbit, StickSlipOrbit):
                 return SWITCHED, named("other steps", switched_difference(orbit))
-            pieces = 0 if candidate.resting else pieces_of(orbit)
+            resting = candidate.resting and rests(orbit.model, orbit.nodes)
+            pieces = 0 if resting else pieces_of(orbit)
             each = EACH * (1 + len(orbit.state) / LARGE)
-            cost = QUICK if candidate.resting else ONCE + each * pieces if pieces else np.inf
+            cost = QUICK if resting else ONCE + each * pieces if pieces else np.inf
             if cost <= left:
                 found = orbit_difference(orbit, pieces)
                 if found.excess > 1 and found.what == "multipliers":

@@ -22,6 +22,9 @@ from slipfold.orbits.test_functions import Degeneracy
 class VectorField(Discretisation):
     """The rates of one state, per unit of time in scaled states, and their derivatives."""
 
+    noise = 1e-12
+    """Nothing is integrated, and so errors are those of rounding."""
+
     def with_period(self, period: int) -> VectorField:
         """Return the same: equilibria repeat after any time."""
         return self
