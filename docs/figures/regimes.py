@@ -10,9 +10,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.paper.cases import Curve, read_cases
-from slipfold.paper.motion_drawing import draw_motions
-from slipfold.paper.motions import MotionFigure, motion_figures
+from slipfold.paper.cases import Curve, MotionFigure, motion_figures, read_cases
+from slipfold.paper.drawing import draw_motions
 from slipfold.plots.style import COLUMN, figure_style
 
 FOLDER = Path(__file__).parent

@@ -16,8 +16,7 @@ import numpy as np
 import slipfold as sf
 from slipfold.long_term.spectrum import find_spectrum
 from slipfold.paper.cases import Curve, Row, Steady, read_cases
-from slipfold.paper.claims import CLAIMS, judge_claims
-from slipfold.paper.findings import Findings, first, on_branches
+from slipfold.paper.claims import CLAIMS, Findings, first, judge_claims, on_branches
 from slipfold.paper.tables import table
 
 FOLDER = Path(__file__).parent

@@ -8,8 +8,7 @@ import pytest
 from helpers.hand_drawn import FLIPPED, INSIDE, TWISTED, diagram_of, drawn_branch, drawn_point
 from helpers.hand_drawn import threshold_diagram as diagram
 from slipfold.paper.cases import Cases, read_cases
-from slipfold.paper.claims import CLAIMS, claims_markdown, judge_claims
-from slipfold.paper.findings import Findings
+from slipfold.paper.claims import CLAIMS, Findings, claims_markdown, judge_claims
 
 CASES = read_cases()
 

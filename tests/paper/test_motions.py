@@ -9,15 +9,17 @@ import pytest
 import slipfold as sf
 from slipfold.models import SlidingOscillator
 from slipfold.paper import reproduce
-from slipfold.paper.cases import Cases, Curve, read_cases
-from slipfold.paper.motion_drawing import draw_motions
-from slipfold.paper.motions import (
+from slipfold.paper.cases import (
     BasinCase,
+    Cases,
     CompletedFigure,
+    Curve,
     HysteresisFigure,
     SweepCase,
     motion_figures,
+    read_cases,
 )
+from slipfold.paper.drawing import draw_motions
 from slipfold.plots import figure_style
 
 MODULE = sys.modules[reproduce.__module__]

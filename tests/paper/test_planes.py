@@ -22,10 +22,9 @@ from helpers.hand_drawn_loci_plots import (
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.models import SlidingOscillator
 from slipfold.paper import reproduce
-from slipfold.paper.cases import Cases, read_cases
-from slipfold.paper.plane_drawing import draw_plane
-from slipfold.paper.plane_text import planes_markdown
-from slipfold.paper.planes import Plane, PlaneFigure
+from slipfold.paper.cases import Cases, Plane, PlaneFigure, read_cases
+from slipfold.paper.drawing import draw_plane
+from slipfold.paper.tables import planes_markdown
 from slipfold.plots import figure_style
 
 MODULE = sys.modules[reproduce.__module__]

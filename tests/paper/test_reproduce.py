@@ -16,9 +16,10 @@ import slipfold as sf
 from slipfold.errors import InputError
 from slipfold.paper import reproduce
 from slipfold.paper.cases import read_cases
-from slipfold.paper.computing import open_tasks
-from slipfold.paper.thresholds import COLUMNS, thresholds_csv
+from slipfold.paper.reproduce import Tasks
+from slipfold.paper.tables import COLUMNS, thresholds_csv
 from slipfold.results import writing
+from slipfold.studies.executors import open_executor
 
 CASES = read_cases()
 
@@ -103,8 +104,8 @@ def test_progress(reduced):
     _, seen = reduced
     assert [item.done for item in seen] == [1, 2, 3, 4]
     assert {item.total for item in seen} == {4}
-    assert seen[-1].name == "figure5"
-    assert seen[0].found == ("PD 0.0238419", "NS 0.0243798", "NS 0.484503")
+    assert seen[-1].values["name"] == "figure5"
+    assert seen[0].text.endswith("found: PD 0.0238419, NS 0.0243798, NS 0.484503")
 
 
 def test_again_into_the_same_folder_gives_the_same_numbers(reduced):
@@ -189,7 +190,8 @@ def test_no_special_points_make_an_empty_table():
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_tasks(processes):
-    with open_tasks(processes) as tasks:
+    with open_executor(None if processes == 1 else processes) as opened:
+        tasks = Tasks(opened.executor, processes)
         for value in range(4):
             tasks.add(value, abs, -value)
         results = {}
@@ -201,7 +203,8 @@ def test_tasks(processes):
 
 
 def test_stopped_tasks_are_forgotten():
-    with open_tasks(1) as tasks:
+    with open_executor(None) as opened:
+        tasks = Tasks(opened.executor, 1)
         for value in range(4):
             tasks.add(value, abs, -value)
         next(tasks.finished())

@@ -287,7 +287,7 @@ def test_figures_2_and_3_of_the_paper_get_them(monkeypatch, tmp_path):
         return nothing
 
     monkeypatch.setattr(paper, "response", response)
-    monkeypatch.setattr(paper, "render_figure", lambda *_: {})
+    monkeypatch.setattr(paper, "render", lambda *_: {})
     monkeypatch.setattr(paper, "find_spectrum", lambda motion: None)
     monkeypatch.setattr(paper, "simulate", lambda *_: None)
     monkeypatch.setattr(paper, "judge_claims", lambda findings: ())

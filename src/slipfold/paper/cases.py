@@ -1,4 +1,4 @@
-"""What the source paper shows, and more, from ``cases.toml``: figures, curves, spectra, planes."""
+"""What is computed and drawn: the source paper's figures, and more, from ``cases.toml``."""
 
 from __future__ import annotations
 
@@ -10,9 +10,45 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from slipfold.loci.window import Window
 from slipfold.models.parameter import Parameter
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.paper.planes import Plane, PlaneFigure
+from slipfold.results.attractors import Basins
+from slipfold.results.trajectories import RegimeMap, Sweep
+
+
+@dataclass(frozen=True)
+class Plane:
+    """One bifurcation set."""
+
+    model: SlidingOscillator  # the model; its values of `vary` play no part
+    vary: tuple[str, str]  # names of the two parameters
+    window: Window  # least and largest value of each
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"plane_{self.vary[0]}_{self.vary[1]}"
+
+
+@dataclass(frozen=True)
+class PlaneFigure:
+    """The figure of a bifurcation set: its whole window and a part of it, magnified."""
+
+    plane: Plane  # the bifurcation set
+    title: str  # what the first parameter is
+    detail: Window  # the part of the window that is drawn once more
+    wide: bool = False  # whether the detail lies below instead of beside
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"bifurcation_set_{self.plane.vary[0]}_{self.plane.vary[1]}"
+
+    @property
+    def needs(self) -> tuple[Plane, ...]:
+        """All that must be computed before it can be drawn."""
+        return (self.plane,)
 
 
 @dataclass(frozen=True)
@@ -124,6 +160,10 @@ class Cases:
         return Cases(tuple(figure for figure in self.figures if figure.number in wanted))
 
 
+def _content() -> dict[str, Any]:
+    return tomllib.loads(files("slipfold.paper").joinpath("cases.toml").read_text("utf-8"))
+
+
 @cache
 def read_cases() -> Cases:
     """Read the figures of the source paper and the bifurcation sets.
@@ -131,7 +171,7 @@ def read_cases() -> Cases:
     >>> [figure.number for figure in read_cases().figures]
     [2, 3, 4, 5, 6, 7]
     """
-    content = tomllib.loads(files("slipfold.paper").joinpath("cases.toml").read_text("utf-8"))
+    content = _content()
     figures = tuple(
         Figure(
             item["number"],
@@ -198,3 +238,182 @@ def _changed(model: SlidingOscillator, parameter: Parameter, without: str) -> bo
     value = model.values[parameter.name]
     same = math.isclose(value, parameter.default, rel_tol=1e-12, abs_tol=0.0)
     return parameter.name != without and not same
+
+
+BOX = {"x": (-0.3, 0.3), "y": (-0.3, 0.3), "vx": (-10, 10), "vy": (-10, 10)}
+"""Where motions begin that do not follow others."""
+
+TRANSIENT, KEPT = 4000, 48
+"""Forcing periods left out of sweeps, and kept."""
+
+
+@dataclass(frozen=True)
+class SweepCase:
+    """Motions swept up and down over part of a curve, and from some starts at each value."""
+
+    curve: Curve
+    span: tuple[float, float]
+    points: int
+    starts: int = 4
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"sweep_{self.curve.key}"
+
+    def compute(self) -> Sweep:
+        """Compute it."""
+        from slipfold.computations.long_term import sweep
+
+        return sweep(
+            self.curve.model, self.curve.vary, self.span, points=self.points, starts=self.starts,
+            box=BOX, transient=TRANSIENT, periods=KEPT,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class BasinCase:
+    """Basins on a plane of starts at rest."""
+
+    model: SlidingOscillator
+    points: int
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return "_".join(["basins", *changes(self.model)])
+
+    def compute(self) -> Basins:
+        """Compute it."""
+        from slipfold.computations.long_term import basins
+
+        return basins(self.model, {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}, points=self.points)
+
+
+@dataclass(frozen=True)
+class RegimeCase:
+    """What motions do over part of a plane."""
+
+    plane: Plane
+    window: Window
+    points: tuple[int, int]
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"regimes_{self.plane.vary[0]}_{self.plane.vary[1]}"
+
+    def compute(self) -> RegimeMap:
+        """Compute it."""
+        from slipfold.computations.long_term import regimes
+
+        over = dict(zip(self.plane.vary, self.window, strict=True))
+        return regimes(self.plane.model, over, points=self.points)
+
+
+Motions = SweepCase | BasinCase | RegimeCase
+"""What is computed as one piece."""
+
+
+@dataclass(frozen=True)
+class CompletedFigure:
+    """A figure of the paper with tori and what motions do besides, a curve a row."""
+
+    number: int  # that of the figure
+    curves: tuple[Curve, ...]
+    sweeps: tuple[SweepCase, ...]
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return f"figure{self.number}_completed"
+
+    @property
+    def needs(self) -> tuple[Curve | SweepCase, ...]:
+        """All that must be computed before it can be drawn."""
+        return (*self.curves, *self.sweeps)
+
+
+@dataclass(frozen=True)
+class HysteresisFigure:
+    """Two responses side by side, and from where each of them wins."""
+
+    curve: Curve
+    swept: SweepCase
+    basins: tuple[BasinCase, ...]
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return "hysteresis"
+
+    @property
+    def needs(self) -> tuple[Curve | SweepCase | BasinCase, ...]:
+        """All that must be computed before it can be drawn."""
+        return (self.curve, self.swept, *self.basins)
+
+
+@dataclass(frozen=True)
+class RegimeFigure:
+    """A map of regimes over its bifurcation set."""
+
+    regimes: RegimeCase
+
+    @property
+    def key(self) -> str:
+        """Name for files."""
+        return self.regimes.key
+
+    @property
+    def needs(self) -> tuple[Plane | RegimeCase, ...]:
+        """All that must be computed before it can be drawn."""
+        return (self.regimes.plane, self.regimes)
+
+
+MotionFigure = CompletedFigure | HysteresisFigure | RegimeFigure
+
+AnyFigure = Figure | PlaneFigure | MotionFigure
+
+
+def motion_figures(cases: Cases) -> tuple[MotionFigure, ...]:
+    """Read the figures of motions that go with cases of the paper.
+
+    >>> [figure.key for figure in motion_figures(read_cases())]
+    ['figure2_completed', 'figure3_completed', 'hysteresis', 'regimes_f_Nd']
+    """
+    content = _content()
+    curves = {figure.number: figure.curves for figure in cases.figures}
+    planes = {figure.plane.vary: figure.plane for figure in cases.planes}
+    found: list[MotionFigure] = [
+        _completed(item, curves[item["number"]])
+        for item in content["completed"]
+        if item["number"] in curves
+    ]
+    sweeps = {
+        each.curve: each
+        for figure in found if isinstance(figure, CompletedFigure)
+        for each in figure.sweeps
+    }  # fmt: skip
+    hysteresis = content["hysteresis"]
+    for curve, swept in sweeps.items():
+        if curve.vary == hysteresis["vary"] and curve.model == SlidingOscillator(
+            **hysteresis["set"]
+        ):
+            basins_ = tuple(
+                BasinCase(curve.model.replace(**{curve.vary: value}), hysteresis["points"])
+                for value in hysteresis["values"]
+            )
+            found.append(HysteresisFigure(curve, swept, basins_))
+    item = content["regimes"]
+    if tuple(item["vary"]) in planes:
+        first, second = item["window"]
+        window = (first[0], first[1]), (second[0], second[1])
+        points = item["points"][0], item["points"][1]
+        found.append(RegimeFigure(RegimeCase(planes[*item["vary"]], window, points)))
+    return tuple(found)
+
+
+def _completed(item: Mapping[str, Any], curves: tuple[Curve, ...]) -> CompletedFigure:
+    first, last = item["span"]
+    sweeps = tuple(SweepCase(curve, (first, last), item["points"]) for curve in curves)
+    return CompletedFigure(item["number"], curves, sweeps)

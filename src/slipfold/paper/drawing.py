@@ -1,25 +1,156 @@
-"""The figures of the paper, drawn from what was computed."""
+"""The figures of the paper and those beyond it, drawn from what was computed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Canvas
-from matplotlib.patches import Rectangle
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon, Rectangle
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.lines import OTHER, STABLE, torus_stretches
+from slipfold.loci.locus import Locus
+from slipfold.loci.region_map import RegionMap
+from slipfold.loci.window import Window
 from slipfold.long_term.spectrum import Spectrum
-from slipfold.paper.cases import Curve, Figure, Row, Steady, equation_text, value_text
-from slipfold.paper.figure_files import figure_files
-from slipfold.paper.legend import draw_legend
-from slipfold.plots.response import HasBranches, draw_family, marks_of, name_family
-from slipfold.plots.style import COLUMN, figure_style, palette
-from slipfold.plots.trajectories import draw_spectrum, name_lines
+from slipfold.long_term.sweep import DOWN, UP
+from slipfold.models.model import Model
+from slipfold.paper.cases import (
+    AnyFigure,
+    CompletedFigure,
+    Curve,
+    Figure,
+    HysteresisFigure,
+    MotionFigure,
+    Plane,
+    PlaneFigure,
+    Row,
+    SweepCase,
+    equation_text,
+    value_text,
+)
+from slipfold.plots.loci import HasLoci, draw_loci, legend_options, name_loci
+from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
+from slipfold.plots.response import (
+    BREAKS,
+    HasBranches,
+    draw_family,
+    marks_of,
+    name_family,
+    torus_handles,
+)
+from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette
+from slipfold.plots.trajectories import COLOURS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
+from slipfold.results.attractors import Basins, in_words
+from slipfold.results.trajectories import Sweep
+from slipfold.tori.torus_branch import TorusBranch
+
+
+def render(figure: AnyFigure, found: Mapping[Any, Any], measure: str = "max") -> dict[str, bytes]:
+    """Draw a figure from what was computed for it, as PDF and PNG."""
+    with figure_style():
+        if isinstance(figure, Figure):
+            canvas = draw_figure(figure, found, measure)
+        elif isinstance(figure, PlaneFigure):
+            canvas = draw_plane(figure, found[figure.plane])
+        else:
+            canvas = draw_motions(figure, found, measure)
+        return _files(canvas, figure.key)
+
+
+def _canvas(height: float) -> Canvas:
+    return Canvas(figsize=(2 * COLUMN, height), layout="constrained")
+
+
+def _name_last(canvas: Canvas, naming: Sequence[Callable[[], None]]) -> None:
+    """Draw names last: where they cover nothing is known once the layout is, which then stays."""
+    canvas.draw_without_rendering()
+    canvas.set_layout_engine(None)  # "none" would draw it once more for each file
+    for name in naming:
+        name()
+
+
+LINE_NAMES = {
+    "stable": "stable",
+    "period doubling": "unstable: period doubling",
+    "fold or torus": "unstable: fold or torus",
+}
+
+MARKER_NAMES = {
+    "PD": "PD, period doubling",
+    "NS": "NS, Neimark–Sacker",
+    "LP": "LP, fold",
+    "BP": "BP, branch point",
+    "LIMIT": "limit of the model",
+    "FAILED": "not followed further",
+}
+
+GREY = "0.2"
+
+
+def draw_legend(
+    canvas: Canvas,
+    diagrams: Sequence[HasBranches],
+    measure: str = "max",
+    more: Sequence[Artist] | None = None,
+    spans: Sequence[tuple[float, float]] | None = None,
+) -> None:
+    """Explain lines and markers below the panels; the colors are named beside them.
+
+    Given `more` it has that instead of the tori. Given `spans` of the parameter that the panels of
+    each diagram show, markers outside of them are left out.
+    """
+    marks = [
+        mark
+        for place, diagram in enumerate(diagrams)
+        for branch in diagram.branches
+        for mark in marks_of(branch, branch.model.states[0].name, measure)
+        if spans is None or min(spans[place]) <= mark.parameter <= max(spans[place])
+    ]
+    handles: list[Artist] = [
+        Line2D([], [], color=GREY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
+    ]
+    tori = [each for diagram in diagrams for each in diagram.tori]
+    broken = any(each.stopped.kind in BREAKS for each in tori)
+    if more is None:
+        handles += torus_handles(tori, GREY)
+    handles += [
+        _marker(type_, name)
+        for type_, name in MARKER_NAMES.items()
+        if any(mark.type == type_ for mark in marks) or (type_ == "FAILED" and broken)
+    ]
+    if any(mark.hollow for mark in marks):
+        handles.append(_marker("PD", "open: subcritical", "white"))
+    handles += more or []
+    canvas.legend(
+        handles=handles, loc="outside lower center", ncols=4, columnspacing=1.4, handlelength=2.6
+    )
+
+
+def _marker(type_: str, name: str, face: str = GREY) -> Line2D:
+    return Line2D(
+        [],
+        [],
+        linestyle="none",
+        marker=MARKERS[type_],
+        color=GREY,
+        markerfacecolor=face,
+        markeredgewidth=0.9,
+        label=name,
+    )
+
 
 OUTPUTS = ("y", "x")
 """Left and right panel of a row, as in the paper."""
@@ -44,25 +175,24 @@ class _Panel:
 
 def draw_figure(
     figure: Figure,
-    diagrams: Mapping[Curve, HasBranches],
-    spectra: Mapping[Steady, Spectrum],
+    found: Mapping[Any, Any],
     measure: str = "max",
 ) -> Canvas:
     """Draw one figure of the paper."""
     heights = _heights(figure)
-    canvas = Canvas(figsize=(2 * COLUMN, sum(heights) + LEGEND_HEIGHT), layout="constrained")
+    canvas = _canvas(sum(heights) + LEGEND_HEIGHT)
     grid = canvas.add_gridspec(len(heights), 2, height_ratios=heights)
     lines = iter(range(len(heights)))
     letters = (f"({chr(ord('a') + number)})" for number in count())
     panels: list[_Panel] = []
     for row in figure.rows:
-        found = [diagrams[curve] for curve in row.curves]
+        diagrams = [found[curve] for curve in row.curves]
         if row.wide:
             axes = [canvas.add_subplot(grid[next(lines), :]) for _ in OUTPUTS]
         else:
             line = next(lines)
             axes = [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
-        drawn = _draw_row(axes, row, found, letters, measure)
+        drawn = _draw_row(axes, row, diagrams, letters, measure)
         panels += drawn
         if row.detail is not None:
             line = next(lines)
@@ -73,30 +203,15 @@ def draw_figure(
         line = next(lines)
         for column, output in enumerate(OUTPUTS):
             ax = canvas.add_subplot(grid[line, column])
-            draw_spectrum(spectra[case], output, ax, palette(1)[0], annotate=False)
+            draw_spectrum(found[case], output, ax, palette(1)[0], annotate=False)
             settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
-            spectral.append((ax, spectra[case], output))
-    draw_legend(canvas, [diagrams[curve] for curve in figure.curves], measure)
-    # Names come last: where they cover nothing is known when the layout is, which then stays.
-    canvas.draw_without_rendering()
-    canvas.set_layout_engine(None)  # "none" would draw it once more for each file
-    for panel in panels:
-        _name(panel, measure)
-    for ax, spectrum, output in spectral:
-        name_lines(ax, spectrum, output, palette(1)[0])
+            spectral.append((ax, found[case], output))
+    draw_legend(canvas, [found[curve] for curve in figure.curves], measure)
+    naming = [partial(_name, panel, measure) for panel in panels]
+    naming += [partial(name_lines, *each, palette(1)[0]) for each in spectral]
+    _name_last(canvas, naming)
     return canvas
-
-
-def render_figure(
-    figure: Figure,
-    diagrams: Mapping[Curve, HasBranches],
-    spectra: Mapping[Steady, Spectrum],
-    measure: str = "max",
-) -> dict[str, bytes]:
-    """Draw one figure of the paper as PDF and PNG."""
-    with figure_style():
-        return figure_files(draw_figure(figure, diagrams, spectra, measure), figure.key)
 
 
 def _heights(figure: Figure) -> list[float]:
@@ -169,3 +284,256 @@ def _common(row: Row) -> str:
     equations = ", ".join(equation_text(model, name) for name in shown)
     symbol = model.parameter(row.member).symbol
     return f"{equations}; {symbol} as marked" if equations else f"{symbol} as marked"
+
+
+PLANE_HEIGHT = 2.6
+WIDE_HEIGHTS = (3.3, 2.4)
+PLANE_LEGEND_HEIGHT = 0.8
+
+CONTACT = ("Ns", "Nd")
+"""The plane in which a line parts contact all the time from none at times."""
+
+LOWEST = ("PD",)
+"""Loci whose lowest point is written beside it."""
+
+
+def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
+    """Draw a bifurcation set, whole and in detail."""
+    diagram = _without_lost_contact(diagram)
+    heights = WIDE_HEIGHTS if figure.wide else (PLANE_HEIGHT,)
+    canvas = _canvas(sum(heights) + PLANE_LEGEND_HEIGHT)
+    # It knows the size of a text at once; without it, every question draws the figure anew.
+    FigureCanvasAgg(canvas)
+    grid = canvas.add_gridspec(len(heights), 2 // len(heights), height_ratios=heights)
+    whole, detail = (canvas.add_subplot(grid[place]) for place in (0, 1))
+    for ax, view in ((whole, figure.plane.window), (detail, figure.detail)):
+        draw_loci(diagram, ax, window=view, annotate=False, legend=False)
+        _draw_contact_limit(ax, figure.plane, view)
+    _draw_frame(whole, figure.detail)
+    fixed = ("alpha", "Vd", "Ns", "mu") if "f" in figure.plane.vary else ("f",)
+    equations = ", ".join(equation_text(figure.plane.model, name) for name in fixed)
+    whole.set_title(f"(a)  {equations}")
+    detail.set_title("(b)  detail of (a)")
+    canvas.legend(**legend_options([diagram]), loc="outside lower center")
+    name = partial(name_loci, diagram=diagram, lowest=LOWEST)
+    _name_last(canvas, [partial(name, whole, without=figure.detail), partial(name, detail)])
+    return canvas
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A bifurcation set as it is drawn."""
+
+    model: Model
+    vary: tuple[str, str]
+    window: Window
+    loci: Sequence[Locus]
+    regions: RegionMap | None
+
+
+def _without_lost_contact(diagram: HasLoci) -> HasLoci:
+    """Take the regions away where the tip lifts off: there the model says nothing."""
+    regions = diagram.regions
+    if diagram.vary != CONTACT or regions is None:
+        return diagram
+    labels = np.where(regions.second[:, None] < regions.first, regions.labels, 0)
+    regions = replace(regions, labels=labels)
+    return _Shown(diagram.model, diagram.vary, diagram.window, diagram.loci, regions)
+
+
+def _draw_frame(ax: Axes, view: Window) -> None:
+    """Frame what is magnified, with a line, which names keep off."""
+    (left, right), (bottom, top) = view
+    ax.plot(
+        [left, right, right, left, left],
+        [bottom, bottom, top, top, bottom],
+        color="0.35",
+        linewidth=0.6,
+    )
+
+
+def _draw_contact_limit(ax: Axes, plane: Plane, view: Window) -> None:
+    """Hatch where the amplitude of the normal force exceeds its static part: the tip lifts off."""
+    if plane.vary != CONTACT:
+        return
+    (left, right), (bottom, top) = view
+    if top <= left:
+        return
+    ends = np.array([max(left, bottom), min(right, top)])
+    corners = [*zip(ends, ends, strict=True), (ends[1], top), (left, top), (left, ends[0])]
+    ax.add_patch(
+        Polygon(corners, facecolor="white", edgecolor="0.8", hatch="////", linewidth=0.0, zorder=1)
+    )
+    ax.plot(ends, ends, color="black", linewidth=0.8, zorder=1.5)
+    ax.text(
+        left + 0.25 * (right - left),
+        bottom + 0.7 * (top - bottom),
+        "tip lifts off: $N_d > N_s$",
+        fontsize=7.0,
+        ha="center",
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
+    )
+
+
+MOTION_HEIGHT, BASIN_HEIGHT, MOTION_LEGEND_HEIGHT = 2.3, 2.6, 0.6
+
+LAST = 1000
+"""Place, among those of periods, of what does not repeat."""
+
+DOTS = {UP: "motions swept up", DOWN: "swept down", "": "from many starts"}
+
+BESIDE = {UP: 5.0, DOWN: 3.0}
+"""Sizes in points of dots of motions that repeat, which lie on a line of the diagram."""
+
+TORUS = "#ffc20a"
+"""Colour of tori, to be seen on dots of motions; they have a dark edge."""
+
+ROOM = 0.06
+"""Room above and below what is drawn, over its height."""
+
+
+def draw_motions(figure: MotionFigure, found: Mapping[Any, Any], measure: str = "max") -> Canvas:
+    """Draw one of them."""
+    if isinstance(figure, CompletedFigure):
+        return _completed(figure, found, measure)
+    if isinstance(figure, HysteresisFigure):
+        return _hysteresis(figure, found, measure)
+    canvas = _canvas(1.25 * COLUMN)
+    over = found[figure.regimes.plane]
+    draw_regimes(found[figure.regimes], canvas.add_subplot(), over=over)
+    return canvas
+
+
+def _completed(figure: CompletedFigure, found: Mapping[Any, Any], measure: str) -> Canvas:
+    rows = len(figure.curves)
+    canvas = _canvas(rows * MOTION_HEIGHT + MOTION_LEGEND_HEIGHT)
+    letters = (f"({chr(ord('a') + number)})" for number in count())
+    naming = []
+    for axes, curve, swept in zip(
+        canvas.subplots(rows, 2, squeeze=False), figure.curves, figure.sweeps, strict=True
+    ):
+        for ax, output in zip(axes, OUTPUTS, strict=True):
+            naming.append(_draw_both(ax, curve, swept, output, found, measure))
+            ax.set_title(f"{next(letters)}  {_fixed(curve)}")
+    diagrams = [found[curve] for curve in figure.curves]
+    tori = [tori for diagram in diagrams for tori in diagram.tori]
+    more = _more(tori, [found[swept] for swept in figure.sweeps])
+    draw_legend(canvas, diagrams, measure, more, [swept.span for swept in figure.sweeps])
+    _name_last(canvas, naming)
+    return canvas
+
+
+def _hysteresis(figure: HysteresisFigure, found: Mapping[Any, Any], measure: str) -> Canvas:
+    heights = MOTION_HEIGHT, BASIN_HEIGHT
+    canvas = _canvas(sum(heights) + MOTION_LEGEND_HEIGHT)
+    grid = canvas.add_gridspec(2, 1, height_ratios=heights)
+    above, below = (grid[row].subgridspec(1, n) for row, n in ((0, 2), (1, len(figure.basins))))
+    naming = []
+    for place, output in enumerate(OUTPUTS):
+        ax = canvas.add_subplot(above[place])
+        naming.append(_draw_both(ax, figure.curve, figure.swept, output, found, measure))
+        ax.set_title(f"({'ab'[place]})  {_fixed(figure.curve)}")
+    for place, case in enumerate(figure.basins):
+        ax = canvas.add_subplot(below[place])
+        seen = _by_period(found[case])
+        draw_basins(seen, ax, legend=False)
+        if place:
+            ax.set_ylabel("")
+        share = f"{100 * seen.share(seen[0]).value:.2g} % {in_words(seen[0])}"
+        at = equation_text(case.model, figure.curve.vary)
+        ax.set_title(f"({'cdefgh'[place]})  {at}\n{share}")
+    most = max((_by_period(found[case]) for case in figure.basins), key=len)
+    patches = [
+        Patch(facecolor=colour, label=f"basin of {in_words(item)}")
+        for item, colour in zip(most, BASINS, strict=False)
+    ]
+    if any((found[case].uncertain > 0).any() for case in figure.basins):
+        patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
+    more = [*_more(found[figure.curve].tori, [found[figure.swept]]), *patches]
+    draw_legend(canvas, [found[figure.curve]], measure, more, [figure.swept.span])
+    _name_last(canvas, naming)
+    return canvas
+
+
+def _draw_both(
+    ax: Axes,
+    curve: Curve,
+    swept: SweepCase,
+    output: str,
+    found: Mapping[Any, Any],
+    measure: str,
+) -> Callable[[], None]:
+    """Draw branches and tori over the dots of motions; return what names them.
+
+    The axes show what motions reach: unstable orbits may lead away from that.
+    """
+    diagram = found[curve]
+    _draw_dots(ax, found[swept], output, measure)
+    low, high = ax.dataLim.intervaly
+    draw_family([diagram], output, measure, ax, ["black"])
+    for tori in diagram.tori:
+        for line in torus_stretches(tori, output, measure):
+            ax.plot(line.parameter, line.value, **_torus_line(line.kind))
+    ax.set_xlim(swept.span)
+    ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
+    ax.xaxis.set_major_locator(MaxNLocator(5))
+    return lambda: name_family(ax, [diagram], None, output, measure, ["black"])
+
+
+def _draw_dots(ax: Axes, swept: Sweep, output: str, measure: str) -> None:
+    """Draw what motions reach: large, where they repeat, to be seen beside the line there."""
+    for name in sorted(swept.runs, key=lambda name: (name in COLOURS, swept.run(name))):
+        x, y = dots_of(swept, swept.run(name), output, measure)
+        single = np.isin(x, swept.values[swept.repeats(name) > 0])
+        for some, size in ((single, BESIDE.get(name, SIZE)), (~single, SIZE)):
+            ax.plot(
+                x[some], y[some], "o", markersize=size, markeredgewidth=0,
+                color=COLOURS.get(name, OTHERS), zorder=0.5, rasterized=True,
+            )  # fmt: skip
+
+
+def _fixed(curve: Curve) -> str:
+    other = "f" if curve.vary == "Nd" else "Nd"
+    return equation_text(curve.model, other)
+
+
+def _by_period(found: Basins) -> Basins:
+    """Return basins with their attractors in the order of periods, so that colours tell them."""
+    items = sorted(found, key=lambda item: item.period or LAST)
+    labels = found.labels.copy()
+    for number, item in enumerate(items, 1):
+        labels[found.labels == item.id] = number
+    renumbered = tuple(replace(item, id=number) for number, item in enumerate(items, 1))
+    return replace(found, labels=labels, attractors=renumbered)
+
+
+def _more(found: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
+    """Return what the legend says of tori and dots."""
+    runs = {run if run in COLOURS else "" for swept in sweeps for run in swept.runs}
+    tori = {STABLE: "torus", OTHER: "unstable torus"} if found else {}
+    return [
+        *(Line2D([], [], label=name, **_torus_line(kind)) for kind, name in tori.items()),
+        *(
+            Line2D([], [], linestyle="none", marker="o", markersize=3, markeredgewidth=0,
+                   color=COLOURS.get(run, OTHERS), label=name)
+            for run, name in DOTS.items()
+            if run in runs
+        ),
+    ]  # fmt: skip
+
+
+def _torus_line(kind: str) -> dict[str, Any]:
+    edge = withStroke(linewidth=LINES[kind]["linewidth"] + 1.2, foreground="black")
+    return {**LINES[kind], "color": TORUS, "path_effects": [edge], "zorder": 2.2}
+
+
+def _files(canvas: Canvas, key: str) -> dict[str, bytes]:
+    """Return a figure as PDF and PNG."""
+    contents = {}
+    for suffix in ("pdf", "png"):
+        memory = io.BytesIO()
+        # Without the date the same numbers make the same file.
+        metadata = {"CreationDate": None} if suffix == "pdf" else None
+        canvas.savefig(memory, format=suffix, metadata=metadata)
+        contents[f"{key}.{suffix}"] = memory.getvalue()
+    return contents

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import BrokenExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,23 +16,28 @@ from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
 from slipfold.loci.locus import CODIMENSION_TWO
-from slipfold.long_term.spectrum import Spectrum, find_spectrum
-from slipfold.paper.cases import Case, Cases, Curve, Figure, Steady, read_cases
-from slipfold.paper.claims import Claim, claims_markdown, judge_claims
-from slipfold.paper.computing import Tasks, open_tasks
-from slipfold.paper.drawing import render_figure
-from slipfold.paper.findings import Findings
-from slipfold.paper.motion_drawing import render_motions
-from slipfold.paper.motions import MotionFigure, Motions, motion_figures
-from slipfold.paper.plane_drawing import render_plane
-from slipfold.paper.plane_text import planes_markdown
-from slipfold.paper.planes import Plane, PlaneFigure
-from slipfold.paper.thresholds import thresholds_csv
+from slipfold.long_term.spectrum import find_spectrum
+from slipfold.paper.cases import (
+    AnyFigure,
+    Case,
+    Cases,
+    Curve,
+    MotionFigure,
+    Motions,
+    Plane,
+    Steady,
+    motion_figures,
+    read_cases,
+)
+from slipfold.paper.claims import Claim, Findings, claims_markdown, judge_claims
+from slipfold.paper.drawing import render
+from slipfold.paper.tables import planes_markdown, thresholds_csv
 from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.result import Result
 from slipfold.results.writing import check_writable, write_file
+from slipfold.studies.executors import open_executor
 
 PERIODS = 1500
 """Forcing periods from rest until the response is taken as steady."""
@@ -42,8 +47,6 @@ WITH_TORI = (2, 3)
 
 ROOM = 16_000_000
 """Bytes that the files may need; twice what they do."""
-
-AnyFigure = Figure | PlaneFigure | MotionFigure
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,8 @@ def reproduce(
     cases = read_cases() if cases is None else cases
     beyond = motion_figures(cases) if motions else ()
     run = _Run(folder, cases, settings, measure, observer, tori or motions, beyond)
-    with open_tasks(processes) as tasks:
+    with open_executor(None if processes == 1 else processes) as opened:
+        tasks = Tasks(opened.executor, processes)
         try:
             run.compute(tasks)
         except KeyboardInterrupt:
@@ -143,6 +147,38 @@ def _prepare(folder: Path) -> Path:
     return folder
 
 
+class Tasks:
+    """Functions that wait for a free process; no more are handed over than processes are free."""
+
+    def __init__(self, executor: Executor, processes: int) -> None:
+        self._executor = executor
+        self._processes = processes
+        self._waiting: list[tuple[Any, Callable[..., Any], tuple[Any, ...]]] = []
+        self._running: dict[Future[Any], Any] = {}
+
+    def add(self, name: Any, function: Callable[..., Any], *arguments: Any) -> None:
+        """Put a function in the queue."""
+        self._waiting.append((name, function, arguments))
+
+    def finished(self) -> Iterator[tuple[Any, Any]]:
+        """Yield name and result of each function as it ends, until none is left.
+
+        Functions may be added meanwhile.
+        """
+        while self._waiting or self._running:
+            while self._waiting and len(self._running) < self._processes:
+                name, function, arguments = self._waiting.pop(0)
+                self._running[self._executor.submit(function, *arguments)] = name
+            done, _ = wait(self._running, return_when=FIRST_COMPLETED)
+            for future in [item for item in self._running if item in done]:
+                yield self._running.pop(future), future.result()
+
+    def stop(self) -> Iterator[tuple[Any, Any]]:
+        """Forget what waits, and yield name and result of what is running until it ends."""
+        self._waiting.clear()
+        yield from self.finished()
+
+
 class _Run:
     """One reproduction while it runs."""
 
@@ -163,10 +199,7 @@ class _Run:
         self.settings = settings
         self.measure = measure
         self.observer = observer
-        self.diagrams: dict[Curve, Diagram] = {}
-        self.spectra: dict[Steady, Spectrum] = {}
-        self.sets: dict[Plane, LocusDiagram] = {}
-        self.motions: dict[Motions, Result] = {}
+        self.found: dict[Any, Any] = {}  # spectra and results by case
         self.drawn: set[AnyFigure] = set()
         self.queued: set[AnyFigure] = set()
         self.written: list[Path] = []
@@ -214,21 +247,16 @@ class _Run:
                 self.write(file, content)
             self.drawn.add(name)
         elif isinstance(name, Steady):
-            self.spectra[name] = result
+            self.found[name] = result
         else:
             diagram, content = result
             if diagram.interrupted:
                 raise KeyboardInterrupt
             self.write(f"data/{name.key}.nc", content)
-            if isinstance(name, Plane):
-                self.sets[name] = diagram
-            elif isinstance(name, Curve):
-                self.diagrams[name] = diagram
-            else:
-                self.motions[name] = diagram
+            self.found[name] = diagram
             found = _found(diagram)
         if self.observer is not None:
-            done = sum(map(self._has, self.needs)) + len(self.drawn)
+            done = sum(case in self.found for case in self.needs) + len(self.drawn)
             total = len(self.needs) + len(self.figures)
             text = f"{name.key}  found: {', '.join(found)}" if found else name.key
             self.observer(Progress("results", done, total, text, {"name": name.key}))
@@ -236,20 +264,13 @@ class _Run:
     def complete(self) -> Iterator[AnyFigure]:
         """Yield the figures for which everything is computed."""
         for figure in self.figures:
-            if all(map(self._has, figure.needs)):
+            if self.found.keys() >= set(figure.needs):
                 yield figure
 
     def drawing(self, figure: AnyFigure) -> tuple[Any, ...]:
         """Return the function that draws a figure, and its arguments."""
-        if isinstance(figure, MotionFigure):
-            computed: dict[Any, Result] = {**self.diagrams, **self.sets, **self.motions}
-            needed = {case: computed[case] for case in figure.needs}
-            return render_motions, figure, needed, self.measure
-        if isinstance(figure, PlaneFigure):
-            return render_plane, figure, self.sets[figure.plane]
-        diagrams = {curve: self.diagrams[curve] for curve in figure.curves}
-        spectra = {case: self.spectra[case] for case in figure.spectra}
-        return render_figure, figure, diagrams, spectra, self.measure
+        needed = {case: self.found[case] for case in figure.needs}
+        return render, figure, needed, self.measure
 
     def write(self, name: str, content: bytes) -> None:
         write_file(self.folder / name, content)
@@ -257,14 +278,14 @@ class _Run:
 
     def conclude(self) -> Reproduction:
         """Tabulate and judge."""
-        claims = judge_claims(Findings(self.cases, self.diagrams, self.spectra))
-        self.write("thresholds.csv", thresholds_csv(self.cases, self.diagrams).encode())
+        diagrams = self.of_kind(Curve)
+        claims = judge_claims(Findings(self.cases, diagrams, self.of_kind(Steady)))
+        self.write("thresholds.csv", thresholds_csv(self.cases, diagrams).encode())
         self.write("claims.md", claims_markdown(claims).encode())
         if self.cases.planes:
-            self.write(
-                "bifurcation_sets.md", planes_markdown(self.cases.planes, self.sets).encode()
-            )
-        missing = [case.key for case in self.needs if not self._has(case)]
+            text = planes_markdown(self.cases.planes, self.of_kind(Plane))
+            self.write("bifurcation_sets.md", text.encode())
+        missing = [case.key for case in self.needs if case not in self.found]
         missing += [figure.key for figure in self.figures if figure not in self.drawn]
         return Reproduction(
             self.folder, tuple(self.written), claims, tuple(sorted(self.stopped())), tuple(missing)
@@ -272,22 +293,22 @@ class _Run:
 
     def stopped(self) -> Iterator[str]:
         """Yield a sentence for each branch and each locus that was given up."""
-        for curve, diagram in self.diagrams.items():
+        for curve, diagram in self.of_kind(Curve).items():
             for branch in diagram.branches:
                 reasons = [end.reason for end in branch.ends if end.early]
                 yield from (f"{curve.key}, branch {branch.id}: {reason}" for reason in reasons)
             for tori in diagram.tori:
                 if tori.stopped.early:
                     yield f"{curve.key}, tori {tori.id}: {tori.stopped.reason}"
-        for plane, found in self.sets.items():
+        for plane, found in self.of_kind(Plane).items():
             for locus in found.loci:
                 for end in (locus.begun, locus.stopped):
                     if end.early:
                         yield f"{plane.key}, locus {locus.id}: {end.reason}"
 
-    def _has(self, case: Case | Motions) -> bool:
-        kinds = self.diagrams, self.spectra, self.sets, self.motions
-        return any(case in found for found in kinds)
+    def of_kind(self, kind: type) -> dict[Any, Any]:
+        """Return what was computed for one kind of case."""
+        return {case: found for case, found in self.found.items() if isinstance(case, kind)}
 
 
 def _found(diagram: Result) -> tuple[str, ...]:
