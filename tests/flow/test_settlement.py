@@ -112,6 +112,15 @@ def test_short_run_is_told_to_go_on(count):
     assert "so short a run cannot tell a transient from a torus: simulate 1000" in str(found)
 
 
+@pytest.mark.parametrize("multiplier", [-0.5, -0.9, -0.99, -0.999, -0.9999])
+def test_an_alternation_that_fades_is_no_period_2(multiplier):
+    steps = np.arange(200001)
+    assert judge(1 + 0.1 * multiplier**steps).period == 1
+    once = int(np.log(4e-9) / np.log(-multiplier)) + 12  # 4e-10 is left
+    assert judge((1 + 0.1 * multiplier**steps)[: max(once, 40)]).period == 1
+    assert judge(1 + 1e-7 * (-1.0) ** steps).period == 2
+
+
 def test_rest_is_settled():
     found = judge(np.zeros(101))
     assert (found.settled, found.period, found.drift) == (True, 1, 0.0)

@@ -20,6 +20,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE, Endings
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import SINGULAR
+from slipfold.continuation.pieces import LOOKS
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.trail import Trail
@@ -144,7 +145,7 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         if margin < (CLOSE_TO_LIMIT - 1) * room:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
-    met = SINGULAR in failure.reason
+    met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
     if met and not singular:
         return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
     if singular:
@@ -157,6 +158,18 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     )
     there = f"; there {limits}" if limits else ""
     return "failed", f"{failure.reason}{there}"
+
+
+def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
+    """Whether the equations have no value where orbits beyond the last one would be.
+
+    Beside a quotient 0/0 it is rounding which of the two ends the shortest steps.
+    """
+    try:
+        beyond = [orbits.linearise(last.z + step * last.tangent).defect for step in LOOKS]
+    except BREAKDOWNS:
+        return True
+    return not np.isfinite(beyond).all()
 
 
 def _end_on_edge(

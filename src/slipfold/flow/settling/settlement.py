@@ -166,7 +166,7 @@ def judge_settlement(
     trends = trends_of(strobe / scales, turns / scales)
     for trend in trends:
         if trend.distance <= tolerance:
-            return _settled(trend)
+            return _settled(_shortest(trends, trend, tolerance))
     return _unsettled(trends, len(strobe) - 1, tolerance)
 
 
@@ -179,6 +179,19 @@ def _measure(scaled: Array, turns: Array, period: int) -> Trend:
     )
     drift = float(change[-min(width, LARGEST_PERIOD) :].max())
     return Trend(period, drift, (windows[0], windows[1], windows[2]), width)
+
+
+def _shortest(trends: list[Trend], settled: Trend, tolerance: float) -> Trend:
+    """Return the shortest period of which the settled one is a multiple but for errors.
+
+    A multiplier near minus one makes a response alternate that settles on period 1. Each of two
+    states is known within the tolerance, once those of one more period have faded.
+    """
+    fading = min(settled.rate or 1.0, 1.0) ** settled.period
+    parts = (trend for trend in trends if settled.period % trend.period == 0)
+    return next(
+        trend for trend in parts if trend is settled or trend.drift * fading <= 2 * tolerance
+    )
 
 
 def _settled(trend: Trend) -> Settlement:
