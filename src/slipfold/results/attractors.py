@@ -72,7 +72,7 @@ COLUMNS = (
 )  # fmt: skip
 """What is said of an attractor."""
 
-ATTRACTORS = Items("attractor", Attractor, COLUMNS)
+ATTRACTORS = Items("attractor", Attractor, COLUMNS, doc="The attractors, each verified.")
 
 REACHED = (
     "number of the attractor that the motion came to; 0 undecided, -1 ended before, -2 not finished"
@@ -84,7 +84,7 @@ class FoundAttractors(Result):
     """Attractors, and which of them each of many starts came to."""
 
     model: Model
-    labels: NDArray[np.int64]  # of each start, any shape
+    labels: Annotated[NDArray[np.int64], "Number of the attractor of each start."]
     attractors: Annotated[tuple[Attractor, ...], ATTRACTORS]
     ends: dict[str, int]
     asked: int | None
@@ -194,30 +194,6 @@ class Attractors(FoundAttractors):
     Made by `slipfold.attractors` and `slipfold.load`. It is a sequence of
     `slipfold.Attractor`.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    box
-        Corners ``low`` and ``high`` of the box, each of shape (n_states,).
-    seed
-        Of the starts.
-    asked
-        Periods that were asked for; None if none were.
-    starts
-        Starting states, shape (n_starts, n_states).
-    labels
-        Number of the attractor that each of them came to, shape (n_starts,); 0 where that is
-        undecided, -1 where the motion ended before, -2 where it was not finished.
-    attractors
-        What was found, each verified.
-    ends
-        How many motions ended before they came to anything, by the limit of the model they met.
-    interrupted
-        Whether the search was interrupted.
-    provenance
-        Versions and time.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``attractor``: ``kind``, ``period``, ``duration``, a state
@@ -278,35 +254,6 @@ class Basins(FoundAttractors):
 
     Made by `slipfold.basins` and `slipfold.load`. It is a sequence of `slipfold.Attractor`.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    plane
-        Names of the two states that span the plane; one may be ``"phase"``, at which starts are
-        released.
-    first, second
-        Their values, shapes (n_first,) and (n_second,).
-    state
-        Starting state whose other components all starts have, shape (n_states,).
-    labels
-        Number of the attractor that each start came to, shape (n_second, n_first); 0 where that is
-        undecided, -1 where the motion ended before, -2 where it was not finished.
-    uncertain
-        Whether a label stands for its cell, shape (n_second, n_first): 0 where motions from its
-        corners have the same label, 1 where one of them has another, so that a boundary passes; 2
-        where the label changes if the start is moved by the error of the integration.
-    attractors
-        What was found, each verified.
-    ends
-        How many motions ended before they came to anything, by the limit of the model they met.
-    asked
-        Periods that were asked for; None if none were.
-    interrupted
-        Whether the computation was interrupted.
-    provenance
-        Versions and time.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``attractor``: as of `slipfold.Attractors`; ``reached`` and
@@ -329,7 +276,11 @@ class Basins(FoundAttractors):
     rows = "{axes[0]} {axes[1]}"
     recorded = ("plane", "first", "second", "state", "labels", "uncertain")
 
-    plane: tuple[str, str]
+    plane: Annotated[
+        tuple[str, str],
+        "Names of the two states that span the plane; one may be ``phase``, at which starts are "
+        "released.",
+    ]
     first: Annotated[Array, axis("{axes[0]}")]
     second: Annotated[Array, axis("{axes[1]}")]
     state: Annotated[
@@ -341,7 +292,7 @@ class Basins(FoundAttractors):
     uncertain: Annotated[
         NDArray[np.int64],
         Field("{axes[1]} {axes[0]}", "whether the label changes: 0 no, 1 within the cell, 2 within "
-              "the error of the integration"),
+              "the error of the integration", more="of a cell its corners are compared"),
     ]  # fmt: skip
 
     def uncertain_share(self, least: int = WITHIN_CELL) -> float:
@@ -418,35 +369,6 @@ class BasinFractions(Result):
 
     Made by `slipfold.basin_fractions` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model; its value of the parameter plays no part.
-    vary
-        Name of the parameter.
-    values
-        Its values, shape (n_values,), increasing.
-    box
-        Corners ``low`` and ``high`` of the box of starts, each of shape (n_states,).
-    seed
-        Of the starts.
-    asked
-        Periods that were asked for; None if none were.
-    starts
-        Starting states, the same at each value, shape (n_starts, n_states).
-    labels
-        Number of the attractor that each of them came to, shape (n_values, n_starts); 0 where that
-        is undecided, -1 where the motion ended before, -2 where the search was not finished.
-    attractors
-        What was found at each value, each a `slipfold.Attractor`, length n_values. One that goes on
-        from value to value keeps its ``id``.
-    ends
-        How many motions ended before they came to anything, by the limit of the model they met.
-    interrupted
-        Whether the computation was interrupted.
-    provenance
-        Versions and time.
-
     Notes
     -----
     In the dataset of `to_xarray`, along a dimension named for the parameter and ``start``:
@@ -481,6 +403,7 @@ class BasinFractions(Result):
     attractors: Annotated[
         tuple[tuple[Attractor, ...], ...],
         Items("attractor", Attractor, COLUMNS,
+              doc="Attractors at each value; one that continues keeps its ``id``.",
               owner=("value", "place of the value, from 0", "values")),
     ]  # fmt: skip
     ends: dict[str, int]

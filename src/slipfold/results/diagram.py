@@ -123,6 +123,10 @@ class Labelled(NamedTuple):
 class Branches(Part):
     """Branches as an attribute of a diagram."""
 
+    def described(self) -> str:
+        """Return what a docstring says of them."""
+        return "The branches; the first is the response of period 1."
+
     def curves(self, result: Any) -> Curves:
         """Return what is said of branches and of their points."""
         branches: tuple[Branch, ...] = result.branches
@@ -166,29 +170,6 @@ class Diagram(Result):
 
     Made by `slipfold.response` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model, with the value of `vary` at the start of the span.
-    vary
-        Name of the parameter followed.
-    span
-        First and last value asked for.
-    branches
-        The branches; the first is the response of period 1.
-    settings
-        Options of continuation.
-    events
-        Values asked to be located.
-    provenance
-        Versions and time.
-    checked
-        Special points and ends that were computed again by other means; None if nothing was.
-    searched
-        Where branches were looked for that nothing leads to; None if nowhere.
-    tori
-        Branches of quasi-periodic tori from its Neimark-Sacker points, if they were asked for.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``point``: the points of all branches, one after the other;
@@ -220,10 +201,12 @@ class Diagram(Result):
     span: tuple[float, float]
     branches: Annotated[tuple[Branch, ...], Branches()]
     settings: Settings
-    events: tuple[Event, ...]
+    events: Annotated[tuple[Event, ...], "Values that were requested to be located."]
     provenance: Provenance
     checked: Checked | None = None
-    searched: BranchSearch | None = None
+    searched: Annotated[
+        BranchSearch | None, "Where branches were searched that nothing leads to; None if nowhere."
+    ] = None
     tori: Annotated[tuple[TorusBranch, ...], Tori()] = ()
 
     @property

@@ -291,13 +291,17 @@ class Part:
         """Return it as records hold it; nothing where they hold its parts."""
         return None
 
+    def described(self) -> str:
+        """Return what a docstring says of the attribute; nothing where the name says it all."""
+        return ""
+
 
 @cache
 def parts_of(kind: type[Declared]) -> dict[str, Part]:
     """Return how attributes of a class are written as arrays, in the order of its fields."""
     hints = get_type_hints(kind, include_extras=True)
     notes = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
-    declared = {name: note[0] for name, note in notes.items() if note}
+    declared = {name: note[0] for name, note in notes.items() if note and isinstance(note[0], Part)}
     own = dataclasses.fields(cast(Any, kind))
     return {item.name: declared[item.name] for item in own if item.name in declared} | {
         **kind.arrays
@@ -324,6 +328,17 @@ class Field(Part):
     """Whether it labels rows rather than holds results."""
     head: str | None = "{}"
     """Heading in tables, where ``{}`` is the name of the variable; None: not there."""
+    doc: str = ""
+    """What a docstring says, instead of the meaning."""
+    more: str = ""
+    """What a docstring says besides, e.g. what stands where there is no value."""
+
+    def described(self) -> str:
+        """Return its meaning and its dimensions."""
+        text = self.doc or self.meaning[:1].upper() + self.meaning[1:]
+        names = REFERENCE.sub(lambda match: match[0].strip("{}"), self.dimensions).split()
+        shape = f"({', '.join(names)}{',' * (len(names) == 1)})"
+        return f"{text}, shape {shape}{'; ' * bool(self.more)}{self.more}."
 
     def variables(self, result: Declared, key: str) -> dict[str, Variable]:
         """Return its array; of a complex one both parts."""
@@ -376,7 +391,8 @@ def _element(kind: Any) -> Any:
 
 def axis(reference: str) -> Field:
     """Return the values of a parameter, which label the dimension that is named for it."""
-    return Field(reference, reference, reference, name=reference, label=True)
+    doc = "Values of the parameter or state, increasing"
+    return Field(reference, reference, reference, name=reference, label=True, doc=doc)
 
 
 @dataclass(frozen=True)
@@ -384,6 +400,11 @@ class Labels(Part):
     """An attribute with values of parameters by name, along dimensions named for them or one."""
 
     dimension: str | None = None
+
+    def described(self) -> str:
+        """Return what a docstring says of them."""
+        along = "" if self.dimension is None else f", one a {self.dimension}"
+        return f"Values of parameters by name{along}."
 
     def variables(self, result: Declared, key: str) -> dict[str, Variable]:
         """Return the values as labels."""
@@ -421,8 +442,14 @@ class Items(Part):
     kind: Callable[..., Any]
     columns: Sequence[Column]
     prefix: str = ""
+    doc: str = ""
+    """What a docstring says of them."""
     owner: tuple[str, str, str] | None = None
     """What owns items, what the number of an owner is, and an attribute as long as the owners."""
+
+    def described(self) -> str:
+        """Return what a docstring says of them."""
+        return self.doc
 
     def table(self, result: Declared) -> Table:
         """Return what is said of an item."""

@@ -146,6 +146,10 @@ class LabelledLocus(NamedTuple):
 class Loci(Part):
     """Loci as an attribute of a diagram."""
 
+    def described(self) -> str:
+        """Return what a docstring says of them."""
+        return "The loci, in the order in which they were followed."
+
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the arrays of loci."""
         model, vary, loci = result.model, result.vary, result.loci
@@ -190,30 +194,6 @@ class LocusDiagram(Result):
 
     Made by `slipfold.locus`, `slipfold.bifurcation_set` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model; the values of `vary` are those of a corner of the window.
-    vary
-        Names of the two parameters.
-    window
-        Least and largest value of each.
-    loci
-        The loci, in the order in which they were followed.
-    regions
-        Which stable responses exist where; None if that was not asked for.
-    settings
-        Options of continuation.
-    provenance
-        Versions and time.
-    interrupted
-        Whether the computation was interrupted, so that some of the set is missing.
-    checked
-        Ends and special points of loci that were computed again by other means; None if nothing
-        was.
-    missing
-        Sentences on what was found in the window and could not be followed.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``point``: the points of all loci, one after the other;
@@ -238,15 +218,17 @@ class LocusDiagram(Result):
     title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"
 
     model: Model
-    vary: tuple[str, str]
-    window: Window
+    vary: Annotated[tuple[str, str], "Names of the two parameters."]
+    window: Annotated[Window, "Lowest and highest value of each."]
     loci: Annotated[tuple[Locus, ...], Loci()]
     regions: Annotated[RegionMap | None, Regions()]
     settings: Settings
     provenance: Provenance
     interrupted: bool = False
     checked: Checked | None = None
-    missing: tuple[str, ...] = ()
+    missing: Annotated[
+        tuple[str, ...], "Sentences on what was found in the window and could not be followed."
+    ] = ()
 
     @property
     def special(self) -> tuple[LabelledLocus, ...]:

@@ -31,7 +31,7 @@ QUANTITIES = Items("quantity", Quantity, (
     Column("measure", TEXT, "what is measured"),
     Column("output", TEXT, "output of which it is measured"),
     Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True),
-), "quantity_")  # fmt: skip
+), "quantity_", doc="What would be measured.")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,28 +39,6 @@ class MeasurementPlan(Result):
     """What planned readings would tell of parameters; frozen.
 
     Made by `slipfold.plan_measurement` and `slipfold.load`.
-
-    Parameters
-    ----------
-    model
-        The model with the values that are expected.
-    vary
-        Name of the parameter that would be swept.
-    quantities
-        What would be measured, q of them.
-    fitted
-        Names of the parameters to be told, p of them.
-    values
-        Values of `vary`, shape (m,), in the order of the sweep.
-    read
-        What would be read, shape (m, q); NaN where no response is stable.
-    slopes
-        Derivatives of readings with respect to the parameters, shape (m, q, p), in the units of
-        the quantities over those of the parameters.
-    errors
-        Standard deviations of the readings, shape (q,).
-    provenance
-        Versions and time.
 
     Notes
     -----
@@ -103,9 +81,20 @@ class MeasurementPlan(Result):
         tuple[str, ...], Field("fitted", "name of the parameter", name="fitted", label=True)
     ]
     values: Annotated[
-        Array, Field("row", "{vary}", "{vary}", name="value", label=True, head="{vary}")
+        Array,
+        Field(
+            "row",
+            "{vary}",
+            "{vary}",
+            name="value",
+            label=True,
+            head="{vary}",
+            doc="Values of the parameter in the order of the sweep",
+        ),
     ]
-    read: Annotated[Array, Field("row quantity", "what would be read")]
+    read: Annotated[
+        Array, Field("row quantity", "what would be read", more="NaN where no response is stable")
+    ]
     slopes: Annotated[
         Array,
         Field("row quantity fitted", "derivative of what would be read by each parameter, in units "
@@ -228,7 +217,9 @@ ESTIMATES = Items("fitted", Estimate, (
         Column("most", REAL, "upper bound that was given", name="fitted_most", record=True),
         Column("correlation", REAL, "with each of the other parameters", "",
                ("other",), name="fitted_correlation", record=True),
-))  # fmt: skip
+), doc="The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard error), ``low`` "
+   "and ``high`` (interval of 95 % confidence), ``least`` and ``most`` (bounds that were given), "
+   "``correlation`` with each of the parameters.")  # fmt: skip
 
 ROWS = (
     Column("values", REAL, "value of the parameter", name="value", label=True),
@@ -243,6 +234,10 @@ ROWS = (
 @dataclass(frozen=True)
 class Readings(Part):
     """A measurement as an attribute."""
+
+    def described(self) -> str:
+        """Return what a docstring says of it."""
+        return "What was measured."
 
     def names(self, key: str) -> set[str]:
         """Return the names of its arrays."""
@@ -280,32 +275,6 @@ class Fit(Result):
 
     Made by `slipfold.fit` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model with the fitted values.
-    measurement
-        What was measured.
-    estimates
-        The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard error), ``low``
-        and ``high`` (ends of the interval of 95 % confidence), ``least`` and ``most`` (bounds that
-        were given), ``correlation`` with each of the parameters.
-    predicted
-        What the fitted model predicts, shape (m, q); NaN for rows that are not used.
-    period
-        Period of the response that explains each row, in forcing periods, shape (m,); 0 for none.
-    used
-        Which rows are used, shape (m,).
-    scatter
-        Root mean square of the weighted residuals over degrees of freedom: 1 is expected where
-        errors are given, else it is in shares of each quantity's range.
-    converged
-        Whether the same responses explain the same readings at the end as in the last fit.
-    message
-        What there is to know besides; empty if nothing.
-    provenance
-        Versions and time.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``fitted`` the parameters, along ``row`` the measurement,
@@ -332,15 +301,23 @@ class Fit(Result):
     model: Model
     measurement: Annotated[Measurement, Readings()]
     estimates: Annotated[tuple[Estimate, ...], ESTIMATES]
-    predicted: Annotated[Array, Field("row quantity", "what the fitted model predicts")]
+    predicted: Annotated[
+        Array, Field("row quantity", "what the fitted model predicts", more="NaN if not used")
+    ]
     period: Annotated[
         NDArray[np.int64],
         Field("row", "of the stable response, in forcing periods, 0: none"),
     ]
     used: Annotated[NDArray[np.bool_], Field("row", "whether the row was used")]
-    scatter: float
-    converged: bool
-    message: str
+    scatter: Annotated[
+        float,
+        "Root mean square of the weighted residuals over degrees of freedom: 1 is expected where "
+        "errors are given, else it is in fractions of each quantity's range.",
+    ]
+    converged: Annotated[
+        bool, "Whether the same responses explain the same readings at the end as in the last fit."
+    ]
+    message: Annotated[str, "What there is to know besides; empty if nothing."]
     provenance: Provenance
 
     def __getitem__(self, name: str) -> Estimate:

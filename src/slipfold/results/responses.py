@@ -37,6 +37,10 @@ class Found(NamedTuple):
 class Diagrams(Part):
     """Diagrams of many cases, each in a group of the file."""
 
+    def described(self) -> str:
+        """Return what a docstring says of them."""
+        return "One a case; None where there is none."
+
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Diagram | None, ...]:
         """Return the diagrams."""
         groups = saved.table.groups
@@ -53,23 +57,6 @@ class Responses(Result, Sequence["Diagram | None"]):
 
     Made by `slipfold.responses` and `slipfold.load`. Each diagram is what `slipfold.response`
     gives for its case alone.
-
-    Parameters
-    ----------
-    model
-        The model; its values of `vary` and of what differs from case to case play no part.
-    vary
-        Name of the parameter followed.
-    span
-        First and last value asked for.
-    over
-        Values that differ from case to case, by name, each of shape (n_cases,).
-    diagrams
-        One a case; None where there is none.
-    reasons
-        Why there is none, one sentence a case; empty where there is one.
-    provenance
-        Versions and time.
 
     Notes
     -----

@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cache
 from importlib import import_module
+from inspect import cleandoc, get_annotations
 from pathlib import Path
+from textwrap import fill
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, get_origin, get_type_hints
 
 from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
@@ -42,6 +44,22 @@ if TYPE_CHECKING:
 
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
+USUAL = {
+    "model": "The model with its parameter values.",
+    "vary": "Name of the parameter.",
+    "span": "First and last value requested.",
+    "settings": "Options of continuation.",
+    "box": "Corners ``low`` and ``high`` of the box of starts, each of shape (n_states,).",
+    "seed": "Seed of the starts or samples.",
+    "asked": "Periods that were requested; None if none were.",
+    "ends": "How many trajectories ended early, by the limit of the model that they met.",
+    "transient": "Forcing periods left out at each value.",
+    "interrupted": "Whether the computation was interrupted, so that some of it is missing.",
+    "provenance": "Versions and time.",
+    "checked": "What was computed again by other means; None if nothing was.",
+}
+"""What docstrings say of fields that many results have."""
+
 COMMON = ("model", "provenance", "checked")
 """Fields that all results write alike."""
 
@@ -72,6 +90,24 @@ class Result(OneLine, ReadOnly, ABC):
     model: Model
     provenance: Provenance
     checked: Checked | None = None
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Write the section on parameters into the docstring, from the declared fields."""
+        super().__init_subclass__(**options)
+        before, notes, after = cleandoc(cls.__doc__ or "").partition("\nNotes\n")
+        if not notes or "\nParameters\n" in before:
+            return
+        hints, lines = get_type_hints(cls, include_extras=True), ["Parameters", "----------"]
+        declaring = [each for each in reversed(cls.__mro__) if each is not Result]
+        for name in dict.fromkeys(name for each in declaring for name in get_annotations(each)):
+            hint = hints[name]
+            if get_origin(hint) is ClassVar:
+                continue
+            note = (*getattr(hint, "__metadata__", ()), "")[0]
+            text = note.described() if isinstance(note, Part) else note
+            text = text or USUAL[name]
+            lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+        cls.__doc__ = "\n".join([before.rstrip("\n"), "", *lines, "", "Notes", after])
 
     def summary(self) -> str:
         """Return what it is, its numbers in tables, and what there is to know besides."""

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -205,30 +205,6 @@ class StudyResult(Result):
 
     Made by `slipfold.study` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The base case; its values of what differs from case to case play no part.
-    work
-        What was computed of every case.
-    cases
-        The cases.
-    values
-        What was found, by the name of the quantity, each of shape (n_cases,), in the order of the
-        cases. Where a number is missing it is NaN, or 0 if it counts something.
-    listed
-        What is said of all special points, or attractors, by name, each of shape (n_listed,), case
-        after case; ``"case"`` is the number of the case, from 0. Empty if cases have neither.
-    reasons
-        Why there is nothing of a case, one sentence a case; empty where there is something.
-    provenance
-        Versions; a study may be interrupted and resumed, so there is no time.
-    stopped
-        Whether it was stopped before all that was asked for was computed, cases that failed and
-        were to be tried again among it.
-    damaged
-        How many damaged lines the store had, of cases that were computed again; not saved.
-
     Notes
     -----
     The dataset of `to_xarray` lies along the parameters of a grid, which label it, so that
@@ -254,14 +230,30 @@ class StudyResult(Result):
     schema = "slipfold.study/1"
 
     model: Model
-    work: Work
-    cases: Cases
-    values: Mapping[str, NDArray[Any]]
-    listed: Mapping[str, NDArray[Any]]
-    reasons: NDArray[np.object_]
-    provenance: Provenance
-    stopped: bool = False
-    damaged: int = 0
+    work: Annotated[Work, "What was computed of every case."]
+    cases: Annotated[Cases, "The cases."]
+    values: Annotated[
+        Mapping[str, NDArray[Any]],
+        "What was found, by the name of the quantity, each of shape (n_cases,). A missing number "
+        "is NaN, or 0 if it counts something.",
+    ]
+    listed: Annotated[
+        Mapping[str, NDArray[Any]],
+        "All special points, or attractors, by the name of what is said of them, case after case; "
+        "``case`` is the number of the case, from 0. Empty if cases have neither.",
+    ]
+    reasons: Annotated[
+        NDArray[np.object_], "Why there is nothing of a case; empty where there is something."
+    ]
+    provenance: Annotated[
+        Provenance, "Versions; a study may be interrupted and resumed, so there is no time."
+    ]
+    stopped: Annotated[
+        bool, "Whether it was stopped before all was computed or failed cases were tried again."
+    ] = False
+    damaged: Annotated[
+        int, "How many damaged lines the store had, of cases that were computed again; not saved."
+    ] = 0
 
     def __len__(self) -> int:
         """Number of cases."""

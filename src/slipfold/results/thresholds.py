@@ -154,54 +154,6 @@ class Design(Result):
 
     Made by `slipfold.design` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model with the values that were there before, at its threshold.
-    type
-        Type of the special point, e.g. ``"PD"``.
-    vary
-        Parameter of which it is a value.
-    value
-        The threshold before.
-    period
-        Period of its orbit in forcing periods.
-    names
-        Parameters that were chosen.
-    bounds
-        Least and largest value of each, shape (d, 2).
-    load
-        Value of `vary` at which the vibration is measured.
-    state
-        The state that vibrates.
-    level
-        Its vibration before, root mean square about its mean.
-    kept
-        Names of further thresholds.
-    least
-        What each of these is to stay above.
-    sides
-        ``"above"`` or ``"below"``: on which side of what is wanted the threshold is to be.
-    wanted
-        What it is to be above or below, shape (n,).
-    values
-        Parameters chosen, shape (n, d); NaN where nothing is found.
-    thresholds
-        The threshold there, then those that are kept, shape (n, 1 + n_kept).
-    levels
-        Vibration there, shape (n,).
-    reasons
-        Why nothing is found, shape (n,); empty where something is.
-    confirmed
-        Whether the response of the design, followed anew from the load, first loses its stability
-        at the threshold, or meets GRAZE or LIFT before it does, shape (n,). Of a longer period,
-        whether doublings lead to it, from each of which on the response is stable.
-    interrupted
-        Whether the search was interrupted, so that designs are the best by then, or before all of
-        them were confirmed.
-    provenance
-        Versions and time.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``design``: the designs; along ``chosen``: the parameters
@@ -223,19 +175,19 @@ class Design(Result):
     gap = "\n\n"
 
     model: Model
-    type: str
+    type: Annotated[str, "Type of the special point, e.g. ``PD``."]
     vary: str
-    value: float
-    period: int
+    value: Annotated[float, "The threshold before."]
+    period: Annotated[int, "Period of its orbit in forcing periods."]
     names: Annotated[
         tuple[str, ...], Field("chosen", "parameter to choose", name="chosen", label=True)
     ]
     bounds: Annotated[Array, Field("chosen bound", "least and largest value", name="chosen_bounds")]
-    load: float
-    state: str
-    level: float
-    kept: tuple[str, ...]
-    least: tuple[float, ...]
+    load: Annotated[float, "Value of `vary` at which the vibration is measured."]
+    state: Annotated[str, "The state that vibrates."]
+    level: Annotated[float, "Its vibration before, root mean square about its mean."]
+    kept: Annotated[tuple[str, ...], "Names of further thresholds."]
+    least: Annotated[tuple[float, ...], "What each of these is to stay above."]
     sides: Annotated[
         tuple[str, ...],
         Field("design", "on which side of what is wanted the threshold is to be", name="side"),
@@ -246,7 +198,9 @@ class Design(Result):
             "design", "what the threshold is to be above or below", "{vary}", head="{vary} wanted"
         ),
     ]
-    values: Annotated[Array, Field("design chosen", "values chosen", head="")]
+    values: Annotated[
+        Array, Field("design chosen", "values chosen", head="", more="NaN: none found")
+    ]
     thresholds: Annotated[
         Array, Field("design kept", "the threshold, then those that are kept", "{vary}", head="")
     ]
@@ -257,7 +211,11 @@ class Design(Result):
     ]  # fmt: skip
     confirmed: Annotated[
         NDArray[np.bool_],
-        Field("design", "whether a response followed anew meets the threshold first"),
+        Field(
+            "design",
+            "whether a response followed anew meets the threshold first",
+            more="of a longer period, whether doublings lead to it, each of them soft",
+        ),
     ]
     reasons: Annotated[
         NDArray[np.str_],

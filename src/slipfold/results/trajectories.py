@@ -36,27 +36,6 @@ class LyapunovExponents(Result):
 
     Made by `slipfold.lyapunov` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    estimates
-        Exponents with their errors after more and more forcing periods; the last ones count.
-    verdict
-        ``"periodic"``, ``"torus"``, ``"chaos"``, ``"equilibrium"`` or ``"undecided"``, with its
-        sentence, and the period or duration of what repeats, or the rotation number of a torus and
-        the resonance p/q that it is near.
-    start, state
-        First and last state of the motion, at phase zero, shape (n_states,).
-    tolerance
-        Error of the exponents at which the computation ends.
-    asked
-        Forcing periods that were asked for; None for as many as it takes.
-    interrupted
-        Whether the computation was interrupted before that.
-    provenance
-        Versions and time.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``estimate``: ``periods``, ``exponents`` and ``errors``,
@@ -88,12 +67,16 @@ class LyapunovExponents(Result):
                    ("exponent",), head="exponent"),
             Column("errors", REAL, "estimated errors of the exponents", "1/{per}", ("exponent",),
                    head="error"),
-        )),
+        ), doc="Exponents with their errors after more and more periods; the last ones count."),
     ]  # fmt: skip
-    verdict: Verdict
+    verdict: Annotated[
+        Verdict,
+        "What the motion is: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with "
+        "its sentence, and the period, duration, rotation number or resonance.",
+    ]
     start: Annotated[Array, Field("state", "first state of the motion")]
     state: Annotated[Array, Field("state", "last state of the motion", name="last")]
-    tolerance: float
+    tolerance: Annotated[float, "Error of the exponents at which the computation ends."]
     asked: int | None
     interrupted: bool
     provenance: Provenance
@@ -173,6 +156,16 @@ KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)
 
 UNFINISHED = "Interrupted before all motions were done"
 
+RUNS = (
+    "``rest``, from the model's start; ``up`` and ``down``, swept along the second parameter; "
+    "``continued 1`` and so on, motions that none of the runs before has in a cell, continued from "
+    "a neighboring cell"
+)
+KINDS_OF_MOTION = (
+    "``periodic``, ``torus``, ``chaos``, ``sticks``, ``stopped`` at a limit of the model, "
+    "``undecided``, ``not done``, or ``none`` where a cell has no further motion"
+)
+
 CELLS = "run {axes[0]} {axes[1]}"
 
 
@@ -182,38 +175,6 @@ class RegimeMap(Result):
 
     Made by `slipfold.regimes` and `slipfold.load`. The first axis of its arrays is that of `runs`,
     the others are those of the plane.
-
-    Parameters
-    ----------
-    model
-        The model; its values of the two parameters play no part.
-    over
-        Values of the two parameters by name, shapes (n1,) and (n2,), increasing.
-    runs
-        ``"rest"``, motions from the model's start; ``"up"`` and ``"down"``, motions swept along the
-        second parameter; then ``"continued 1"`` and so on, motions that none of the runs before has
-        in a cell, continued from a cell beside it. Length n_runs.
-    kinds
-        ``"periodic"``, ``"torus"``, ``"chaos"``, ``"sticks"``, ``"stopped"`` at a limit of the
-        model, ``"undecided"`` or ``"not done"``, shape (n_runs, n1, n2); ``"none"`` where a cell
-        has no further motion.
-    periods
-        Periods in forcing periods, shape (n_runs, n1, n2); 0 of what does not repeat, or sticks and
-        was followed no further.
-    exponents
-        Largest Lyapunov exponents, a forcing period each, shape (n_runs, n1, n2), of motions that
-        did not repeat soon; else NaN.
-    states
-        Last states at phase zero, shape (n_runs, n1, n2, n_states).
-    means
-        Means of the states at phase zero of responses that repeat, shape (n_runs, n1, n2,
-        n_states); else NaN.
-    transient
-        Forcing periods left out in each cell.
-    interrupted
-        Whether the computation was interrupted.
-    provenance
-        Versions and time.
 
     Notes
     -----
@@ -245,9 +206,12 @@ class RegimeMap(Result):
 
     model: Model
     over: Annotated[Mapping[str, Array], Labels()]
-    runs: Annotated[tuple[str, ...], Field("run", "where motions begin", name="run", label=True)]
+    runs: Annotated[
+        tuple[str, ...], Field("run", "where motions begin", name="run", label=True, more=RUNS)
+    ]
     kinds: Annotated[
-        NDArray[np.str_], Field(CELLS, "what the motion does", name="kind", head="regime")
+        NDArray[np.str_],
+        Field(CELLS, "what the motion does", name="kind", head="regime", more=KINDS_OF_MOTION),
     ]
     periods: Annotated[
         NDArray[np.int64], Field(CELLS, "period in forcing periods, 0 for none", head="period")
@@ -380,30 +344,6 @@ class Sweep(Result):
 
     Made by `slipfold.sweep` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model; its value of the parameter plays no part.
-    vary
-        Name of the parameter.
-    values
-        Its values, shape (n_values,), increasing.
-    runs
-        ``"up"`` and ``"down"``, then ``"start 1"`` and so on, length n_runs.
-    states
-        States at phase zero of successive forcing periods, shape (n_runs, n_values, n_periods,
-        n_states); NaN where there are none.
-    stuck
-        Whether a contact stuck or was open in the last period, shape (n_runs, n_values).
-    reasons
-        Why there are no points, shape (n_runs, n_values); empty where there are.
-    transient
-        Forcing periods left out at each value.
-    interrupted
-        Whether the computation was interrupted.
-    provenance
-        Versions and time.
-
     Notes
     -----
     The dataset of `to_xarray` lies along ``run``, a dimension named for the parameter, ``period``
@@ -433,10 +373,24 @@ class Sweep(Result):
     model: Model
     vary: str
     values: Annotated[Array, axis("{vary}")]
-    runs: Annotated[tuple[str, ...], Field("run", "sweep or start", name="run", label=True)]
+    runs: Annotated[
+        tuple[str, ...],
+        Field(
+            "run",
+            "sweep or start",
+            name="run",
+            label=True,
+            more="``up``, ``down``, ``start 1`` and so on",
+        ),
+    ]
     states: Annotated[
         Array,
-        Field("run {vary} period state", "states at phase zero of successive periods", head=""),
+        Field(
+            "run {vary} period state",
+            "states at phase zero of successive periods",
+            head="",
+            more="NaN where there are none",
+        ),
     ]
     stuck: Annotated[
         NDArray[np.bool_], Field("run {vary}", "whether a contact stuck in the last period")

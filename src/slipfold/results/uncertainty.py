@@ -45,12 +45,16 @@ SCATTERS = Items("scattered", Scatter, (
            "the logarithm if lognormal"),
     Column("low", REAL, "least value of it, where it is cut off"),
     Column("high", REAL, "largest value of it, likewise"),
-), "scatter_")  # fmt: skip
+), "scatter_", doc="How each parameter scatters.")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Indices(Part):
     """Sobol's indices as an attribute, which may be None."""
+
+    def described(self) -> str:
+        """Return what a docstring says of them."""
+        return "Sobol's indices; None if they were not requested or cannot be computed."
 
     def names(self, key: str) -> set[str]:
         """Return the names of the arrays."""
@@ -79,43 +83,6 @@ class ThresholdUncertainty(Result):
 
     Made by `slipfold.uncertainty` and `slipfold.load`. What is told by samples is of those that
     have the threshold.
-
-    Parameters
-    ----------
-    model
-        The model with the values about which its parameters scatter, at the threshold.
-    type
-        Type of the special point, e.g. ``"PD"``.
-    vary
-        Parameter of which it is a value.
-    value
-        The threshold at these values.
-    period
-        Period of its orbit in forcing periods.
-    scatters
-        How each parameter scatters.
-    gradient
-        Derivative of the threshold by each of them, in SI units, shape (d,).
-    samples
-        Values of the scattered parameters, shape (n, d).
-    thresholds
-        Threshold at each sample, shape (n,); NaN where there is none.
-    reasons
-        Why there is none, shape (n,); empty where there is one.
-    seed
-        Seed of the samples.
-    loads
-        Values of `vary` of which summaries tell the probability of being quiet.
-    correlation
-        Correlation matrix of the parameters' normal scores, shape (d, d).
-    indices
-        Sobol's indices; None if they were not asked for or cannot be told.
-    no_indices
-        Why they cannot be told although they were asked for; empty otherwise.
-    interrupted
-        Whether the computation was interrupted, so that samples are missing.
-    provenance
-        Versions and time.
 
     Notes
     -----
@@ -146,10 +113,10 @@ class ThresholdUncertainty(Result):
     })  # fmt: skip
 
     model: Model
-    type: str
+    type: Annotated[str, "Type of the special point, e.g. ``PD``."]
     vary: str
-    value: float
-    period: int
+    value: Annotated[float, "The threshold at the values of the model."]
+    period: Annotated[int, "Period of its orbit in forcing periods."]
     scatters: Annotated[tuple[Scatter, ...], SCATTERS]
     gradient: Annotated[
         Array,
@@ -175,9 +142,11 @@ class ThresholdUncertainty(Result):
         Field("sample", "why there is no threshold", name="reason", head="no threshold"),
     ]
     seed: int
-    loads: tuple[float, ...]
+    loads: Annotated[
+        tuple[float, ...], "Values of `vary` of which summaries say the probability of being quiet."
+    ]
     indices: Annotated[SobolIndices | None, Indices()]
-    no_indices: str
+    no_indices: Annotated[str, "Why there are no indices that were requested; empty otherwise."]
     interrupted: bool
     provenance: Provenance
 
