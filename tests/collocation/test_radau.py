@@ -149,7 +149,7 @@ def test_a_mesh_that_no_polynomials_are_found_on_is_not_called_a_lack_of_values(
 
     if not found_again:
         nowhere = np.full((6, 2), np.nan), np.zeros(6)
-        monkeypatch.setattr(Collocation, "passed_through", lambda *given: nowhere)
+        monkeypatch.setattr(Collocation, "stage_states", lambda *given: nowhere)
     model = forced({"x": "v", "v": "F*cos(t) - 0.1*v - x - x^3"})
     told = []
     for by in (Collocation, Shooting):

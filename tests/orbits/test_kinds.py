@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.models import model_named
-from slipfold.orbits.critical import cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.critical import doubled_orbit, hopf_cycle
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Cycles, Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.orbit_curve import OrbitPoint
@@ -71,7 +71,7 @@ def test_however_eigenvalues_are_seen_they_are_those_of_the_jacobian():
 def test_an_orbit_passed_twice_solves_the_equations_and_its_tangent_is_in_their_kernel(where):
     item = special(*where)
     orbits = orbits_of(item.model, {item.vary: 1.0}, 1, len(item.nodes))
-    born = passed_twice(orbits, orbits.unknown(item.nodes, item.model))
+    born = doubled_orbit(orbits, orbits.unknown(item.nodes, item.model))
     assert born.orbits.period == 2
     assert np.abs(born.orbits.defect(born.z)).max() < 1e-9
     part = born.orbits.linearise(born.z)
@@ -83,7 +83,7 @@ def test_an_orbit_passed_twice_solves_the_equations_and_its_tangent_is_in_their_
 def test_a_cycle_of_no_amplitude_solves_the_equations_and_its_tangent_is_in_their_kernel():
     item = special(*HOPF)
     orbits = Equilibria(item.model, {"a": 1.0})
-    born = cycle_of_no_amplitude(orbits, orbits.unknown(item.nodes[:1], item.model))
+    born = hopf_cycle(orbits, orbits.unknown(item.nodes[:1], item.model))
     assert isinstance(born.orbits, Cycles)
     assert born.orbits.duration(born.z) == pytest.approx(2 * np.pi, rel=1e-9)  # b = 1
     assert np.abs(born.orbits.defect(born.z)).max() < 1e-9

@@ -21,7 +21,7 @@ from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED
-from slipfold.orbits.uncertainty import computed_anew
+from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
@@ -280,7 +280,7 @@ def _is_known(point: OrbitPoint) -> bool:
 
     Along a canard perturbations grow by 1e30 and decay again: no digit is left, nor the sign.
     """
-    again, _ = computed_anew(point.curve, point)
+    again, _ = recomputed(point.curve, point)
     largest = point.multipliers[0]
     return again is None or bool(abs(again.multipliers[0] - largest) < 0.5 * abs(largest))
 

@@ -269,7 +269,7 @@ def _birth_point(orbits: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
     start = birth.start
     z = orbits.in_phase(birth.in_terms_of(orbits), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))
-    return orbits.known_point(z, last.tangent, place, start.monodromy, start.residual)
+    return orbits.derived_point(z, last.tangent, place, start.monodromy, start.residual)
 
 
 class Returns:

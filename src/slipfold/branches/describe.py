@@ -21,7 +21,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
-from slipfold.orbits.uncertainty import SPREAD, computed_anew, multiplier_change
+from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 
 DIFFERENCED = 1e-6
 """Arclength over which multipliers are differenced: six digits of their rates are left."""
@@ -66,7 +66,7 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
     point = found.place.nearest if isinstance(found, FoundTouch) else found.point
-    again, rounding = computed_anew(orbits, point)
+    again, rounding = recomputed(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding + SEAM_CLOSE
@@ -108,7 +108,7 @@ def _form_of(found: Found) -> str | None:
 def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located user's event."""
     point = found.point
-    again, rounding = computed_anew(orbits, point)
+    again, rounding = recomputed(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
         moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1]) + rounding
@@ -188,7 +188,7 @@ def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
 def _crossing_anew(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = orbits.shifted(point.z, point.tangent)
-    start = other.known_point(guess, row, point.arclength, point.monodromy, point.residual)
+    start = other.derived_point(guess, row, point.arclength, point.monodromy, point.residual)
     return find_crossing(other, start, row)
 
 
@@ -210,7 +210,7 @@ def _found_anew(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """
     point, other = found.point, found.other
     if other is None:
-        again, rounding = computed_anew(orbits, point)
+        again, rounding = recomputed(orbits, point)
     else:
         crossing = _crossing_anew(orbits, point)
         again = None if crossing is None else crossing.point

@@ -27,7 +27,7 @@ from slipfold.continuation.trail import Trail
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.limits import limit_ahead, limit_rooms, loses_equations
+from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 NEAR_EDGE = 0.01
@@ -138,7 +138,7 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         return failure.kind, reason
     try:
         margins, rooms = limit_rooms(orbits, last.z)
-        singular = loses_equations(orbits, last.z)
+        singular = is_singular_near(orbits, last.z)
     except BREAKDOWNS:
         return failure.kind, failure.reason
     for limit, margin, room in zip(orbits.model.limits, margins, rooms, strict=True):

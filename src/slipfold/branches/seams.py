@@ -177,7 +177,7 @@ def _last_touch(trail: Trail[OrbitPoint]) -> None:
     if by is None or by.met.level:  # slip in the plane vanishes in its own way
         return
     curve = last.curve.described_by(by)
-    again = curve.retaken(last)
+    again = curve.converted(last)
     if again is None:
         return
     value, *slopes = by.condition(curve.orbits.nodes(again.z), curve.orbits.constants(again.z))
@@ -219,7 +219,7 @@ def _next_piece(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | Non
         return None
     # Nothing is interpolated across the seam: it is another curve.
     other = curve.described_by(curve.orbits.by)
-    point = other.retaken(found)
+    point = other.converted(found)
     return None if point is None else (other, point)
 
 

@@ -16,7 +16,7 @@ from slipfold.branches.settings import Settings
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.critical import Newborn, cycle_of_no_amplitude, passed_twice
+from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -80,15 +80,15 @@ def _birth(orbits: Orbits, found: Found, settings: Settings, largest: float) -> 
     cycles = settings.largest_period > 0
     if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
         method = partial(method_for, settings)
-        return _born(cycle_of_no_amplitude(orbits, found.point.z, method), found.point)
+        return _born(hopf_cycle(orbits, found.point.z, method), found.point)
     if found.type == "PD" and 2 * orbits.period <= largest:
-        return _born(passed_twice(orbits, found.point.z), found.point)
+        return _born(doubled_orbit(orbits, found.point.z), found.point)
     return None
 
 
-def _born(first: Newborn, point: OrbitPoint) -> Birth:
+def _born(first: Emanating, point: OrbitPoint) -> Birth:
     curve = first.orbits
-    start = curve.known_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
+    start = curve.derived_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
     return Birth(curve, start)
 
 

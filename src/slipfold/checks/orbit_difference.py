@@ -204,7 +204,8 @@ def _newton_step(
     orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
 ) -> tuple[Difference, Difference]:
     forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
-    condensed = _condensed(field, retraced, orbit.model.whole_turns / field.scales)
+    turns = orbit.model.whole_turns / field.scales
+    condensed = _condensed(field, retraced, turns, autonomous=not forced)
     matrices, pulls, defects = _between(anchors, condensed)
     rates = None if forced else field.rates(retraced.nodes, retraced.edges[:-1])
     own = 0 if forced else 1
@@ -236,7 +237,7 @@ def _finite(values: Array | float) -> Array:
     return np.where(np.isfinite(values), values, np.inf)
 
 
-def _condensed(field: Field, retraced: Retraced, turns: Array) -> Array:
+def _condensed(field: Field, retraced: Retraced, turns: Array, *, autonomous: bool) -> Array:
     """Return how pieces end: by beginnings, by the unit of time, and what is lacking.
 
     Shapes: turns (n,); returns (N, n, n + 2).
@@ -248,7 +249,9 @@ def _condensed(field: Field, retraced: Retraced, turns: Array) -> Array:
         start, lengths = edges[:-1][some], np.diff(edges)[some]
         nodes, stages = retraced.nodes[some], retraced.stages[some]
         solved = newton_step(field, gauss_points(m), nodes, start, lengths, stages)
-        pulls = solved.answered(field.rates(stages, solved.phases)[..., None])[1]
+        pulls = np.zeros((len(lengths), n, 1))
+        if autonomous:
+            pulls = solved.answered(field.rates(stages, solved.phases)[..., None])[1]
         parts.append(np.concatenate([solved.matrices, pulls, solved.ends[..., None]], axis=2))
     condensed = np.concatenate(parts)
     following = np.roll(retraced.nodes, -1, axis=0)

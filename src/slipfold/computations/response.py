@@ -49,7 +49,7 @@ from slipfold.options import (
     Vary,
     documented,
 )
-from slipfold.orbits.find import may_slip, orbit_near, periodic_orbit, settled_on
+from slipfold.orbits.find import attractor_from, may_slip, orbit_near, periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram, finalised
@@ -272,7 +272,7 @@ def _begin(
             raise InputError(f"at {vary} = {at:g} {error}") from None
     if settled:
         tell = searching(observer, at)
-        found = settled_on(there, state, lambda progress: tell(progress.done))
+        found = attractor_from(there, state, lambda progress: tell(progress.done))
     elif state or not there.forced:
         found = orbit_near(there, state)
     else:

@@ -22,11 +22,11 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import TWO_PAIRS, SpecialPoints
 from slipfold.loci.start import LocusStart, is_complex, of_each_pair, passing, regular_start
 from slipfold.orbits.critical import (
-    Newborn,
+    Emanating,
     critical_direction,
     crossing_gap,
-    cycle_of_no_amplitude,
-    passed_twice,
+    doubled_orbit,
+    hopf_cycle,
 )
 from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.eigenvalues import Cayley
@@ -90,14 +90,14 @@ def starts_at(
         yield from _born(_newborn(orbits, point.z, pair), kind, point, settings)
 
 
-def _newborn(orbits: Orbits, z: Array, pair: int) -> Newborn:
+def _newborn(orbits: Orbits, z: Array, pair: int) -> Emanating:
     if isinstance(orbits, Equilibria):
-        return cycle_of_no_amplitude(orbits, z, pair=pair)
-    return passed_twice(orbits, z)
+        return hopf_cycle(orbits, z, pair=pair)
+    return doubled_orbit(orbits, z)
 
 
 def _born(
-    first: Newborn, condition: str, parent: OrbitPoint, settings: Settings
+    first: Emanating, condition: str, parent: OrbitPoint, settings: Settings
 ) -> Iterator[LocusStart]:
     """Return the locus of orbits that are born at a point, unless it leads to their parents."""
     curve = LocusEquations(first.orbits, condition)

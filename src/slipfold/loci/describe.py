@@ -13,7 +13,7 @@ from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.special_points import TWO_PAIRS, tests_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.uncertainty import computed_anew
+from slipfold.orbits.uncertainty import recomputed
 
 
 def coefficient_at(curve: LocusEquations, point: OrbitPoint) -> float:
@@ -100,7 +100,7 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
         first, second = curve.pair_tangents(point.z)
         both = first + (1 if first @ second > 0 else -1) * second
         point = replace(point, tangent=both / np.linalg.norm(both))
-    again, _ = computed_anew(curve, point)
+    again, _ = recomputed(curve, point)
     if again is None:
         return np.inf, np.inf
     change = max(

@@ -21,7 +21,7 @@ from slipfold.loci.window import Window
 from slipfold.models.equilibrium_search import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.find import settled_on
+from slipfold.orbits.find import attractor_from
 from slipfold.progress import Observer, Progress
 
 BEYOND = 0.25
@@ -172,7 +172,7 @@ def follow_settled(
             observer(locus_progress("responses", 0, None, (place[0], place[1]), text))
         state = None
         with suppress(InputError):
-            state = settled_on(there)
+            state = attractor_from(there)
         if isinstance(state, np.ndarray) and _is_another(there, state, known):
             known.append(state)
             for i in (1, 0):

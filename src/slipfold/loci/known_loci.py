@@ -42,7 +42,7 @@ def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) ->
     """
     for point in (points[0], points[-1]):
         own = point.curve.orbits
-        gap = float(np.linalg.norm(point.z - own.begun_near(own.adopt(orbits, z), point.z)))
+        gap = float(np.linalg.norm(point.z - own.started_near(own.adopt(orbits, z), point.z)))
         apart = float(np.linalg.norm(asymmetry(own, point.z)))
         if gap < SAME_CRITICAL + 2 * apart < ABREAST:
             return True
@@ -54,7 +54,7 @@ def _runs(points: Sequence[OrbitPoint]) -> Iterator[tuple[LocusEquations, list[O
     for curve, run in groupby(points, lambda point: point.curve):
         own = list(run)
         before = points.index(own[0]) - 1
-        again = curve.retaken(points[before]) if before >= 0 else None
+        again = curve.converted(points[before]) if before >= 0 else None
         if again is not None:
             place = own[0].arclength - arc_between(again, own[0])
             own.insert(0, replace(again, arclength=place))
@@ -77,7 +77,7 @@ def _meets(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> boo
     where = np.array([point.z for point in points])
     size = curve.orbits.size
     tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
-    z = curve.orbits.begun_near(z, where[tails.argmin()])
+    z = curve.orbits.started_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
     if ends.min() < SAME_CRITICAL:
         return True
@@ -102,5 +102,5 @@ def _meets_between(curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, z: Array
     correction = correct(curve, guess, row, reach=2 * ABREAST)
     if not correction.converged:
         return False
-    gap = curve.orbits.begun_near(z, correction.z) - correction.z
+    gap = curve.orbits.started_near(z, correction.z) - correction.z
     return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME_CRITICAL + (gap @ row) ** 2)

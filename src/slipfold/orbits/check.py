@@ -110,9 +110,9 @@ class OrbitCheck(OneLine):
     states
         Largest difference of the states at the orbit's nodes, in scaled states.
     duration
-        Difference of the durations, as a share.
+        Difference of the durations, as a fraction.
     multipliers
-        Largest difference of the multipliers, as a share of the largest or of one; those that
+        Largest difference of the multipliers, as a fraction of the largest or of one; those that
         coincide are compared by their mean.
     tolerance
         What is allowed of each.
@@ -272,7 +272,7 @@ class _Solution:
             return np.inf
         apart = self.orbits.flat(finer.orbits.nodes(finer.z)[::2]) - self.z[: self.orbits.size]
         gauge = self.gauge
-        if gauge is not None:  # wherever cycles are begun
+        if gauge is not None:  # wherever cycles are started
             apart = apart - (gauge[: len(apart)] @ apart) * gauge[: len(apart)]
         periods = [item.orbits.constants(item.z).period for item in (self, finer)]
         size = max(1.0, float(np.abs(finer.multipliers).max()))

@@ -319,7 +319,7 @@ class Collocation(Segments):
         """Return the states at any phases, shape (q, n)."""
         return self._ended(nodes, constants, phases, derived=False)[0].ends * self.scales
 
-    def passed_through(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
+    def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array]:
         """Return the states at all points of all intervals, and their phases."""
         solved = self._solved(nodes / self.scales, constants, derived=False)
         return solved.stages.reshape(-1, nodes.shape[1]) * self.scales, solved.phases.ravel()
@@ -387,7 +387,7 @@ class Collocation(Segments):
 
 
 def _copies(model: Model, period: int) -> int:
-    """How often a mesh repeats itself, so that an orbit begun a part of its period later has it.
+    """How often a mesh repeats itself, so that an orbit started a part of its period later has it.
 
     So have doubled orbits and their copies, and the two halves of a cycle.
     """
@@ -406,7 +406,7 @@ def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
     The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of
     degree m; returned is the root of order m + 1 of the derivative. The highest derivative of the
     polynomial is constant on an interval; the next one is estimated from how it differs between
-    neighbours (de Boor 1973; Russell and Christiansen, SIAM Journal on Numerical Analysis 15 (1978)
+    neighbors (de Boor 1973; Russell and Christiansen, SIAM Journal on Numerical Analysis 15 (1978)
     59-80).
 
     Shapes: edges (N + 1,); slopes (N, m, n).
@@ -414,7 +414,7 @@ def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
     m = len(gauss.points)
     lengths = np.diff(edges)
     highest = np.einsum("k,ikn->in", gauss.highest, slopes) / lengths[:, None] ** (m - 1)
-    # The orbit is closed: the last interval is the neighbour of the first.
+    # The orbit is closed: the last interval is the neighbor of the first.
     gaps = (lengths + np.roll(lengths, -1)) / 2
     jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
     return np.asarray(np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1)))

@@ -98,7 +98,7 @@ class Straight(OrbitCurve):
     def tests(
         self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
-        """Return what tells a fold; stability is looked at point by point."""
+        """Return what tells a fold; stability is examined point by point."""
         return {"LP": float(tangent[-1])}
 
 
@@ -118,7 +118,7 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     size = np.ptp(orbits.nodes(point.z) / orbits.scales, axis=0).max()
     if orbits.free_phase and size < STANDING:
         return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None
-    again = other.retaken(point)
+    again = other.converted(point)
     return None if again is None else _fitted(other, again)
 
 
@@ -157,7 +157,7 @@ def _newborn(other: Orbits, orbits: Orbits, point: OrbitPoint) -> OrbitPoint:
     z = other.join(nodes, orbits.free_values(point.z))
     tangent = other.join(np.real(later[:, None] * critical), orbits.free_values(point.tangent))
     tangent /= np.linalg.norm(tangent)
-    return other.known_point(z, tangent, point.arclength, point.monodromy, point.residual)
+    return other.derived_point(z, tangent, point.arclength, point.monodromy, point.residual)
 
 
 def through_stick(
@@ -177,7 +177,7 @@ def through_stick(
         return None
     by = SwitchedShooting(orbits.model, orbits.by.free, orbits.period)
     other = curve.described_by(by)
-    again = other.retaken(point)
+    again = other.converted(point)
     if again is None:
         return None
     renewed = other.renewed([again])

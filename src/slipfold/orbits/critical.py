@@ -219,7 +219,7 @@ class Critical(OrbitCurve):
 
 
 @dataclass(frozen=True, eq=False)
-class Newborn:
+class Emanating:
     """The first of the orbits that are born at another."""
 
     orbits: Orbits  # what they are
@@ -228,7 +228,7 @@ class Newborn:
     monodromy: Array  # matrix whose eigenvalues are watched, in scaled states
 
 
-def passed_twice(orbits: Orbits, z: Array) -> Newborn:
+def doubled_orbit(orbits: Orbits, z: Array) -> Emanating:
     """Return an orbit at a period doubling, passed twice, with the direction of doubled ones.
 
     That is the critical direction, which changes sign from one period to the next.
@@ -250,16 +250,16 @@ def passed_twice(orbits: Orbits, z: Array) -> Newborn:
     # The largest component starts positive: of the two copies always the same one.
     tangent *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(tangent)
     doubled = child.join(orbits.nodes(z)[same], orbits.free_values(z))
-    return Newborn(child, doubled, tangent, part.monodromy @ part.monodromy)
+    return Emanating(child, doubled, tangent, part.monodromy @ part.monodromy)
 
 
-def cycle_of_no_amplitude(
+def hopf_cycle(
     orbits: Equilibria,
     z: Array,
     method: Callable[[Array], Cut] = lambda jacobian: Shooting,
     *,
     pair: int = 0,
-) -> Newborn:
+) -> Emanating:
     """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
@@ -276,7 +276,7 @@ def cycle_of_no_amplitude(
     turning = np.real(q * turns[:, None]).ravel()
     tangent = np.concatenate([turning, np.zeros(len(child.units))])
     nodes = np.tile(orbits.nodes(z), (m, 1))
-    return Newborn(
+    return Emanating(
         child,
         child.join(nodes, [unit * turn, *orbits.values(z)]),
         tangent / np.linalg.norm(tangent),

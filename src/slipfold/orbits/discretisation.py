@@ -89,10 +89,10 @@ class Discretisation(ABC):
         """
         return nodes
 
-    def passed_through(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
+    def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
         """Return states that an orbit passes through and their phases, (q, n) and (q,), if known.
 
-        They are known without more work, one after the other, and to a few digits less than nodes.
+        They are known without more work, in turn, and to a few digits less than nodes.
         Shapes: nodes (m, n).
         """
         return None
@@ -163,7 +163,7 @@ GAUSS = Scheme(gauss_points(STAGES))
 def scheme_for(jacobians: Array, stages: int = STAGES) -> Scheme:
     """Return how intervals are solved, from derivatives of the rates a unit of phase.
 
-    Gauss points carry on what they do not resolve as if nothing damped it: nothing is lost where
+    Gauss points carry on what they do not resolve as if nothing damped it: nothing fails where
     nothing is damped, but multipliers of stiff modes come near one, and orbits resonate with them.
     Radau points damp it. They are taken where there are, at all places, fast vibrations that decay;
     those that do not are resolved.
@@ -258,7 +258,7 @@ class Segments(Discretisation):
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
         """Return the states at any phases, shape (q, n). Shapes: nodes (m, n); phases (q,)."""
 
-    def begun_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
+    def started_near(self, nodes: Array, constants: Constants, wanted: Array) -> Array:
         """Return the nodes of a cycle started where these lie nearest to others.
 
         Shapes: nodes, wanted (m, n).

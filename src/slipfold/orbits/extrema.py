@@ -46,16 +46,16 @@ ZOOM = 16
 
 ZOOMS, MORE = 2, 7
 """Closer looks: the second resolves 1e-3 of a forcing period, a polynomial through `BESIDE` samples
-to either side then 1e-13 in value unless the motion turns more sharply, as a relaxation's speed
+to either side then 1e-13 in value unless the trajectory turns more sharply, as a relaxation's speed
 does."""
 
 BESIDE = 3
 
 ROUND = 1e-4
-"""Share of the value by which samples beside a minimum may exceed it for the polynomial to do."""
+"""Fraction of the value by which samples near a minimum may exceed it for the polynomial."""
 
 JUMP = 1 / 8
-"""Share of its range by which an output changes between samples where peaks may lie unseen."""
+"""Fraction of its range by which an output changes between samples where peaks may lie unseen."""
 
 
 TOGETHER = 32
@@ -240,7 +240,7 @@ def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 @dataclass(eq=False)
 class _Near:
-    """Where extrema are looked for: the sample before each, shape (k, n), and what lies between."""
+    """Where extrema are searched: the sample before each, shape (k, n), and what lies between."""
 
     states: Array
     start: Array
@@ -267,7 +267,7 @@ def refine_minimum(
 
     The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
     of the spring's length near collapse; a polynomial through the last samples gives the rest.
-    What is seen to stay above `enough` is not looked at any closer.
+    What is seen to stay above `enough` is not examined any closer.
 
     Shapes: states (k, n); start, columns, signs, enough (k,), spacing too or one; returns (k,).
     """
@@ -284,7 +284,7 @@ def refine_minimum(
         best = np.clip(values.argmin(axis=1), BESIDE, ZOOM - 1 - BESIDE)
         beside = values[rows[:, None], best[:, None] + _PLACES]
         least, bend = beside.min(axis=1), _bend(beside)
-        # Each goes on for itself: what is beside it changes no digit of it.
+        # Each continues individually: others change no digit of it.
         on = (bend > ROUND * np.abs(values).max(axis=1)) | (zoom < ZOOMS)
         if enough is not None:
             on &= ~(least - np.abs(bend) > enough[going])
@@ -333,11 +333,11 @@ def _least_between(values: Array) -> Array:
 
 
 SEEN = 256
-"""Periods that are looked at of a motion that has not settled."""
+"""Periods that are examined of a trajectory that has not settled."""
 
 
 def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
-    """Find extrema over the orbit that a motion settled on, or else over its last periods.
+    """Find extrema over the orbit that a trajectory settled on, or else over its last periods.
 
     It has a whole period at least.
     """

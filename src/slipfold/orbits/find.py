@@ -322,7 +322,7 @@ def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
 # -- near a state --------------------------------------------------------------------------------
 
 
-def settled_on(
+def attractor_from(
     model: Model, state: GivenState = None, observer: Observer | None = None
 ) -> PeriodicOrbit | Array:
     """Return the orbit or equilibrium to which a trajectory from a state converges."""

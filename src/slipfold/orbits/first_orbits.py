@@ -37,7 +37,7 @@ NEAR = 0.3
 """An orbit this far from the linear response, in scaled states, may belong to another branch."""
 
 SETTLING = (25, 75, 300)
-"""Forcing periods after which a trajectory from rest is tried, one after the other."""
+"""Forcing periods after which a trajectory from rest is tried, in turn."""
 
 ITERATIONS = 20
 """Newton steps from a trajectory that is on its way to an orbit."""

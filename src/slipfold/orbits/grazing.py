@@ -105,17 +105,17 @@ SHORT = 0.02
 """Phases that what has just been born lasts at most."""
 
 PLACES = 64
-"""Places on a leg at which events are looked at first."""
+"""Places on a leg at which events are examined first."""
 
 LONGEST = 0.05
 """Phases on either side of a touch within which an orbit is carried past it at most."""
 
 CLEAR = 0.5
-"""Share of the way to the next change, or to where the function turns back, that is left free."""
+"""Fraction of the way to the next change, or to where the function turns back, left free."""
 
 
 LEVEL = 1e-4
-"""Share of its size that slip in the plane keeps at a touch."""
+"""Fraction of its size that slip in the plane keeps at a grazing."""
 
 EXACT = 1e-9
 """Change of the phase of the least value at which it is found: the value changes by its square."""
@@ -138,7 +138,7 @@ class Grazing:
 def find_grazing(
     flow: SwitchedFlow, start: Array, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
 ) -> Grazing | None:
-    """Return where a motion comes nearest to one of its events without meeting it.
+    """Return where a trajectory comes nearest to one of its events without meeting it.
 
     Or meets it for an instant. None where it does neither. Shapes: start (n,).
     """
@@ -205,7 +205,7 @@ def _grazed(
 def _born(
     flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
 ) -> Iterator[tuple[float, Grazing]]:
-    """Yield what has been met for a short time, after which contacts go on as before."""
+    """Yield what has been met for a short time, after which contacts continue as before."""
     for place, ((before, _), (leg, after)) in enumerate(pairwise(legs), start=1):
         mode = shown(before.mode)
         returns = before.event is not None and shown(after) == mode != shown(leg.mode)
@@ -283,7 +283,7 @@ class GrazingShooting(MarginalShooting):
         return type(self).at(self, nodes, constants, self.met.kind)
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Carry a state from the node to another phase; nothing where it cannot go on.
+        """Carry a state from the node to another phase; nothing where it cannot continue.
 
         Shapes: start (n,).
         """

@@ -106,7 +106,7 @@ class ForcedOrbits(Orbits):
         return self.by.changed(forward, backward, self.nodes(z), self.constants(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
-        """Return the same orbit begun in that forcing period in which it lies nearest another."""
+        """Return the same orbit started in that forcing period in which it lies nearest another."""
         nodes, constants = self.nodes(z), self.constants(z)
         begun = [z]
         for turn in range(1, self.period):
@@ -123,7 +123,7 @@ STANDING = 1e-9
 class Cycles(Orbits):
     """Orbits with the duration of one round as a free parameter, and with no phase of their own.
 
-    A cycle may be begun anywhere on it: Newton's steps and tangents are kept orthogonal to the
+    A cycle may be started anywhere on it: Newton's steps and tangents are kept orthogonal to the
     flow, which fixes the phase without a condition to be met.
 
     The model's ``duration`` sets the scale of the duration; `period` is the number of rounds.
@@ -210,7 +210,7 @@ class Cycles(Orbits):
         """Return a guess whose phase is that of a cycle nearby.
 
         Corrections leave the phase as it is in the guess, and extrapolation would magnify small
-        differences from one cycle to the next. Between aligned cycles lies no motion along the
+        differences from one cycle to the next. Between aligned cycles lies no shift along the
         flow, to the third order of their distance.
         """
         for _ in range(3):  # each leaves the square of the last
@@ -222,11 +222,11 @@ class Cycles(Orbits):
         """Whether a cycle has no amplitude: it is an equilibrium."""
         return bool(np.ptp(self.nodes(z) / self.scales, axis=0).max() < STANDING)
 
-    def begun_near(self, z: Array, reference: Array) -> Array:
-        """Return the same cycle begun where it lies nearest to another."""
+    def started_near(self, z: Array, reference: Array) -> Array:
+        """Return the same cycle started where it lies nearest to another."""
         if self.stands(z):
             return z
-        nodes = self.by.begun_near(self.nodes(z), self.constants(z), self.nodes(reference))
+        nodes = self.by.started_near(self.nodes(z), self.constants(z), self.nodes(reference))
         return self.join(nodes, self.free_values(z))
 
 

@@ -24,13 +24,13 @@ SAMPLES = 48
 """Samples a forcing period of the first look."""
 
 BESIDE = 0.01
-"""Distance from an orbit, in typical sizes, within which equations are tried: samples may lie that
+"""Distance from an orbit, in scaled states, within which equations are tried: samples may lie that
 far from where it comes nearest to a singularity."""
 
 SHARE = 0.01
-"""Share of what an output swings by that is far from a bound which says nothing of its scale:
-orbits of maps move by at most 1e-5 of typical sizes after they were watched, a thousandth of that
-where outputs swing by typical sizes, and few orbits have to be looked at closely."""
+"""Fraction of an output's swing that is far from a bound which says nothing of its scale: orbits of
+maps move by at most 1e-5 in scaled states after they were watched, a thousandth of that, and few
+orbits have to be examined closely."""
 
 
 def far_above(bounds: Array, swings: Array) -> Array:
@@ -62,10 +62,10 @@ def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
     limits = orbits.model.limits
     if not limits:
         return np.empty(0), np.empty(0)
-    if not orbits.by.smooth:  # a motion that meets a limit ends there: an orbit has met none
+    if not orbits.by.smooth:  # a trajectory that meets a limit ends there: an orbit has met none
         return np.full(len(limits), np.inf), np.zeros(len(limits))
     flow, constants = orbits.flow, orbits.constants(z)
-    known = orbits.by.passed_through(orbits.nodes(z), constants)
+    known = orbits.by.stage_states(orbits.nodes(z), constants)
     if known is not None and len(known[1]) >= SAMPLES * orbits.period:
         columns, bounds = _watched(flow, limits)
         values = flow.outputs(*known, constants)[:, columns]
@@ -77,7 +77,7 @@ def limit_rooms(orbits: Orbits, z: Array) -> tuple[Array, Array]:
     return found[0][0], found[1][0]
 
 
-def margins_each(
+def many_margins(
     flow: Flow, constants: Constants, limits: Sequence[Limit], nodes: Array, period: int
 ) -> Array:
     """Return the same of many orbits of a period in slip, from states at equidistant phases.
@@ -135,13 +135,13 @@ def limit_met(margins: Array, before: Array | None) -> int:
     return int((margins / (np.ones(len(margins)) if before is None else before)).argmin())
 
 
-def loses_equations(orbits: Orbits, z: Array) -> bool:
+def is_singular_near(orbits: Orbits, z: Array) -> bool:
     """Whether the equations have no value somewhere beside an orbit."""
     if not orbits.by.smooth:
         return False
     flow, constants = orbits.flow, orbits.constants(z)
     if isinstance(orbits.by, Collocation):  # explicit steps may not come through what is stiff
-        samples, phases = orbits.by.passed_through(orbits.nodes(z), constants)
+        samples, phases = orbits.by.stage_states(orbits.nodes(z), constants)
         if not np.isfinite(samples).all():  # where nothing but the nodes is found again
             samples, phases = orbits.nodes(z), orbits.by.start
     else:
@@ -178,14 +178,14 @@ limit that ended the steps is met clearly; the limit lies no farther."""
 
 NEAR_LIMIT = 1e-3
 """Distance from the last orbit, in scaled states, within which its own limit is met: it grows as
-the square root of `AHEAD` at most, unless a contact is caught and another motion comes to one."""
+the square root of `AHEAD` at most, unless a contact is caught and another limit is met."""
 
 
 def limit_ahead(orbits: Orbits, last: OrbitPoint) -> str | None:
     """Return the sentence of the limit that orbits meet just beyond the last one, None if none.
 
-    No orbit meets it, and so nothing along the curve changes its sign. But a motion from where the
-    next orbit is expected does.
+    No orbit meets it, and so nothing along the curve changes its sign. But a trajectory from where
+    the next orbit is expected does.
     """
     by, expected = orbits.by, last.z + AHEAD * last.tangent
     if not isinstance(by, SwitchedShooting) or not by.switched.limits:
@@ -202,7 +202,7 @@ def limit_ahead(orbits: Orbits, last: OrbitPoint) -> str | None:
 
 
 def _is_at_limit(broken: Broken, orbits: Orbits, last: OrbitPoint) -> bool:
-    """Whether a motion ends at a limit, and beside the last orbit."""
+    """Whether a trajectory ends at a limit near the last orbit."""
     by, leg = orbits.by, broken.leg
     assert isinstance(by, SwitchedShooting)
     if leg is None or broken.stop.kind not in {limit.name for limit in by.switched.limits}:

@@ -131,7 +131,7 @@ def _parity(permutation: Places) -> int:
 
 
 LARGE = 64
-"""Unknowns beyond which nodes are eliminated one after the other; below, one inversion of the whole
+"""Unknowns beyond which nodes are eliminated in turn; below, one inversion of the whole
 matrix is quicker than so many small operations (measured: 76 us instead of 165 at 33 unknowns, the
 same at 80), and no threads are started for it."""
 
@@ -304,9 +304,9 @@ def _product(factors: Array) -> Array:
 
 
 def _products(factors: Array) -> Iterator[Array]:
-    """Yield matrices, the products of two neighbours, of four, and so on to that of all."""
+    """Yield matrices, the products of two neighbors, of four, and so on to that of all."""
     yield factors
-    while (count := factors.shape[-3]) > 1:  # pairs side by side: three operations for eight
+    while (count := factors.shape[-3]) > 1:  # pairs in one batch: three operations for eight
         if count % 2:
             first = factors[..., 1:2, :, :] @ factors[..., :1, :, :]
             factors = np.concatenate([first, factors[..., 2:, :, :]], axis=-3)
@@ -338,8 +338,8 @@ class Eliminated(SquareMatrix):
     """Jacobian of an orbit with one more row, square of size m n + k, for many states.
 
     The unknowns of all nodes but the first are eliminated by way of the transition matrices, so
-    that systems of size n + k are solved: small enough that linear algebra does not share them out
-    among threads, which costs far more than it gains. What rounding adds, magnified by the
+    that systems of size n + k are solved: small enough that linear algebra starts no threads for
+    them, which costs far more than it gains. What rounding adds, magnified by the
     multipliers, Newton's method removes.
 
     Shapes: row (m n + k,).

@@ -77,7 +77,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
     >>> product_eigenvalues(np.array([factor] * 8)).real * [1, 1e32]
     array([1., 1.])
     """
-    # There is none beside the motion of a single angle.
+    # There is none across the flow of a single angle.
     if not (matrices.size and np.isfinite(matrices).all()):
         return np.full(matrices.shape[1], np.nan + 0j)
     factors = [product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
@@ -106,8 +106,8 @@ def product_eigenvalues(matrices: Array) -> Complex:
 def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
     """Return the multiplier of a cycle's own direction and the others.
 
-    The direction of motion is carried around the cycle. In bases that begin with it the transition
-    matrices are block triangular; the others are eigenvalues of what is left. So a fold, where
+    The direction of the flow is carried around the cycle. In bases that begin with it the matrices
+    are block triangular; the others are eigenvalues of what is left. So a fold, where
     another multiplier meets this one, does not cost half of the digits.
 
     Shapes: matrices (N, n, n); rates (N, n); returns others (n - 1,).
@@ -117,10 +117,11 @@ def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
 
 
 def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
-    """Return what each matrix does along a cycle's motion, (N,), and beside it, (N, n - 1, n - 1).
+    """Return what each matrix does along the flow, (N,), and across it, (N, n - 1, n - 1).
 
-    The motion is carried into itself but for errors, which are eliminated: where all else decays by
-    orders of magnitude they would decide. Matrices and rates are those of `cycle_multipliers`.
+    The direction of the flow is carried into itself but for errors, which are eliminated: where all
+    else decays by orders of magnitude they would decide. The arguments are those of
+    `cycle_multipliers`.
     """
     bases = motion_bases(rates)
     turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases
@@ -129,10 +130,10 @@ def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
 
 
 def motion_bases(rates: Array) -> Array:
-    """Return orthonormal bases that begin with the direction of motion, (N, n, n).
+    """Return orthonormal bases that begin with the direction of the flow, (N, n, n).
 
     The other vectors are Householder's reflections of the axes: smooth functions of the rates, as
-    what a QR factorisation returns need not be.
+    what a QR factorization returns need not be.
     """
     eye = np.eye(rates.shape[1])
     lengths = np.linalg.norm(rates, axis=1)[:, None]
@@ -236,7 +237,7 @@ class CycleMultipliers(Multipliers):
     def matrix(self, part: Linearisation) -> Array:
         """Return the monodromy matrix on the quotient, shape (n - 1, n - 1).
 
-        With many nodes it is the product of what happens beside the motion from one to the next:
+        With many nodes it is the product of the changes across the flow from one to the next:
         in the whole matrix growth on the way, and decay later, may have taken all digits.
         """
         if len(part.blocks) > MANY:

@@ -21,7 +21,7 @@ from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
-from slipfold.orbits.limits import far_above, margins_each
+from slipfold.orbits.limits import far_above, many_margins
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import evaluate_each, floquet_multipliers
 
@@ -34,7 +34,7 @@ EXACTLY = precision.TOLERANCE
 """Error of a step of the flow itself; a larger one may be made by explicit steps."""
 
 TOGETHER = 512
-"""Orbits whose limits are looked at together: enough to hide the cost of a call, few enough for the
+"""Orbits whose limits are examined together: enough to hide the cost of a call, few enough for the
 processor's cache."""
 
 
@@ -278,7 +278,7 @@ class OrbitBatch:
             scales = power_of_two(self.scales[own])
             constants = self.flow.constants(self.values(own, z[rows]), scales)
             states = self.states(own, z[rows])
-            found[rows] = margins_each(self.flow, constants, limits, states, self.period)
+            found[rows] = many_margins(self.flow, constants, limits, states, self.period)
         return found
 
     def residuals(self, some: Indices, z: Array) -> Array:
@@ -327,20 +327,20 @@ class OrbitBatch:
             wide = np.repeat(scales, m, axis=0)
             given = flat, start, self._length, values, wide, change
             return self.steps.carry(*given, tolerance)
-        # The same segment of all orbits side by side: lanes take about as many steps each.
+        # The same segment of all orbits in one batch: lanes take about as many steps each.
         order = np.arange(k * m).reshape(k, m).T.ravel()
         each, start = constants.rows(order // m), start[order]
         found = self.flow.linearise(
             flat[order], start, start + self._length, each, change[order, :, None]
         )
         ends, matrices, vectors = (part[order.argsort()] for part in found)
-        unseen = np.full((k * m, self._limits), -np.inf)  # limits are not looked at
+        unseen = np.full((k * m, self._limits), -np.inf)  # limits are not examined
         return Carried(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
 
     def solve(self, part: Part, rows: Array, right: Array) -> tuple[Array, Array, Array]:
         """Return Newton's steps, unit tangents, and the equations for the first node alone.
 
-        The other nodes are eliminated one after the other: each is a linear function of the first
+        The other nodes are eliminated in turn: each is a linear function of the first
         node, the parameter, and one, in columns.
 
         Shapes: rows (k, u); right (k,).

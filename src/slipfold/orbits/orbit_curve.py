@@ -65,7 +65,7 @@ there are a tenth fewer points, in no less time; with the twenty of a chain a th
 
 
 class OrbitCurve(Curve[OrbitPoint]):
-    """A curve whose solutions are orbits: by themselves, or at a bifurcation."""
+    """A curve whose solutions are orbits: individually, or at a bifurcation."""
 
     orbits: Orbits
     """What the orbits are, and what an unknown means."""
@@ -106,7 +106,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             return None
         other, moved = self.described_by(by), list[OrbitPoint]()
         for point in [item for item in points[-POINTS:] if item.curve is self][::-1]:
-            again = other.retaken(point)
+            again = other.converted(point)
             if again is None:
                 break
             if moved:
@@ -114,8 +114,8 @@ class OrbitCurve(Curve[OrbitPoint]):
             moved.insert(0, again)
         return (other, moved) if moved else None
 
-    def retaken(self, point: OrbitPoint) -> OrbitPoint | None:
-        """Return a point of a curve that describes its orbits otherwise, None if it is lost."""
+    def converted(self, point: OrbitPoint) -> OrbitPoint | None:
+        """Return a point of a curve that describes its orbits otherwise, None if it fails."""
         orbits, known = self.orbits, point.curve.orbits
         nodes, along = known.by.moved_to(
             orbits.by,
@@ -192,7 +192,7 @@ class Orbits(OrbitCurve):
     """What results call them, ``"periodic"`` or ``"equilibrium"``."""
 
     free_phase = False
-    """Whether an orbit may be begun anywhere, as a cycle may."""
+    """Whether an orbit may be started anywhere, as a cycle may."""
 
     def __init__(
         self, model: Model, vary: Mapping[str, float], by: Discretisation, spectrum: Multipliers
@@ -354,7 +354,7 @@ class Orbits(OrbitCurve):
         return self.by.evenly(self.nodes(z), self.constants(z), count)
 
     def stuck_fraction(self, z: Array) -> float:
-        """Return the share of the period in which a contact sticks, NaN if none may."""
+        """Return the fraction of the period in which a contact sticks, NaN if none may."""
         if not isinstance(self.by, SwitchedShooting):
             return np.nan
         return self.by.stuck_fraction(self.nodes(z), self.constants(z))
@@ -378,7 +378,7 @@ class Orbits(OrbitCurve):
 
     # -- one orbit and another -----------------------------------------------------------------
 
-    def begun_near(self, z: Array, reference: Array) -> Array:
+    def started_near(self, z: Array, reference: Array) -> Array:
         """Return an orbit as it is compared with another one: forced orbits know their phase."""
         return self.beside(z, reference)
 
@@ -391,11 +391,11 @@ class Orbits(OrbitCurve):
         return self.join((near + gap) * self.scales, self.free_values(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
-        """Return the same orbit begun where it lies nearest to another."""
-        return self.begun_near(z, like)
+        """Return the same orbit started where it lies nearest to another."""
+        return self.started_near(z, like)
 
     def distance(self, z: Array, like: Array) -> float:
-        """Return how far apart two orbits are, wherever they are begun, in scaled variables."""
+        """Return how far apart two orbits are, wherever they are started, in scaled variables."""
         return float(np.linalg.norm(self.in_phase(z, like) - like))
 
     # -- perturbations -------------------------------------------------------------------------
@@ -449,7 +449,7 @@ class Orbits(OrbitCurve):
         found[:, columns] = evaluate_each(multipliers, self.spectrum.tests)
         return found
 
-    def known_point(
+    def derived_point(
         self, z: Array, tangent: Array, arclength: float, monodromy: Array, residual: float
     ) -> OrbitPoint:
         """Return a point of a branch whose derivatives follow from those of another branch.

@@ -102,7 +102,7 @@ class PeriodicOrbit(OneLine):
 
     @property
     def stuck_fraction(self) -> float:
-        """Share of the period in which a contact sticks."""
+        """Fraction of the period in which a contact sticks."""
         return 0.0
 
     @cached_property
@@ -130,7 +130,7 @@ class PeriodicOrbit(OneLine):
         time : ndarray, shape (count,)
             Seconds, from 0; the end of the period is left out.
         states : ndarray, shape (count, n_states)
-            States; angles go on beyond a turn.
+            States; angles continue beyond a turn.
         """
         flow = flow_of(self.model)
         segments = len(self.nodes)
@@ -205,7 +205,7 @@ class PeriodicOrbit(OneLine):
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
         """Computed uncertainty of each multiplier, shape (n_states,).
 
-        How much it moves when the monodromy matrix is integrated anew with other steps.
+        How much it moves when the monodromy matrix is integrated again with other steps.
         """
         return multiplier_uncertainty(
             self.model,
@@ -262,7 +262,7 @@ class StickSlipOrbit(PeriodicOrbit):
 
     @property
     def stuck_fraction(self) -> float:
-        """Share of the period in which a contact sticks."""
+        """Fraction of the period in which a contact sticks."""
         return self._round.fraction
 
     def sample(self, count: int = 256) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -296,7 +296,7 @@ class StickSlipOrbit(PeriodicOrbit):
 
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
-        """Computed uncertainty of each multiplier, begun elsewhere on the orbit."""
+        """Computed uncertainty of each multiplier, started elsewhere on the orbit."""
         orbits = orbits_at(self.model, self.period, 1, by=SwitchedShooting)
         z = orbits.unknown(self.nodes[:1], self.model)
         other, moved, _ = orbits.shifted(z, np.eye(1, len(z), len(z) - 1)[0])

@@ -33,7 +33,7 @@ class Reversal:
     before: Mode
     after: Mode
     held: Mode  # the same if it stuck
-    stops: Event  # where slip before it comes to zero
+    stops: Event  # where slip before it reaches zero
     yields: Event  # where friction that holds it cannot any more
     phase: float
     reach: float  # phases on either side that nothing else happens in
@@ -110,7 +110,7 @@ class ReversalShooting(MarginalShooting):
         return None if met is None else cls(by.model, by.free, by.period, met)
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
-        """Return what contacts do one after the other, without stick that is as good as none."""
+        """Return what contacts do in turn, without stick that is as good as none."""
         found = [
             mode
             for begin, end, mode in self.spans(nodes, constants)
@@ -119,7 +119,7 @@ class ReversalShooting(MarginalShooting):
         return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Carry a state from the node to another phase; nothing where it cannot go on.
+        """Carry a state from the node to another phase; nothing where it cannot continue.
 
         Shapes: start (n,).
         """

@@ -19,13 +19,13 @@ from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 NEAR = 0.05
-"""Share of the longest span without a change that a node keeps away from any."""
+"""Fraction of the longest span without a change that a node keeps away from any."""
 
 DIFFERENCED = 1e-4
 """Step of differences of first derivatives, in scaled states."""
 
 Passed = list[tuple[Leg, Mode]]
-"""The legs of a motion, each with the mode that follows."""
+"""The legs of a trajectory, each with the mode that follows."""
 
 
 class SwitchedShooting(Shooting):
@@ -53,7 +53,7 @@ class SwitchedShooting(Shooting):
     smooth = False
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
-        """Return what contacts do one after the other on the way round, wherever it is begun.
+        """Return what contacts do in turn on the way round, wherever it starts.
 
         Shapes: nodes (m, n).
         """
@@ -63,14 +63,14 @@ class SwitchedShooting(Shooting):
         return min(tuple(found[i:] + found[:i]) for i in range(len(found)))
 
     def stuck_fraction(self, nodes: Array, constants: Constants) -> float:
-        """Return the share of the period in which a contact sticks. Shapes: nodes (m, n)."""
+        """Return the fraction of the period in which a contact sticks. Shapes: nodes (m, n)."""
         spans = self.spans(nodes, constants)
         return sum(end - begin for begin, end, mode in spans if Status.STICK in mode) / self.period
 
     def spans(self, nodes: Array, constants: Constants) -> list[tuple[float, float, Mode]]:
         """Return when on the way round contacts do what: phases of begin and end, and the mode.
 
-        The last one may go on beyond the end of the orbit. Shapes: nodes (m, n).
+        The last one may continue beyond the end of the orbit. Shapes: nodes (m, n).
         """
         found = list[tuple[float, float, Mode]]()
         for node, begin, end in zip(nodes, self.start, self.end, strict=True):
@@ -122,7 +122,7 @@ class SwitchedShooting(Shooting):
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[SwitchedShooting, Array, Array]:
-        """Return the same begun elsewhere: all steps between changes then are others."""
+        """Return the same started elsewhere: all steps between changes then are others."""
         spans = self.spans(nodes, constants)
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
         places = begin + (end - begin) * np.array([0.3, 0.7])
@@ -186,10 +186,10 @@ class SwitchedShooting(Shooting):
             found[place] = np.einsum("jab,jb->ja", bend, vector) * (size / DIFFERENCED) ** 2
         return found
 
-    # -- motions -------------------------------------------------------------------------------
+    # -- trajectories --------------------------------------------------------------------------
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Carry a state from one phase to another; nothing where it cannot go on.
+        """Carry a state from one phase to another; nothing where it cannot continue.
 
         Shapes: start (n,).
         """
@@ -203,7 +203,7 @@ class SwitchedShooting(Shooting):
         return found if found[-1][0].end <= end else []
 
     def motion(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Do the same, where an error tells why a motion cannot go on. Shapes: start (n,)."""
+        """Do the same; an error tells why a trajectory cannot continue. Shapes: start (n,)."""
         flow = self.switched
         weights = flow.weights(start, constants)
         mode = first_mode(flow, start, constants, weights, begin)

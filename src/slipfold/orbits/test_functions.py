@@ -177,7 +177,7 @@ def degeneracy(kind: str, monodromy: Array, pair: tuple[int, int] | None = None)
     found = _pair_degeneracy(monodromy, pair) if of_a_pair else _real_degeneracy(kind, monodromy)
     if found is UNKNOWN:
         return found
-    # The matrix is known to a share of its largest entry, and so is the number.
+    # The matrix is known to a fraction of its largest entry, and so is the number.
     size = float(np.sqrt(1 + np.linalg.norm(monodromy) ** 2))
     return Degeneracy(found.value / size, found.left / size, found.right)
 

@@ -1,4 +1,4 @@
-"""How far an orbit and its multipliers can be trusted: computed anew, and what rounding can do."""
+"""How far an orbit and its multipliers can be trusted: computed again, and what rounding can do."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def multiplier_change(
     return SPREAD * change + multiplier_rounding(monodromy, values)
 
 
-def place_rounding(bordered: SquareMatrix, z: Array) -> float:
+def parameter_rounding(bordered: SquareMatrix, z: Array) -> float:
     """Return what rounding of the segments' ends can do to the last unknown, the parameter."""
     unit = np.zeros(len(z))
     unit[-1] = 1.0
@@ -62,7 +62,7 @@ def place_rounding(bordered: SquareMatrix, z: Array) -> float:
     return float(weights @ (ROUNDING * sizes))
 
 
-def computed_anew(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
     """Compute a point of a curve with other errors in every step.
 
     Also what rounding can do to its last parameter. None if that fails: nothing is known then.
@@ -73,7 +73,7 @@ def computed_anew(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | No
         if not correction.converged:
             return None, np.inf
         again = other.point(correction, point.arclength)
-        return again, place_rounding(correction.bordered, correction.z)
+        return again, parameter_rounding(correction.bordered, correction.z)
     except BREAKDOWNS:
         return None, np.inf
 
@@ -85,7 +85,7 @@ def multiplier_uncertainty(
     period: int,
     multipliers: NDArray[np.complex128],
 ) -> Array:
-    """Return how much each multiplier moves when the monodromy matrix is computed anew.
+    """Return how much each multiplier moves when the monodromy matrix is computed again.
 
     The second computation begins half a segment later, so that every step of the integrator falls
     elsewhere. The multipliers are the same in exact arithmetic; what differs is their error.
@@ -95,7 +95,7 @@ def multiplier_uncertainty(
     """
     flow, scales = flow_of(model), model.state_scales()
     constants = flow.constants(parameters, power_of_two(scales))
-    # The same segment of all orbits side by side: lanes take about as many steps each.
+    # The same segment of all orbits in one batch: lanes take about as many steps each.
     segments, orbits = (index.ravel() for index in np.indices(nodes.shape[1::-1]))
     own, length = constants.rows(orbits), period / nodes.shape[1]
     start = segments * length

@@ -132,7 +132,7 @@ class BatchedThresholds:
         inner = np.array(FRACTIONS[:-1])
         values = self.span[0] + np.multiply.outer(inner, paths.ends - self.span[0])
         guesses = paths.states[:, :-1].swapaxes(0, 1).reshape(-1, n)
-        # Orbits at the same fraction are neighbours: lanes of the flow take about as many steps.
+        # Orbits at the same fraction are neighbors: lanes of the flow take about as many steps.
         batch = orbits.rows(np.tile(np.arange(m), len(inner)))
         found = find_orbits(batch, guesses, values.ravel())
         states = batch.states(np.arange(len(guesses)), found.z)[:, 0]
@@ -271,7 +271,7 @@ def first_doublings(models: Sequence[Model], vary: str, span: tuple[float, float
 def proved_doublings(
     batch: BatchedThresholds, models: Sequence[Model], vary: str
 ) -> tuple[Indices, Found | None]:
-    """Return which responses come to a doubling, and these as far as they are stable.
+    """Return which responses reach a doubling, and these as far as they are stable.
 
     A response is followed in the parameter until a multiplier has passed -1. That guesses the
     doubling, which is then found and proved.
@@ -321,7 +321,7 @@ class _Followed:
         self._active &= found
 
     def run(self) -> None:
-        """Take steps until each has lost its stability or comes to an end."""
+        """Take steps until each has lost its stability or reaches an end."""
         for _ in range(STEPS):
             some = np.flatnonzero(self._active)
             if not len(some):

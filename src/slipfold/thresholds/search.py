@@ -126,7 +126,7 @@ class ThresholdSearch:
     def _guesses(
         self, axis: int, stencils: list[Stencil | None], others: Indices, *, doubles: bool
     ) -> Paths:
-        """Guess the stable parts on lines, one after the other."""
+        """Guess the stable parts on lines, in turn."""
         # The axis that is refined comes first.
         kinds, ends, states = (
             item.swapaxes(0, axis) for item in (self.kinds, self.ends, self.states)

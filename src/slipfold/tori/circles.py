@@ -222,7 +222,7 @@ class Circles(Curve[CirclePoint]):
         if count == self.count:
             return None
         other = self.described_at(last.z, count)
-        again = other.retaken(last)
+        again = other.converted(last)
         if again is None:
             return None
         same = last.orientation * again.orientation
@@ -247,7 +247,7 @@ class Circles(Curve[CirclePoint]):
             matrices=matrices.reshape(self.count, *point.matrices.shape[1:]),
         )
 
-    def retaken(self, point: CirclePoint) -> CirclePoint | None:
+    def converted(self, point: CirclePoint) -> CirclePoint | None:
         """Return the same corrected; None if it is lost."""
         z, row = self._resampled(point)
         try:

@@ -22,7 +22,7 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.critical import passed_twice
+from slipfold.orbits.critical import doubled_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import OrbitBatch, Settled
 from slipfold.orbits.orbit_curve import OrbitPoint
@@ -49,7 +49,7 @@ def placed_on(case: Case, branch: OwnBranch, vary: str, width: float) -> list[Fo
     found = []
     for item, at in zip(branch.special, branch.placed, strict=True):
         known = at.z[0], at.tangents[0], item.arclength, at.monodromies[0], float(at.residuals[0])
-        found.append(Found(item.bracket.kind, orbits.known_point(*known), item.slope))
+        found.append(Found(item.bracket.kind, orbits.derived_point(*known), item.slope))
     return found
 
 
@@ -137,9 +137,9 @@ def _chart(
     if branch.parent is not None:
         place, which = branch.parent
         parent, birth = place + 1, charts[place].trail.found[which]
-        born = passed_twice(birth.point.curve, birth.point.z)
+        born = doubled_orbit(birth.point.curve, birth.point.z)
         residual = birth.point.residual
-        first = orbits.known_point(born.z, born.tangent, 0.0, born.monodromy, residual)
+        first = orbits.derived_point(born.z, born.tangent, 0.0, born.monodromy, residual)
         points.insert(0, first)
     if branch.limit is None:
         end = span_end(orbits, points[-1])

@@ -269,7 +269,7 @@ def _next_starts(
 
 
 def _doubled(case: int, item: Approached) -> Start:
-    """Return an orbit at a period doubling passed twice, as `passed_twice` does."""
+    """Return an orbit at a period doubling passed twice, as `doubled_orbit` does."""
     m, n = item.blocks.shape[:2]
     monodromy = np.eye(n)
     for block in item.blocks:

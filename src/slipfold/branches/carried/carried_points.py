@@ -63,7 +63,7 @@ def _normal_forms(
     for item, orbit in zip(special, z, strict=True):
         monodromy = curve.orbits.linearise(orbit).monodromy
         known = orbit, np.zeros_like(orbit), item.arclength, monodromy, np.nan
-        point = curve.orbits.known_point(*known)
+        point = curve.orbits.derived_point(*known)
         try:
             form = normal_form(curve.orbits, point, item.type)
         except np.linalg.LinAlgError:
