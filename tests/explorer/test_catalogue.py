@@ -10,12 +10,9 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from slipfold.errors import InputError
-from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.messages import parse_request
-from slipfold.explorer.plain_text import plain_text
-from slipfold.explorer.views.labels import axis_of
-from slipfold.explorer.views.numbers import number, short
+from slipfold.explorer.plain import axis_of, number, plain_text, short
 
 DESCRIBED = {item["name"]: item for item in Catalogue().describe()}
 
@@ -118,7 +115,7 @@ def test_whatever_a_model_is_called_it_can_be_asked_for(name):
             {"kind": "simulation", "id": 1, "model": described["name"], "parameters": values}
         )
     )
-    assert asked_model(catalogue, request) == own
+    assert catalogue.of(request) == own
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
 from slipfold.explorer.messages import SimulationRequest
-from slipfold.explorer.views.simulation import stream_simulation
+from slipfold.explorer.trajectories import stream_simulation
 from slipfold.models import model_named
 
 

@@ -8,8 +8,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from helpers.explorer_server import PATIENCE, diagram, running_explorer
-from slipfold.explorer.limits import Limits
-from slipfold.explorer.security import Access
+from slipfold.explorer.security import Access, Limits
 
 PATHS = ["/", "/page/main.js", "/plotly.min.js", "/api/models", "/openapi.json", "/nothing"]
 

@@ -5,8 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.explorer.messages import SimulationRequest
-from slipfold.explorer.views.orbit import orbit_view
-from slipfold.explorer.views.simulation import stream_simulation
+from slipfold.explorer.trajectories import orbit_view, stream_simulation
 
 PENDULUM = """
 name = "driven pendulum"

@@ -2,9 +2,8 @@
 
 from helpers.dry_friction import two_masses
 from slipfold.explorer import answering
-from slipfold.explorer.answering import Answering
+from slipfold.explorer.answering import Answering, Computing
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.computing import Computing
 
 
 def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):

@@ -9,10 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from helpers.explorer_server import diagram, running_explorer
-from slipfold.explorer.job import Job
-from slipfold.explorer.limits import Limits
 from slipfold.explorer.messages import parse_request
-from slipfold.explorer.workers import Workers
+from slipfold.explorer.security import Limits
+from slipfold.explorer.workers import Job, Workers
 
 PLANE = {
     "kind": "plane",

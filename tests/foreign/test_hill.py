@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipfold import System, bifurcation_set, load
-from slipfold.explorer.views.plane import plane_view
+from slipfold.explorer.curves import plane_view
 from slipfold.loci import bifurcation_set as search
 
 HILL = """

@@ -10,8 +10,7 @@ from websockets.sync.client import connect
 
 from slipfold.explorer.app import make_app
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.limits import Limits
-from slipfold.explorer.security import Access
+from slipfold.explorer.security import Access, Limits
 from slipfold.explorer.serve import listen, settings_of_server
 from slipfold.explorer.workers import Workers
 

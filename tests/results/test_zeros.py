@@ -7,7 +7,7 @@ import pytest
 import slipfold as sf
 from helpers.diagrams import made_diagram, response_branch, special_point
 from helpers.locus_diagrams import doubling_locus, locus_point, made_locus_diagram
-from slipfold.explorer.views.diagram import diagram_view
+from slipfold.explorer.curves import diagram_view
 
 
 @pytest.mark.parametrize(

@@ -1,37 +1,131 @@
-"""From a request to its answers: the one place where kinds of requests meet what computes them."""
+"""From a request to its answers; the diagrams computed last are remembered."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
 from contextlib import suppress
+from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
+from slipfold.branches.carried.carry import carry_branches
+from slipfold.branches.orbit_between import orbit_between
+from slipfold.computations.loci import bifurcation_set
+from slipfold.computations.response import response
 from slipfold.errors import InputError
-from slipfold.explorer.asked import asked_model
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.computing import Check, Computing
-from slipfold.explorer.export.files import export_view
+from slipfold.explorer.curves import PlaneProgress, diagram_note, diagram_view, plane_view
 from slipfold.explorer.messages import (
     BasinsRequest,
     DiagramRequest,
     ExponentsRequest,
     ExportRequest,
+    OnBranch,
     OrbitRequest,
     PlaneRequest,
     RegimesRequest,
     ViewRequest,
 )
-from slipfold.explorer.views.basins import tell_basins
-from slipfold.explorer.views.diagram import diagram_view
-from slipfold.explorer.views.diagram_progress import DiagramProgress
-from slipfold.explorer.views.exponents import tell_exponents
-from slipfold.explorer.views.labels import axis_of
-from slipfold.explorer.views.orbit import orbit_view
-from slipfold.explorer.views.plane import plane_view
-from slipfold.explorer.views.plane_progress import PlaneProgress
-from slipfold.explorer.views.regimes import tell_regimes
-from slipfold.explorer.views.simulation import stream_simulation
+from slipfold.explorer.pictures import tell_basins, tell_regimes
+from slipfold.explorer.plain import axis_of, now_and_then
+from slipfold.explorer.trajectories import orbit_view, stream_simulation, tell_exponents
+from slipfold.models.model import Model
+from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Observer, Progress
+from slipfold.results.diagram import Diagram
+from slipfold.results.locus_diagram import LocusDiagram
+
+KEPT = 16
+"""Diagrams kept, each below a megabyte."""
+
+Check = Callable[[], None]
+
+
+class Computing:
+    """Computes what requests are about."""
+
+    def __init__(self, catalogue: Catalogue) -> None:
+        self._catalogue = catalogue
+        self._kept: OrderedDict[Hashable, Diagram] = OrderedDict()
+        self._nearest: dict[Hashable, Diagram] = {}
+
+    def draft(self, request: DiagramRequest) -> Diagram | None:
+        """Return a diagram from the last one that differs in parameters alone."""
+        model = self._catalogue.of(request)
+        near = self._nearest.get(_family(model, request))
+        if near is None or (model, request.vary, request.span) in self._kept:
+            return None
+        changed = model.replace(**{request.vary: request.span[0]})
+        branches = carry_branches(near.branches, changed)
+        if branches is None:
+            return None
+        drawn = replace(near, model=changed, branches=branches, checked=None)
+        self._nearest[_family(model, request)] = drawn
+        return drawn
+
+    def diagram(
+        self,
+        request: DiagramRequest | OrbitRequest,
+        check: Check,
+        observer: Observer | None = None,
+    ) -> Diagram:
+        """Return the diagram that a request is about."""
+
+        def watch(progress: Progress) -> None:
+            check()
+            if observer is not None:
+                observer(progress)
+
+        model = self._catalogue.of(request)
+        key = (model, request.vary, request.span)
+        if key not in self._kept:
+            self._kept[key] = response(model, request.vary, request.span, observer=watch)
+        self._nearest[_family(model, request)] = self._kept[key]
+        self._kept.move_to_end(key)
+        while len(self._kept) > KEPT:
+            self._kept.popitem(last=False)
+        while len(self._nearest) > KEPT:
+            del self._nearest[next(iter(self._nearest))]
+        return self._kept[key]
+
+    def orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
+        """Return the orbit that a request is about."""
+        at = request.at
+        if not isinstance(at, OnBranch):
+            model = self._catalogue.of(request).replace(**{request.vary: at.value})
+            return periodic_orbit(model, at.period, at.state)
+        branches = self.diagram(request, check).branches
+        if at.branch > len(branches):
+            raise InputError(
+                f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
+            )
+        return orbit_between(branches[at.branch - 1], at.arclength, at.value)
+
+    def plane(
+        self,
+        request: PlaneRequest,
+        check: Check,
+        observer: Observer | None = None,
+    ) -> LocusDiagram:
+        """Return the bifurcation set that a request is about."""
+
+        def watch(progress: Progress) -> None:
+            check()
+            if observer is not None:
+                observer(progress)
+
+        plane = (request.x.name, request.y.name)
+        window = (request.x.span, request.y.span)
+        model = self._catalogue.of(request)
+        return bifurcation_set(model, plane, window, regions=model.forced, observer=watch)
+
+
+def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
+    """Return what diagrams share that differ in parameters alone."""
+    return model.kind, request.vary, request.span
+
 
 Emit = Callable[[dict[str, Any]], None]
 
@@ -76,13 +170,12 @@ class Answering:
     def answer(self, request: ViewRequest, emit: Emit, check: Check) -> None:
         """Compute what a request asks for."""
         started = perf_counter()
-        head = {"kind": request.kind, "id": request.id, "slot": request.slot}
 
         def tell(view: dict[str, Any]) -> None:
             check()
             elapsed = round(1e3 * (perf_counter() - started), 1)
             # No view may rename the request that it answers: the page would not take it.
-            emit({"done": True, **view, **head, "elapsed_ms": elapsed})
+            emit({"done": True, **view, **request.head, "elapsed_ms": elapsed})
 
         try:
             self._answer(request, tell, check)
@@ -91,26 +184,30 @@ class Answering:
 
     def export(self, request: ExportRequest, check: Check) -> bytes:
         """Make a file of a view, or the text that makes it."""
+        from slipfold.explorer.export import export_view
+
         return export_view(self._catalogue, self._computing, request, check)
 
     def _answer(self, request: ViewRequest, tell: Emit, check: Check) -> None:
         if isinstance(request, DiagramRequest):
-            axis_of(asked_model(self._catalogue, request), request.show)  # before what takes time
+            axis_of(self._catalogue.of(request), request.show)  # before what takes time
             draft = self._computing.draft(request)
             if draft is not None:
                 view = diagram_view(draft, request.show, request.statistic)
                 tell({"draft": True, **view, "done": False})
-            diagram = self._computing.diagram(request, check, DiagramProgress(tell))
+            diagram = self._computing.diagram(
+                request, check, now_and_then(tell, check, diagram_note)
+            )
             tell({"draft": False, **diagram_view(diagram, request.show, request.statistic)})
         elif isinstance(request, OrbitRequest):
             tell(orbit_view(self._computing.orbit(request, check), request.vary))
         elif isinstance(request, PlaneRequest):
             tell(plane_view(self._computing.plane(request, check, PlaneProgress(tell))))
         elif isinstance(request, ExponentsRequest):
-            tell_exponents(asked_model(self._catalogue, request), request, tell, check)
+            tell_exponents(self._catalogue.of(request), request, tell, check)
         elif isinstance(request, BasinsRequest):
-            tell_basins(asked_model(self._catalogue, request), request, tell, check)
+            tell_basins(self._catalogue.of(request), request, tell, check)
         elif isinstance(request, RegimesRequest):
-            tell_regimes(asked_model(self._catalogue, request), request, tell, check)
+            tell_regimes(self._catalogue.of(request), request, tell, check)
         else:
-            stream_simulation(asked_model(self._catalogue, request), request, tell)
+            stream_simulation(self._catalogue.of(request), request, tell)

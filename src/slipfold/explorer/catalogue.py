@@ -1,17 +1,19 @@
-"""The models that a client can ask for: built-in ones, and a file given on the command line."""
+"""The models that a client can ask for, and what the page shows of them at first."""
 
 from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Callable, Mapping
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.explorer.first_view import first_view
-from slipfold.explorer.messages import LONGEST_NAME, UNNAMED
-from slipfold.explorer.views.labels import axis_of
+from slipfold.explorer.messages import LONGEST_NAME, UNNAMED, ViewRequest
+from slipfold.explorer.plain import axis_of
 from slipfold.flow.switched.mode_equations import contacts_of
 from slipfold.models.followed import check_followed
 from slipfold.models.model import Model
@@ -79,6 +81,16 @@ class Catalogue:
         own = model.values
         blamed = [key for key in values if not _refused(model.replace, **{**values, key: own[key]})]
         return dict.fromkeys(blamed or values, sentence)
+
+    def of(self, request: ViewRequest) -> Model:
+        """Return the model that a request is about, without values of what it varies.
+
+        A page tells the values of all its sliders; that of a parameter which is varied plays no
+        part, and must not contradict the others.
+        """
+        names = request.varied
+        values = {name: value for name, value in request.parameters.items() if name not in names}
+        return self.model(request.model, values)
 
     def file(self, model: Model) -> Path | None:
         """Return the file that holds the equations of a model."""
@@ -175,3 +187,36 @@ def _around(item: Parameter, value: float) -> tuple[float, float]:
     low = max(low, item.lower + margin if item.lower_open else item.lower)
     high = min(high, item.upper - margin if item.upper_open else item.upper)
     return low, high
+
+
+def first_view(model: Model) -> dict[str, Any]:
+    """Return what is known of the first view of a model.
+
+    It is known of built-in models. One of a user's own may have the name of one of them and other
+    parameters: what is said of a parameter that is not the same is left out.
+
+    >>> from slipfold.models import System
+    >>> own = System(name="duffing", parameters={"a": 1}, states={"q": "a - q"})
+    >>> first_view(own)
+    {'sliders': {}, 'show': 'q'}
+    """
+    known = _known().get(model.name)
+    if known is None:
+        return {"sliders": {}}
+    named = {item.name: item for item in built_in_models()[model.name]().variable_parameters}
+    same = {item.name for item in model.variable_parameters if named.get(item.name) == item}
+    sliders = known.get("sliders", {})
+    found = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}
+    if known["vary"] in same:
+        found |= {"vary": known["vary"], "span": known["span"]}
+    if known["show"] in {item.name for item in model.states}:
+        found["show"] = known["show"]
+    if "plane" in known and {axis["name"] for axis in known["plane"].values()} <= same:
+        found["plane"] = known["plane"]
+    return found
+
+
+@cache
+def _known() -> Mapping[str, Any]:
+    text = (files("slipfold.explorer") / "first_view.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)

@@ -55,13 +55,24 @@ class _Message(BaseModel):
 
 
 class _Request(_Message):
+    kind: str
     id: Annotated[int, Field(ge=0, le=2**53, strict=True)]  # answers carry it
     slot: Slot = "live"  # of a request to cancel, that of what is to stop
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """What every answer carries of its request."""
+        return {"kind": self.kind, "id": self.id, "slot": self.slot}
 
 
 class _ModelRequest(_Request):
     model: ModelName
     parameters: Values = {}  # those that differ from the defaults, SI units
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The parameters that the request varies."""
+        return ()
 
 
 class _ResponseRequest(_ModelRequest):
@@ -69,6 +80,11 @@ class _ResponseRequest(_ModelRequest):
 
     vary: Name
     span: tuple[Number, Number]
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The parameter that is varied."""
+        return (self.vary,)
 
 
 class DiagramRequest(_ResponseRequest):
@@ -123,6 +139,11 @@ class _WindowRequest(_ModelRequest):
             raise ValueError(f"{self.x.name} is on both axes; give two different parameters")
         return self
 
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The two parameters."""
+        return self.x.name, self.y.name
+
 
 class PlaneRequest(_WindowRequest):
     """The bifurcations in a window of two parameters, and the regions between them."""
@@ -176,19 +197,7 @@ DrawnRequest = Annotated[
 ]
 """A request that is answered with something that can leave the page."""
 
-ViewRequest = Annotated[
-    DiagramRequest
-    | OrbitRequest
-    | PlaneRequest
-    | SimulationRequest
-    | ExponentsRequest
-    | BasinsRequest
-    | RegimesRequest,
-    Discriminator("kind"),
-]
-"""A request that is answered with something to look at."""
-
-Request = Annotated[
+_View = (
     DiagramRequest
     | OrbitRequest
     | PlaneRequest
@@ -196,9 +205,12 @@ Request = Annotated[
     | ExponentsRequest
     | BasinsRequest
     | RegimesRequest
-    | CancelRequest,
-    Discriminator("kind"),
-]
+)
+
+ViewRequest = Annotated[_View, Discriminator("kind")]
+"""A request that is answered with something to look at."""
+
+Request = Annotated[_View | CancelRequest, Discriminator("kind")]
 """Any request over the WebSocket."""
 
 _ANY: TypeAdapter[Any] = TypeAdapter(Request)

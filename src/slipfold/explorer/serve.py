@@ -15,9 +15,8 @@ import uvicorn
 from slipfold.errors import InputError
 from slipfold.explorer.app import make_app
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.limits import Limits
-from slipfold.explorer.security import LOCAL, Access
-from slipfold.explorer.views.study import study_view
+from slipfold.explorer.curves import study_view
+from slipfold.explorer.security import LOCAL, Access, Limits
 from slipfold.explorer.workers import Workers
 from slipfold.models.model import Model
 from slipfold.results.study import StudyResult

@@ -112,13 +112,7 @@ def _failure(task: Task, sentence: str) -> Reply:
     request = task.request
     if isinstance(request, ExportRequest):
         return Reply(task.number, sentence.encode(), refused=True)
-    answer = {
-        "kind": request.kind,
-        "id": request.id,
-        "slot": request.slot,
-        "done": True,
-        "error": sentence,
-    }
+    answer = {**request.head, "done": True, "error": sentence}
     return Reply(task.number, json.dumps(answer).encode())
 
 

@@ -1,32 +1,70 @@
-"""What motions do over a plane, as a picture that becomes finer while it is computed."""
+"""Pictures that become finer while they are computed: basins and regimes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.computations.long_term import basins
 from slipfold.errors import InputError
-from slipfold.explorer.messages import PlaneAxis, RegimesRequest
-from slipfold.explorer.views.labels import axis_of
-from slipfold.explorer.views.numbers import short
+from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
+from slipfold.explorer.plain import axis_of, now_and_then, number, short
 from slipfold.loci.raster import model_exists
+from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model
 from slipfold.progress import Progress
+from slipfold.results.attractors import Basins, in_words
 
-FINER = ((12, 9), (36, 27), (72, 54))
+BASIN_POINTS = (16, 48, 144)
+"""Starts along both states, picture after picture; the last has eight times those before it."""
+
+
+def tell_basins(
+    model: Model,
+    request: BasinsRequest,
+    tell: Callable[[dict[str, Any]], None],
+    check: Callable[[], None],
+) -> None:
+    """Compute basins, coarse ones first, and tell each picture as soon as it is there."""
+    watch = now_and_then(tell, check, _far)
+    plane = {axis.name: axis.span for axis in (request.x, request.y)}
+    for points in BASIN_POINTS:
+        found = basins(model, plane, points=points, observer=watch)
+        tell({**_picture(found), "done": points == BASIN_POINTS[-1]})
+
+
+def _picture(found: Basins) -> dict[str, Any]:
+    """Return labels row by row from below, numbered so that finer pictures keep the numbers."""
+    order = sorted(found, key=_character)
+    labels = found.labels.copy()
+    for place, item in enumerate(order, 1):
+        labels[found.labels == item.id] = place
+    first, second = found.plane
+    return {
+        "x": {**axis_of(found.model, first), "values": short(found.first)},
+        "y": {**axis_of(found.model, second), "values": short(found.second)},
+        "labels": labels.tolist(),
+        "attractors": [
+            {"name": in_words(item), "share": number(found.share(item).value)} for item in order
+        ],
+    }
+
+
+def _character(item: Attractor) -> tuple[Any, ...]:
+    """What tells attractors apart however they were found."""
+    return item.kind, item.period or 0, np.round(item.maximum, 6).tolist()
+
+
+REGIME_CELLS = ((12, 9), (36, 27), (72, 54))
 """Cells along both parameters, picture after picture."""
 
 TRANSIENT = 400
 """Forcing periods after which it is seen whether a motion repeats."""
-
-BETWEEN = 0.1
-"""Least time between two notes of progress, in s."""
 
 
 def tell_regimes(
@@ -44,25 +82,17 @@ def tell_regimes(
             f"nothing forces {model.name}, so there is no phase at which to look at its motions; "
             "judge single ones by their exponents"
         )
-    told = perf_counter()
-
-    def watch(progress: Progress) -> None:
-        nonlocal told
-        check()
-        if perf_counter() - told >= BETWEEN:
-            told = perf_counter()
-            tell({"far": [progress.done, progress.total], "done": False})
-
-    for points in FINER:
+    watch = now_and_then(tell, check, _far)
+    for points in REGIME_CELLS:
         picture = _Picture(model, (request.x, request.y), points)
         work = Places(
             model, picture.values, 1, np.asarray(model.start, dtype=float), TRANSIENT, watch
         )
         work.from_rest(0)
-        if points == FINER[0]:
+        if points == REGIME_CELLS[0]:
             tell({**picture.of(work), "done": False})
         work.tell_open()
-        tell({**picture.of(work), "done": points == FINER[-1]})
+        tell({**picture.of(work), "done": points == REGIME_CELLS[-1]})
 
 
 class _Picture:
@@ -113,3 +143,7 @@ def _names(work: Places) -> list[str]:
         f"period {period}" if kind == PERIODIC else str(kind)
         for kind, period in zip(kinds, work.periods[0], strict=True)
     ]
+
+
+def _far(progress: Progress) -> dict[str, Any]:
+    return {"far": [progress.done, progress.total]}

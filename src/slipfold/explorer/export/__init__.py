@@ -1,1 +1,0 @@
-"""What is shown, as a file or as the text that makes it."""

@@ -1,0 +1,157 @@
+"""What goes to the page as plain data: labels, short numbers, notes of progress."""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from slipfold.models.model import Model
+from slipfold.models.output import Output
+from slipfold.models.parameter import State
+from slipfold.models.suggestion import unknown
+from slipfold.progress import Observer, Progress
+
+SMALL = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho"
+SMALL += " sigma tau upsilon phi chi psi omega"
+
+LETTERS = {
+    **dict(zip(SMALL.split(), "αβγδεζηθικλμνξοπρστυφχψω", strict=True)),
+    **dict(zip(SMALL.title().split(), "ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", strict=True)),
+    "varepsilon": "ε",
+    "varphi": "φ",
+    "vartheta": "ϑ",
+    "varrho": "ϱ",
+    "varpi": "ϖ",
+    "varsigma": "ς",
+    "varkappa": "ϰ",
+    "cdot": "·",
+    "times": "×",
+    "pm": "±",
+    "infty": "∞",
+}
+"""What commands of formulas stand for."""
+
+FONTS = r"\\(?:math\w+|text\w*|operatorname|left|right|rm|it|bf|sf)\b\s*"
+"""Commands that choose a font or the size of brackets, and say nothing."""
+
+BELOW = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+
+ABOVE = {"dot": "\u0307", "ddot": "\u0308", "bar": "\u0304", "hat": "\u0302", "tilde": "\u0303"}
+"""Combining marks that stand above a letter."""
+
+
+def plain_text(formula: str) -> str:
+    r"""Return mathtext as Unicode.
+
+    >>> plain_text(r"$k_1$"), plain_text(r"$\dot x/L$ (1/s)"), plain_text(r"$\alpha$")
+    ('k₁', 'ẋ/L (1/s)', 'α')
+    """
+    text = re.sub(r"\\[,;:!> ]", " ", re.sub(FONTS, "", formula.replace("$", "")))
+    text = re.sub(r"\\([A-Za-z]+)", lambda found: LETTERS.get(found[1], found[0]), text)
+    for name, mark in ABOVE.items():
+        text = re.sub(rf"\\{name}\s*\{{?(\w)\}}?", rf"\g<1>{mark}", text)
+    text = re.sub(r"_\{*(\w+)\}*", lambda found: found[1].translate(BELOW), text)
+    text = re.sub(r"[{}\\]", "", text)
+    return unicodedata.normalize("NFC", text).strip()
+
+
+SYMBOL = re.compile(r"\$([^_$]+)(?:_\{*(\\?\w+)\}*)?\$")
+"""A symbol in mathtext, and what stands below it."""
+
+NUMBERED = re.compile(r"([A-Za-z])([0-9]*)")
+"""A name that reads as a symbol: one letter, and perhaps a number."""
+
+
+def axis_of(model: Model, name: str) -> dict[str, Any]:
+    """Describe a parameter, state or output for an axis.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> axis_of(SlidingOscillator(), "alpha")["label"]
+    'α'
+    """
+    for parameter in model.parameters:
+        if parameter.name == name:
+            same = [item.symbol for item in model.parameters].count(parameter.symbol) > 1
+            return _axis(name, "" if same else parameter.symbol, parameter.unit, parameter.doc)
+    shown: list[State | Output] = [*model.states, *model.outputs()]
+    for item in shown:
+        if item.name == name:
+            same = [other.label for other in shown].count(item.label) > 1
+            return _axis(name, "" if same else item.label, item.unit, item.doc)
+    names = [item.name for item in shown]
+    raise unknown(f"{model.name} has no output", name, names)
+
+
+def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
+    """Describe a quantity by its label, or by its name where it has none of its own."""
+    formula = label.removesuffix(f" ({unit})") or name
+    parts = (SYMBOL if label else NUMBERED).fullmatch(formula)
+    return {
+        "name": name,
+        "label": plain_text(formula) if label else name,
+        "symbol": [plain_text(part or "") for part in parts.groups()] if parts else None,
+        "unit": unit,
+        "doc": doc,
+    }
+
+
+DIGITS = 7
+"""Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six."""
+
+SMALLEST = 1e-290
+"""Below this rounding would overflow; nothing that is drawn is so small."""
+
+
+def short(values: ArrayLike) -> list[float]:
+    """Round an array for drawing, relative to its largest value.
+
+    Shapes: values (n,).
+
+    >>> short([1 / 3, 1e-9])
+    [0.3333333, 0.0]
+    """
+    array = np.asarray(values, dtype=float)
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest < SMALLEST:
+        return [0.0] * len(array)
+    decimals = DIGITS - 1 - math.floor(math.log10(largest))
+    rounded: list[float] = (np.round(array, decimals) + 0.0).tolist()
+    return rounded
+
+
+def number(value: float | None) -> float | None:
+    """Return a number in full, or None where it is not finite.
+
+    >>> number(float("nan")) is None
+    True
+    """
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+BETWEEN = 0.1
+"""Shortest time between two notes of progress, in s."""
+
+
+def now_and_then(
+    tell: Callable[[dict[str, Any]], None],
+    check: Callable[[], None],
+    note: Callable[[Progress], dict[str, Any]],
+) -> Observer:
+    """Return an observer that tells the page a note of the progress now and then."""
+    told = perf_counter()
+
+    def watch(progress: Progress) -> None:
+        nonlocal told
+        check()
+        if perf_counter() - told >= BETWEEN:
+            told = perf_counter()
+            tell({**note(progress), "done": False})
+
+    return watch

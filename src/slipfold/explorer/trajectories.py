@@ -1,0 +1,363 @@
+"""Orbits and solutions as plain data: in time, with spectra, contacts and exponents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.computations.long_term import lyapunov
+from slipfold.errors import InputError
+from slipfold.explorer.messages import ExponentsRequest, MotionRequest, SimulationRequest
+from slipfold.explorer.plain import now_and_then, number, short
+from slipfold.flow import flow_of
+from slipfold.flow.flow import Flow
+from slipfold.flow.guarded_flow import CHUNK
+from slipfold.flow.last_round import LastRound, last_round
+from slipfold.flow.pace import paced
+from slipfold.flow.simulate import Motion, initial_state
+from slipfold.flow.switched.contact_motion import ContactPiece
+from slipfold.flow.switched.mode import Status
+from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.switched.sampled import sample_switched
+from slipfold.flow.switched.simulate import (
+    begun,
+    comes_to_rest,
+    ends_of,
+    slips_at_first,
+    trajectory_of,
+)
+from slipfold.flow.trajectory import Trajectory
+from slipfold.long_term.contacts import ShownContacts, find_contacts
+from slipfold.long_term.spectrum import find_spectrum
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
+from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.turns import TURN
+from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Progress
+
+
+def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
+    """Return the states that a motion starts from, nudged."""
+    begin = model.start if request.start == "rest" else initial_state(model, request.start)
+    initial_state(model, request.nudge)  # refuses unknown states
+    return {
+        item.name: float(value) + request.nudge.get(item.name, 0.0)
+        for item, value in zip(model.states, begin, strict=True)
+    }
+
+
+def timed(model: Model, request: MotionRequest) -> Model:
+    """Return a model whose periods are forcing periods, or intervals that suit its motion."""
+    if model.forced:
+        return model
+    return paced(model, initial_state(model, start_of(model, request)), None)[0]
+
+
+ORBIT_SAMPLES = 256
+"""Samples a forcing period: enough for smooth curves on a large screen."""
+
+MOST_SAMPLES = 4096
+"""Most samples of one orbit."""
+
+PER_PERIOD = 64
+"""Samples a forcing period that the spectrum is taken from."""
+
+ORDERS = 8
+"""Highest frequency shown, in forcing frequencies."""
+
+
+def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
+    """Return an orbit as plain data."""
+    model = orbit.model
+    flow = flow_of(model)
+    time, states = orbit.sample(min(ORBIT_SAMPLES * orbit.period, MOST_SAMPLES))
+    time = np.append(time, orbit.duration)
+    turned = [TURN * orbit.turns.get(state.name, 0) for state in model.states]
+    states = np.concatenate([states, states[:1] + turned])
+    constants = flow.constants_of(model)
+    phases = time / constants.period
+    values = flow.outputs(states, phases, constants)
+    columns = {name: short(values[:, i]) for i, name in enumerate(flow.output_names)}
+    names = [state.name for state in model.states]
+    return {
+        "t": short(time),
+        "phase": short(phases),
+        "states": {name: columns[name] for name in names},
+        "outputs": {name: column for name, column in columns.items() if name not in names},
+        "spectrum": _spectrum(orbit),
+        "multipliers": _pairs(orbit.multipliers),
+        "eigenvalues": _pairs(_eigenvalues(orbit)) if _rests(orbit) else None,
+        "stable": orbit.stable,
+        "period": orbit.period,
+        "value": number(model.values[vary]),
+        "duration": number(orbit.duration),
+        "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
+    }
+
+
+def _rests(orbit: PeriodicOrbit) -> bool:
+    """Whether it is an equilibrium, which has no period: multipliers over one say nothing."""
+    return not orbit.model.forced and bool((orbit.nodes == orbit.state).all())
+
+
+def _eigenvalues(orbit: PeriodicOrbit) -> NDArray[np.complex128]:
+    return eigenvalues_of(evaluation_of(orbit.model).jacobian(orbit.model, orbit.state))
+
+
+def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
+    return [[float(item.real), float(item.imag)] for item in values]
+
+
+def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
+    spectrum = find_spectrum(orbit, per_period=PER_PERIOD)
+    shown = spectrum.order <= ORDERS
+    return {
+        "frequency": short(spectrum.frequency[shown]),
+        "amplitude": {name: short(spectrum.of(name)[shown]) for name in spectrum.names},
+    }
+
+
+PERIODS = 2 * CHUNK
+"""Periods in a piece: as the flow counts them, so that a motion is that of simulate."""
+
+SAMPLES = 64
+"""Samples a forcing period that maxima and minima are taken from."""
+
+DRAWN = 20_000
+"""Instants of a whole run that are drawn; a longer run is drawn more coarsely."""
+
+TOLERANCE = 1e-9
+"""Distance from a periodic response that counts as settled, as in `slipfold.simulate`."""
+
+
+def stream_simulation(
+    model: Model, request: SimulationRequest, emit: Callable[[dict[str, Any]], None]
+) -> None:
+    """Integrate a motion and tell it piece by piece.
+
+    One that comes to rest in a contact is told anew, with all its stick and slip.
+    """
+    start = initial_state(model, start_of(model, request))
+    every = _step_between_samples(request.periods)
+    again = not slips_at_first(model, start)
+    if not again:
+        motion = _smooth(timed(model, request), start, request.periods, every, emit)
+        if comes_to_rest(motion.stopped, model):
+            again = True
+        else:
+            found = Trajectory(
+                motion.model, motion.strobe, motion.settlement(TOLERANCE), motion.stopped
+            )
+    if again:
+        emit({**NOTHING, "again": True, "done": False})
+        found = _switched(model, start, request.periods, every, emit)
+    emit({**NOTHING, "done": True, **_verdict(found), "contacts": contacts_view(found)})
+
+
+NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
+
+
+def _smooth(
+    model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
+) -> Motion:
+    motion, flow = Motion(model, start), flow_of(model)
+    constants = flow.constants_of(model)
+    phases = np.arange(SAMPLES) / SAMPLES
+    while motion.periods < periods and motion.stopped is None:
+        done = motion.periods
+        starts = motion.go_on(min(PERIODS, periods - done))
+        if len(starts):
+            begin = np.zeros(len(starts))
+            states = flow.sample(starts, begin, begin + 1.0, SAMPLES, constants)
+            rows = states.reshape(-1, flow.dimension)
+            values = flow.outputs(rows, np.tile(phases, len(starts)), constants)
+            emit(_piece(model, values.reshape(len(starts), SAMPLES, -1), done, every))
+    return motion
+
+
+def _switched(
+    model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
+) -> Trajectory:
+    motion = begun(model, start, paced=True)
+    phases = np.arange(SAMPLES) / SAMPLES
+    # What nothing forces goes on until it has settled, as in `slipfold.simulate`.
+    for end in ends_of(model, periods if model.forced else None):
+        while motion.periods < end and motion.stopped is None:
+            done = motion.periods
+            motion.go_on(min(PERIODS, end - done))
+            begins = zip(motion.strobe[done:-1], motion.modes[done:-1], strict=True)
+            values = [
+                sample_switched(motion.model, state, mode, phases).outputs()
+                for state, mode in begins
+            ]
+            if values:
+                emit(_piece(motion.model, np.array(values), done, every))
+        found = trajectory_of(motion, TOLERANCE)
+        if found.settlement.settled or motion.stopped is not None:
+            break
+    return found
+
+
+def _step_between_samples(periods: int) -> int:
+    """Return how many samples make one drawn instant; a divisor of the samples a period."""
+    wanted = max(DRAWN / periods, 4)
+    return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= wanted or step == 16)
+
+
+def _piece(model: Model, values: Array, done: int, every: int) -> dict[str, Any]:
+    """Tell some periods. Shapes: values (n_periods, SAMPLES, n_outputs), the states first."""
+    flow = flow_of(model)
+    period = flow.constants_of(model).period
+    numbers = done + np.arange(len(values))
+    time = (numbers[:, None] + np.arange(SAMPLES) / SAMPLES) * period
+    drawn = values[:, ::every].reshape(-1, values.shape[2])
+    return {
+        "t": short(time[:, ::every].ravel()),
+        "states": {item.name: short(drawn[:, i]) for i, item in enumerate(model.states)},
+        "sections": {
+            "period": numbers.tolist(),
+            "duration": period,
+            "start": {item.name: short(values[:, 0, i]) for i, item in enumerate(model.states)},
+            **_extrema(flow, values),
+        },
+        "done": False,
+    }
+
+
+def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
+    """Tell extrema of outputs, but of those that mean nothing, as slip over the speed of a wall."""
+    told = [i for i in range(values.shape[2]) if np.isfinite(values[..., i]).all()]
+    low, high = values.min(axis=1), values.max(axis=1)
+    return {
+        "max": {flow.output_names[i]: short(high[:, i]) for i in told},
+        "min": {flow.output_names[i]: short(low[:, i]) for i in told},
+    }
+
+
+def _verdict(motion: Trajectory) -> dict[str, Any]:
+    judged, stop = motion.settlement, motion.stopped
+    return {
+        "verdict": judged.message if stop is None else stop.reason,
+        "settled": judged.settled,
+        "period": judged.period,
+        "duration": judged.duration,
+    }
+
+
+CONTACT_SAMPLES = 128
+"""Samples a period, or a round of a cycle, and at most what makes MOST_SAMPLES of all."""
+
+WORDS = {Status.STICK: "stick", Status.FORTH: "forth", Status.BACK: "back", Status.OPEN: "open"}
+
+
+def contacts_view(motion: Trajectory) -> dict[str, Any] | None:
+    """Return what contacts do in the last rounds; None if there are none, or no round."""
+    if not contacts_of(motion.model) or motion.periods == 0:
+        return None
+    try:
+        shown = find_contacts(motion, per_period=CONTACT_SAMPLES)
+    except InputError:
+        return None
+    model, flow = shown.model, flow_of(motion.model)
+    length = shown.contacts[0].end
+    count = max(round(length), 1)
+    each = min(2 * CONTACT_SAMPLES, MOST_SAMPLES // count)
+    values = motion.steady_outputs(count, each)
+    last = values[:1] if shown.repeats else values[-1:]
+    values = np.concatenate([values, last])
+    columns = {
+        name: short(values[:, i])
+        for i, name in enumerate(flow.output_names)
+        if np.isfinite(values[:, i]).all()
+    }
+    names = [state.name for state in model.states]
+    period = flow.constants_of(model).period
+    return {
+        "t": short(np.linspace(0.0, length * period, len(values))),
+        "states": {name: columns[name] for name in names},
+        "outputs": {name: column for name, column in columns.items() if name not in names},
+        "period": count,
+        "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
+        "contacts": [
+            {
+                "name": contact.name,
+                "plate": contact.pieces[0].plate[0].tolist(),
+                "units": list(shown.units),
+                "pieces": [_contact_piece(shown, piece) for piece in contact.pieces],
+            }
+            for contact in shown.contacts
+        ],
+        "words": _words(motion, shown, last_round(motion)),
+    }
+
+
+def _contact_piece(shown: ShownContacts, piece: ContactPiece) -> dict[str, Any]:
+    known = not np.isnan(piece.displacement).any()
+    return {
+        "state": WORDS[piece.status],
+        "t": (shown.unit * piece.phase).tolist(),
+        "slip": [short(column) for column in piece.slip.T],
+        "friction": [short(column) for column in piece.friction.T],
+        "displacement": [short(column) for column in piece.displacement.T] if known else None,
+    }
+
+
+def _words(motion: Trajectory, shown: ShownContacts, last: LastRound | None) -> str:
+    """Return in a sentence what contacts do in a round."""
+    if last is None:
+        return ""
+    if last.stuck and motion.sticking is not None:
+        return "It is stuck: all contacts stick all the time."
+    round_name = "round" if shown.repeats else "period"
+    if not last.sticking:
+        return f"It always slips in its last {round_name}."
+    counts = {item.contact: 0 for item in last.sticking}
+    for item in last.sticking:
+        counts[item.contact] += 1
+    told = " and ".join(f"{name} sticks {_times(count)}" for name, count in counts.items())
+    share = f"{100 * last.fraction:.3g}\u202f% of the time"
+    return f"In its last {round_name} {told}, {share}."
+
+
+def _times(count: int) -> str:
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+EXPONENT_TOLERANCE = 1e-6
+"""Error of exponents at which a motion ends: more digits than the page shows."""
+
+
+def tell_exponents(
+    model: Model,
+    request: ExponentsRequest,
+    tell: Callable[[dict[str, Any]], None],
+    check: Callable[[], None],
+) -> None:
+    """Compute the exponents of a motion and tell how far they are known; None is minus infinity."""
+
+    def note(progress: Progress) -> dict[str, Any]:
+        # Of an autonomous model they are an interval each, which tells the reader nothing.
+        known = map(number, progress.values["exponents"] if model.forced else ())
+        return {"periods": progress.done, "total": progress.total, "exponents": list(known)}
+
+    watch = now_and_then(tell, check, note)
+    start = start_of(model, request)
+    found = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, observer=watch)
+    verdict = found.verdict
+    tell(
+        {
+            "kind_of_motion": verdict.kind,
+            "period": verdict.period,
+            "message": verdict.message,
+            "exponents": [number(value) for value in found.exponents],
+            "errors": [number(value) for value in found.errors],
+            "per": found.per,
+            "done": True,
+        }
+    )
