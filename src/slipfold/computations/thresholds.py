@@ -274,12 +274,12 @@ def design(
     state: DesignState = None,
     observer: Observer | None = None,
 ) -> Design:
-    """Choose parameters so that a threshold lies where it is wanted, at the least vibration.
+    """Choose parameters for a threshold where it is wanted, at the lowest vibration.
 
     The vibration is that of the response of period 1 under a load, a value of the parameter that
     was followed: root mean square of a state about its mean. Thresholds and vibration have exact
-    derivatives; the search (SLSQP of SciPy) begins at the point's own values and at four other
-    places, and the best result counts.
+    derivatives; the search (SLSQP of SciPy) starts from the point's own values and from four other
+    points, and the best result counts.
 
     Returns
     -------
@@ -333,12 +333,7 @@ def design(
     if outside is not None and settled:
         least = choices.index(_best(choices))
         choices, sides = [choices[least]], [sides[least]]
-    confirmed = np.zeros(len(choices), dtype=bool)
-    try:
-        for row, choice in enumerate(choices):
-            confirmed[row] = _is_confirmed(point, names, choice, at)
-    except KeyboardInterrupt:
-        settled = False
+    confirmed, complete = _confirmed(point, names, choices, at)
     return Design(
         model=model,
         type=point.type,
@@ -359,7 +354,7 @@ def design(
         levels=np.array([choice.level for choice in choices]),
         reasons=np.array([choice.reason for choice in choices], dtype=np.str_),
         confirmed=confirmed,
-        interrupted=not settled,
+        interrupted=not (settled and complete),
         provenance=provenance(perf_counter() - started),
     )
 
@@ -475,9 +470,20 @@ def _best(tried: Sequence[Choice]) -> Choice:
     return min(good, key=lambda choice: choice.level) if good else tried[0]
 
 
+def _confirmed(
+    point: SpecialPoint, names: tuple[str, ...], choices: Sequence[Choice], load: float
+) -> tuple[NDArray[np.bool_], bool]:
+    """Return which choices a response confirms, and whether all were examined."""
+    confirmed = np.zeros(len(choices), dtype=bool)
+    try:
+        for row, choice in enumerate(choices):
+            confirmed[row] = not choice.reason and _is_confirmed(point, names, choice, load)
+    except KeyboardInterrupt:
+        return confirmed, False
+    return confirmed, True
+
+
 def _is_confirmed(point: SpecialPoint, names: tuple[str, ...], choice: Choice, load: float) -> bool:
-    if choice.reason:
-        return False
     from slipfold.design_space.confirmed import is_confirmed
 
     values = dict(zip(names, choice.values.tolist(), strict=True))
