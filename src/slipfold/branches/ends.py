@@ -149,8 +149,8 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     if met and not singular:
         return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
     if singular:
-        reason = f"the orbit comes to {NO_VALUE}, and no orbit was found beyond ({failure.reason})"
-        return failure.kind, reason
+        # Whether Newton's method or the step failed first is rounding.
+        return failure.kind, f"the orbit comes to {NO_VALUE}, and no orbit was found beyond"
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
         for limit, margin in zip(orbits.model.limits, margins, strict=True)
