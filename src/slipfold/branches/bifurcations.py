@@ -36,6 +36,9 @@ LOCATED = 1e-6
 """Arclength to which a branch point is located before it is corrected: nearer to it Newton's method
 along the branch is singular."""
 
+ACROSS = 0.3
+"""Cosine between a tangent and a chord of a branch below which a point lies on another branch."""
+
 CLEAR = 1e-3
 """Distance from a branch point within which the tangent is not known well enough to tell in which
 direction the parameter goes: a fold there is none, and points there are no ends."""
@@ -192,7 +195,9 @@ class Bifurcations(Zeros[OrbitPoint]):
             if near is None:
                 raise
             arclength = 0.5 * (near[0].arclength + near[1].arclength)
-            point = replace(a, z=hermite(near, arclength)[0], arclength=arclength)
+            aside = _on_other_branch(near, b.z - a.z)
+            z = hermite(near, arclength)[0] if aside is None else aside.z
+            point = replace(a, z=z, arclength=arclength)
         # Of the points between, one may lie on the other branch; a and b lie on this one.
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._orbits, point, along)
@@ -349,6 +354,15 @@ def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Or
     between = [item for item in known if a.arclength <= item.arclength <= b.arclength]
     pairs = map(list, pairwise(between))
     return next((pair for pair in pairs if pair[0].orientation != pair[1].orientation), None)
+
+
+def _on_other_branch(near: list[OrbitPoint], chord: Array) -> OrbitPoint | None:
+    """Return the point that lies on the branch that crosses a chord, where there is one.
+
+    Newton's method leaves a branch only next to the crossing.
+    """
+    least = ACROSS * float(np.linalg.norm(chord))
+    return next((point for point in near if abs(float(point.tangent @ chord)) < least), None)
 
 
 def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
