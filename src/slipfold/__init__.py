@@ -124,9 +124,9 @@ if TYPE_CHECKING:
     from slipfold.results.uncertainty import (
         ThresholdUncertainty as ThresholdUncertainty,
     )
+    from slipfold.tori.surface import TorusSpectrum as TorusSpectrum
     from slipfold.tori.torus_branch import Locked as Locked
     from slipfold.tori.torus_branch import TorusBranch as TorusBranch
-    from slipfold.tori.torus_spectrum import TorusSpectrum as TorusSpectrum
 
 _HOMES = {
     "slipfold.branches": (
@@ -271,7 +271,7 @@ _HOMES = {
         "Locked",
         "TorusBranch",
     ),
-    "slipfold.tori.torus_spectrum": ("TorusSpectrum",),
+    "slipfold.tori.surface": ("TorusSpectrum",),
 }
 """Where public names come from, each imported when it is first asked for."""
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.normal_forms.jet_map import polarised
+from slipfold.normal_forms.maps import polarised
 
 
 def squares(directions):

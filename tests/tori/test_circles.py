@@ -5,11 +5,10 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation.settings import Stepping, Steps
-from slipfold.tori.birth import born
-from slipfold.tori.harmonics import resampled, slopes, tail, turned, turning
-from slipfold.tori.one_torus_branch import follow_tori
-from slipfold.tori.stability import growth_across
-from slipfold.tori.surface import surface_of
+from slipfold.tori.circles import resampled, slopes, tail, turned, turning
+from slipfold.tori.follow import follow_tori
+from slipfold.tori.start import born
+from slipfold.tori.surface import growth_across, surface_of
 
 TWO_FREQUENCIES = """
 name = "two frequencies"

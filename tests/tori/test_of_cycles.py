@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.flow.flow import flow_of
-from slipfold.tori.harmonics import turned
+from slipfold.tori.circles import turned
 
 LANGFORD = """
 name = "langford"

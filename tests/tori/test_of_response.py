@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.lines import torus_stretches
 from slipfold.paper.cases import read_cases
-from slipfold.tori.of_response import INVARIANT
+from slipfold.tori.follow import INVARIANT
 
 SPAN = (1.0, 1.1)
 
@@ -178,9 +178,9 @@ def test_the_strong_resonance_that_they_do_not_pass_is_named():
 
 
 def test_what_too_few_harmonics_show_is_not_called_broken(model, monkeypatch):
-    for name in ("circles", "one_torus_branch"):
+    for name in ("circles", "follow"):
         monkeypatch.setattr(importlib.import_module(f"slipfold.tori.{name}"), "MOST", 31)
-    monkeypatch.setattr(importlib.import_module("slipfold.tori.one_torus_branch"), "BROKEN", 1e-12)
+    monkeypatch.setattr(importlib.import_module("slipfold.tori.follow"), "BROKEN", 1e-12)
     (found,) = sf.response(model, vary="w", span=SPAN, tori=True).tori
     assert found.stopped.kind == "broken"
     assert found.stopped.reason.startswith("not resolved: the last of 15 harmonics are still ")
@@ -212,7 +212,7 @@ def test_tori_that_turn_round_are_saved_and_loaded(tmp_path):
 
 
 def test_circles_that_are_left_out_are_counted_and_not_drawn_across(model, tori, monkeypatch):
-    module, known = importlib.import_module("slipfold.tori.of_response"), tori.truncation
+    module, known = importlib.import_module("slipfold.tori.follow"), tori.truncation
     monkeypatch.setattr(module, "INVARIANT", float(np.median(known)))
     diagram = sf.response(model, vary="w", span=SPAN, tori=True)
     (found,) = diagram.tori
@@ -368,7 +368,7 @@ def test_motion_is_locked_between_the_folds_of_orbits():
 
 
 def test_tori_that_turn_round_unseen_say_so(monkeypatch):
-    special = importlib.import_module("slipfold.tori.one_torus_branch")._Special
+    special = importlib.import_module("slipfold.tori.follow")._Special
     monkeypatch.setattr(special, "located", lambda self, known, a, b: [])
     tori, diagram = coupled((-0.5, 0.1), w=0.83, c=0.05, b=1, q=1)
     assert tori.folds == ()

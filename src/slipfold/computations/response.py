@@ -54,7 +54,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram, finalised
 from slipfold.results.records import provenance
-from slipfold.tori.of_response import tori_from, tori_of
+from slipfold.tori.follow import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
 
 if TYPE_CHECKING:

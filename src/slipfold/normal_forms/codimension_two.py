@@ -1,8 +1,9 @@
 """Normal form coefficients at points of codimension two.
 
 Formulas of Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, and Kuznetsov, Elements
-of Applied Bifurcation Theory, 3rd edition, chapter 9, with the derivatives ``B(u, v)`` and
-``C(u, v, w)`` of the stroboscopic map in scaled states. Eigenvectors have unit length.
+of Applied Bifurcation Theory, 3rd edition, section 8.7 and chapter 9, with the derivatives
+``B(u, v)`` and ``C(u, v, w)`` of the stroboscopic map, or of the vector field, in scaled states.
+Eigenvectors have unit length.
 """
 
 from __future__ import annotations
@@ -14,8 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.normal_forms.normal_form import MapDerivatives, critical_vectors
-from slipfold.normal_forms.pair_form import pair_cubic, third_form
+from slipfold.normal_forms.maps import FieldMap
+from slipfold.normal_forms.normal_form import (
+    MapDerivatives,
+    critical_vectors,
+    pair_cubic,
+    third_form,
+)
 
 Vector = NDArray[Any]
 
@@ -175,3 +181,36 @@ def _bordered_solve(singular: Array, left: Vector, right: Vector, side: Vector) 
     matrix[:n, n] = right if np.iscomplexobj(left) else left
     matrix[n, :n] = left.conj() if np.iscomplexobj(left) else right
     return np.linalg.solve(matrix, np.append(side, 0.0))[:n].astype(complex)
+
+
+def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
+    r"""Return the coefficients that decide what happens near a point of codimension two."""
+    form = _EQUILIBRIUM_FORMS.get(kind)
+    return {} if form is None else form(field)
+
+
+def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
+    found = double_form(field, field.jacobian)
+    sign = -1.0 if found["a"] < 0 else 1.0
+    return {name: sign * value for name, value in found.items()}
+
+
+def _zero_hopf(field: FieldMap) -> dict[str, float]:
+    matrix = field.jacobian
+    q0, p0 = eigenvectors(matrix, 0.0)
+    q1, p1, _ = critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
+    )
+    b00, b11, b01 = field.second([(q0, q0), (q1, q1.conj()), (q0, q1)])
+    return {
+        "a": float(np.vdot(p0, b00).real / 2),
+        "b": float(np.vdot(p0, b11).real),
+        "e": float(np.vdot(p1, b01).real),
+    }
+
+
+_EQUILIBRIUM_FORMS: dict[str, Callable[[FieldMap], dict[str, float]]] = {
+    "CP": lambda field: cusp_form(field, field.jacobian),
+    "BT": _bogdanov_takens,
+    "ZH": _zero_hopf,
+}

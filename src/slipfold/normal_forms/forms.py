@@ -5,14 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.normal_forms.codimension_two import codimension_two_coefficients
-from slipfold.normal_forms.equilibrium_codimension_two import equilibrium_coefficients
-from slipfold.normal_forms.equilibrium_form import equilibrium_form, first_lyapunov_coefficient
-from slipfold.normal_forms.field_map import FieldMap
-from slipfold.normal_forms.normal_form import critical_coefficient, mean_coefficient, normal_form
-from slipfold.normal_forms.quintic import quintic_coefficient
-from slipfold.normal_forms.return_map import ReturnMap
-from slipfold.normal_forms.segment_map import SegmentMap
+from slipfold.normal_forms.codimension_two import (
+    codimension_two_coefficients,
+    equilibrium_coefficients,
+)
+from slipfold.normal_forms.maps import FieldMap, ReturnMap, SegmentMap
+from slipfold.normal_forms.normal_form import (
+    critical_coefficient,
+    equilibrium_form,
+    first_lyapunov_coefficient,
+    mean_coefficient,
+    normal_form,
+    quintic_coefficient,
+)
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.kinds import Cycles
 from slipfold.orbits.linearisation import Linearisation

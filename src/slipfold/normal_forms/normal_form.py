@@ -1,22 +1,17 @@
-"""Normal forms of the stroboscopic map: whether a bifurcation is soft or hard.
-
-Formulas of Kuznetsov, Elements of Applied Bifurcation Theory, 3rd edition, section 5.4.2, and
-Kuznetsov and Meijer, SIAM J. Sci. Comput. 26 (2005) 1932-1954, with the map's derivatives
-``B(u, v)`` and ``C(u, v, w)`` of the flow, exact.
-"""
+"""Normal form coefficients of fixed points and equilibria where one parameter is critical."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.normal_forms.jet_map import JetMap
-from slipfold.normal_forms.return_chain import ReturnChain
-from slipfold.normal_forms.return_map import ReturnMap
+from slipfold.newton import Rule, correct_many, solve_each
+from slipfold.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -239,3 +234,131 @@ def critical_vectors(
     others, left = np.linalg.eig(matrix.T)
     p = left[:, np.argmin(np.abs(others - value))].astype(complex).conj()
     return q, p / np.vdot(q, p), value
+
+
+def pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vector) -> complex:
+    """Return the cubic coefficient of a pair. Shapes: h11, h20 (n,)."""
+    with_h11, with_h20 = map_.second([(q, h11), (q.conj(), h20)])
+    inner = third_form(map_, q, q, q.conj()) + 2 * with_h11 + with_h20
+    return complex(np.vdot(p, inner) / 2)
+
+
+def third_form(map_: MapDerivatives, u: Vector, v: Vector, w: Vector) -> Vector:
+    """Return C(u, v, w) for complex vectors, by polarisation of the cubic form."""
+    result = np.zeros(len(u), dtype=complex)
+    parts = [
+        (factor_u * factor_v * factor_w, a, b, c)
+        for factor_u, a in ((1, u.real), (1j, u.imag))
+        for factor_v, b in ((1, v.real), (1j, v.imag))
+        for factor_w, c in ((1, w.real), (1j, w.imag))
+        if a.any() and b.any() and c.any()
+    ]
+    sums = [a + s * b + t * c for _, a, b, c in parts for s in (1, -1) for t in (1, -1)]
+    cubes = map_.powers(np.array(sums))[1]
+    for i, (factor, *_) in enumerate(parts):
+        plus_plus, plus_minus, minus_plus, minus_minus = cubes[4 * i : 4 * i + 4]
+        result += factor / 24 * (plus_plus - plus_minus - minus_plus + minus_minus)
+    return result
+
+
+AMPLITUDES = 0.05 / 2.0 ** np.arange(6)
+"""Largest amplitudes of successive evaluations, in scaled states: the higher powers fade, until
+rounding takes over."""
+
+SHARES = np.array([0.55, 0.7, 0.85, 1.0])
+"""Amplitudes of one evaluation, over the largest."""
+
+AGREEMENT = 1e-2
+"""Share by which the two that agree best may differ."""
+
+RULE = Rule(close=1e-12, iterations=12)
+
+
+def quintic_coefficient(orbits: Orbits, point: OrbitPoint, scales: Array) -> float | None:
+    r"""Return e of the normal form :math:`\eta \to -\eta + b \eta^3 + e \eta^5` where b is zero.
+
+    An orbit of twice the period with the amplitude a along the critical vector q exists if the map
+    is shifted by :math:`\tau q` in one period and by :math:`-\tau q` in the next, with
+    :math:`\tau = -(b a^3 + e a^5 + ...)` (the reduction of Lyapunov and Schmidt).
+    """
+    amplitudes = np.multiply.outer(AMPLITUDES, SHARES)
+    shifts = _shifts(orbits, point, scales, amplitudes.ravel()).reshape(amplitudes.shape)
+    # tau / a^3 = -(b + e a^2 + ...): b is what was left over of it.
+    powers = amplitudes[:, :, None] ** np.array([0, 2, 4, 6])
+    found = -solve_each(powers, shifts / amplitudes**3)[:, 1]
+    pairs = [(a, b) for a, b in pairwise(found.tolist()) if b and not np.isnan(a / b)]
+    best = min(pairs, key=lambda pair: abs(pair[0] / pair[1] - 1), default=None)
+    if best is None or abs(best[0] / best[1] - 1) > AGREEMENT:
+        return None
+    return best[1]
+
+
+def _shifts(orbits: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array) -> Array:
+    """Newton's method for both states and the shift at given amplitudes, shape (k,)."""
+    n, constants = len(scales), orbits.constants(point.z)
+    matrix = point.monodromy * (orbits.scales / scales)[:, None] / (orbits.scales / scales)
+    right, left, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
+    q, p = right.real, left.real
+    centre = orbits.nodes(point.z)[0] / scales
+    away = amplitudes[:, None] * q
+    no_parameter = np.zeros((len(constants.values), 0))
+    jacobian = np.zeros((2 * n + 1, 2 * n + 1))
+    jacobian[:n, n : 2 * n] = jacobian[n : 2 * n, :n] = -np.eye(n)
+    jacobian[:n, -1], jacobian[n : 2 * n, -1] = q, -q
+    jacobian[-1, :n], jacobian[-1, n : 2 * n] = p / 2, -p / 2
+
+    def steps(some: NDArray[np.int64], unknown: Array) -> Array:
+        states, shifts = unknown[:, :-1].reshape(-1, 2, n), unknown[:, -1:]
+        start = np.full(2 * len(some), orbits.phase)
+        ends, blocks, _ = orbits.flow.linearise(
+            (states * scales).reshape(-1, n), start, start + orbits.period, constants, no_parameter
+        )
+        images = ends.reshape(-1, 2, n) / scales
+        slopes = (blocks * scales / scales[:, None]).reshape(-1, 2, n, n)
+        matrices = np.tile(jacobian, (len(some), 1, 1))
+        matrices[:, :n, :n], matrices[:, n : 2 * n, n : 2 * n] = slopes[:, 0], slopes[:, 1]
+        residual = [
+            images[:, 0] - states[:, 1] + shifts * q,
+            images[:, 1] - states[:, 0] - shifts * q,
+            ((states[:, 0] - states[:, 1]) @ p / 2 - amplitudes[some])[:, None],
+        ]
+        return solve_each(matrices, -np.concatenate(residual, axis=1))
+
+    guesses = np.column_stack([centre + away, centre - away, np.zeros(len(amplitudes))])
+    return correct_many(steps, guesses, RULE).z[:, -1]
+
+
+def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
+    """Return the coefficient of an equilibrium's bifurcation and its criticality."""
+    field = FieldMap(orbits, point.z)
+    ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
+    if kind == "HB":
+        coefficient = first_lyapunov_coefficient(field)
+        size = float(np.linalg.norm(_turning(field.jacobian)[0] * ratios))
+        return declared(kind, coefficient, size), criticality_of(kind, coefficient)
+    # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
+    matrix = np.eye(len(orbits.scales)) + field.jacobian
+    if kind == "LP":
+        coefficient = fold_coefficient(field, matrix, field.pull)
+    else:
+        coefficient = critical_coefficient(field, matrix, kind)
+    size = critical_length(matrix, kind, ratios)
+    return declared(kind, coefficient, size), criticality_of(kind, coefficient)
+
+
+def first_lyapunov_coefficient(field: FieldMap) -> float:
+    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones."""
+    matrix = field.jacobian
+    q, p, value = _turning(matrix)
+    identity = np.eye(len(q))
+    qq, q_q = field.second([(q, q), (q, q.conj())])
+    h11 = -np.linalg.solve(matrix, q_q)
+    h20 = np.linalg.solve(2j * value.imag * identity - matrix, qq)
+    return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
+
+
+def _turning(matrix: Array) -> tuple[Vector, Vector, complex]:
+    """Critical vectors of the pair of eigenvalues that is nearest to the imaginary axis."""
+    return critical_vectors(
+        matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
+    )

@@ -33,7 +33,7 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.simulation import Simulation
 from slipfold.results.trajectories import Sweep
 from slipfold.text.printed_table import with_unit
-from slipfold.tori.torus_spectrum import TorusSpectrum
+from slipfold.tori.surface import TorusSpectrum
 
 Motion = Trajectory | PeriodicOrbit
 

@@ -1,16 +1,67 @@
-"""A whole torus: what a model does on it, at all times and from all its states."""
+"""A whole torus: its surface, the lines of its spectrum, and whether it attracts."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.drawing import draw
+from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
+from slipfold.long_term.birkhoff import Average, average
+from slipfold.long_term.spectrum import SpectralLines
+from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.tori.harmonics import turned
+from slipfold.read_only import ReadOnly
+from slipfold.text.one_line import number_text
+from slipfold.text.printed_table import PrintedTable
+from slipfold.tori.circles import slopes, turned
+
+STARTS = 15
+"""Equidistant angles from which perturbations set out; means over angles converge fast."""
+
+RETURNS = 64
+"""Returns of the map over which growth is averaged; as many go before, for directions to turn."""
+
+
+def growth_across(
+    matrices: Array, circle: Array, rotation: float, scales: Array, rates: Array | None = None
+) -> Average:
+    """Return exponents a return of what is across the torus, the largest first.
+
+    Along the circle perturbations neither grow nor decay, nor do they along the flow of an
+    autonomous model; what they have along these does not count. The derivatives of the map between
+    the angles are those of their Fourier series.
+
+    Shapes: matrices (m, n, n), circle, rates (m, n).
+    """
+    (m, n), scaled = circle.shape, matrices * (scales / scales[:, None])
+    within = [part / scales for part in (slopes(circle), rates) if part is not None]
+    series = np.fft.rfft(np.concatenate([scaled.reshape(m, -1), *within], axis=1), axis=0) / m
+    series[1:] *= 2
+    returns = np.arange(2 * RETURNS + 1)[:, None]
+    angles = (np.arange(STARTS) / STARTS + rotation * returns) % 1.0
+    waves = np.exp(2j * np.pi * angles[..., None] * np.arange(len(series)))
+    passed = (waves @ series).real
+    tangents = passed[..., n * n :].reshape(*angles.shape, -1, n).swapaxes(-1, -2)
+    planes = np.concatenate([tangents, np.broadcast_to(np.eye(n), (*angles.shape, n, n))], axis=-1)
+    across = np.linalg.qr(planes)[0][..., len(within) :]  # bases of what is across, by columns
+    maps = passed[:-1, :, : n * n].reshape(-1, STARTS, n, n)
+    steps = across[1:].swapaxes(-1, -2) @ maps @ across[:-1]
+    left = n - len(within)
+    frame, growth = np.eye(left), np.empty((2 * RETURNS, left))
+    for step, row in zip(steps, growth, strict=True):
+        frame, factors = np.linalg.qr(step @ frame)
+        sizes = np.abs(np.diagonal(factors, axis1=-2, axis2=-1))
+        row[:] = np.log(np.maximum(sizes, np.finfo(float).tiny)).mean(axis=0)
+    found = average(growth[RETURNS:])
+    order = np.argsort(-found.values, kind="stable")
+    return Average(found.values[order], found.errors[order])
+
 
 PER_PERIOD = 64
 """Phases of a forcing period."""
@@ -88,3 +139,137 @@ def surface_of(model: Model, circle: Array, rotation: float, period: int) -> Sur
         axis=1,
     )
     return Surface(rotation, period, found)
+
+
+SHOWN = 12
+"""Lines that a notebook shows."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TorusSpectrum(SpectralLines, ReadOnly):
+    """Single-sided spectra of all outputs on one torus; frozen.
+
+    Made by `TorusBranch.spectrum`. Lines lie at ``k f1 + l f2``. They come from the series of the
+    torus and not from a motion of some length, so that none leaks into another however near they
+    are.
+
+    Parameters
+    ----------
+    model
+        The model with its parameter values.
+    names
+        The outputs; states come first.
+    frequencies
+        f1 and f2 in Hz: that of the orbit which the tori are born from, i.e. of the forcing over
+        its period, and the modulation frequency, which is negative if the circle turns the other
+        way.
+    orders
+        Whole numbers k and l of each line, shape (m, 2). Of a line and its mirror image it is the
+        one at a positive frequency.
+    coefficients
+        Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs): to the motion
+        from the first state of the circle a line contributes ``Re(a exp(2 pi i f t))``. That of
+        ``k = l = 0`` is the mean.
+
+    Examples
+    --------
+    >>> import slipfold as sf
+    >>> model = sf.built_in_models()["vanderpol"](a=0.3, e=0.2)
+    >>> (tori,) = sf.response(model, vary="w", span=(1, 1.1), tori=True).tori
+    >>> spectrum = tori.spectrum(-1)
+    >>> spectrum.orders[spectrum.of("x").argsort()[:-4:-1]].tolist()
+    [[1, -1], [1, 0], [1, -2]]
+    """
+
+    model: Model
+    names: tuple[str, ...]
+    frequencies: tuple[float, float]
+    orders: NDArray[np.int64]
+    coefficients: NDArray[np.complex128]
+
+    def _line(self) -> str:
+        first, second = map(number_text, self.frequencies)
+        return (
+            f"Spectrum of a torus of {self.model.name}: {len(self.names)} outputs, "
+            f"{len(self.orders)} lines at k {first} Hz + l {second} Hz"
+        )
+
+    def _rows(self) -> PrintedTable:
+        size = self.amplitude / np.maximum(self.amplitude.max(axis=0), np.finfo(float).tiny)
+        tallest = np.sort(np.argsort(size.max(axis=1))[::-1][:SHOWN])
+        lines = [
+            [*map(str, self.orders[i]), *map(number_text, (self.frequency[i], *self.amplitude[i]))]
+            for i in tallest
+        ]
+        return PrintedTable(["k", "l", "f (Hz)", *self.names], lines)
+
+    @property
+    def frequency(self) -> Array:
+        """Frequencies of the lines in Hz, in rising order, shape (m,)."""
+        return np.asarray(self.orders @ np.array(self.frequencies))
+
+    def line(self, name: str, k: int, l: int) -> float:  # noqa: E741
+        """Return the amplitude of one output at ``k f1 + l f2``.
+
+        Parameters
+        ----------
+        name
+            A state or output of the model.
+        k, l
+            Multiples of the two frequencies.
+
+        Raises
+        ------
+        InputError
+            If there is no such output or line.
+        """
+        column = self._column(name)
+        same = (self.orders == (k, l)).all(axis=1) | (self.orders == (-k, -l)).all(axis=1)
+        if not same.any():
+            most = np.abs(self.orders).max(axis=0)
+            raise InputError(
+                f"k = {k}, l = {l} is not a line of the spectrum; k goes to {most[0]} and l to "
+                f"{most[1]} on both sides"
+            )
+        return float(self.amplitude[same.argmax(), column])
+
+    def plot(self, output: str | None = None, **options: Any) -> Any:
+        """Draw the amplitudes of an output over frequency, the tallest lines with their orders.
+
+        Parameters
+        ----------
+        output
+            A state or output of the model; the first state if None.
+        **options
+            Options of the drawing, e.g. ``ax=`` the axes to draw in.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError
+            For an unknown output.
+        """
+        return draw(self, output=output, **options)
+
+
+def spectrum_of(model: Model, surface: Surface) -> TorusSpectrum:
+    """Return the lines of a whole torus."""
+    first = 1 / (surface.period * evaluation_of(model).period(model))
+    frequencies = first, surface.rotation * first
+    series = surface.lines
+    around, along = (np.fft.fftfreq(count, 1 / count).astype(int) for count in series.shape[:2])
+    orders = np.stack(np.meshgrid(along, around), axis=-1)
+    frequency = orders @ np.array(frequencies)
+    # Of an even number of phases the last line is all that lies above it as well.
+    known = 2 * np.abs(orders[..., 0]) < len(along)
+    kept = known & ((frequency > 0) | ((frequency == 0) & (orders[..., 0] > 0)))
+    kept[0, 0] = True
+    rising = np.argsort(frequency[kept], kind="stable")
+    orders, coefficients = orders[kept][rising], 2 * series[kept][rising]
+    coefficients[~orders.any(axis=1)] /= 2
+    names = flow_of(model).output_names
+    return TorusSpectrum(model, names, frequencies, orders, coefficients)

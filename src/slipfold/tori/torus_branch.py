@@ -17,8 +17,7 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
-from slipfold.tori.surface import surface_of
-from slipfold.tori.torus_spectrum import TorusSpectrum, spectrum_of
+from slipfold.tori.surface import TorusSpectrum, spectrum_of, surface_of
 
 
 @dataclass(frozen=True, repr=False)

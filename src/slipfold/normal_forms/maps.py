@@ -1,0 +1,527 @@
+"""Derivatives of second and third order: of fields, stroboscopic maps and return maps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.flow.equations import Constants
+from slipfold.orbits.discretisation import Segments
+from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.multipliers import motion_bases
+from slipfold.orbits.orbit_curve import Orbits
+
+Vector = NDArray[Any]
+
+
+class FieldMap:
+    """Jacobian A and multilinear forms B and C of a vector field, in scaled states and per second.
+
+    The scales are those of the unknown if None.
+    """
+
+    def __init__(self, orbits: Orbits, z: Array, scales: Array | None = None) -> None:
+        self._flow = orbits.flow
+        self._state = orbits.nodes(z)[0]
+        self._constants = orbits.constants(z)
+        self._scales = orbits.scales if scales is None else scales
+        self._time = self._constants.period
+        self._along = self._constants.rates[:, orbits.indices[-1:]]
+        self.rescaling = orbits.scales / self._scales
+
+    @property
+    def jacobian(self) -> Array:
+        """Derivative of the rates, shape (n, n)."""
+        found = self._flow.jacobians(self._state[None], np.zeros(1), self._constants)[0]
+        return found * self._scales / self._scales[:, None] / self._time
+
+    @property
+    def pull(self) -> Array:
+        """Derivative of the rates with respect to the last free parameter, shape (n,)."""
+        states = self._state[None]
+        found = self._flow.pulls(states, np.zeros(1), self._constants, self._along)[0, :, 0]
+        return np.asarray(found / self._scales / self._time)
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a matrix in these scales. Shapes: monodromy (n, n)."""
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Shapes: directions (r, n); returns second, third (r, n).
+        """
+        units = self._scales * self._time
+        states, phases = np.tile(self._state, (len(directions), 1)), np.zeros(len(directions))
+        along = directions * self._scales
+        found = self._flow.powers(states, phases, self._constants, along)
+        return found[0] / units, found[1] / units
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors. Shapes: pairs (n,)."""
+        parts = np.array([part for u, _ in pairs for part in (u.real, u.imag)])
+        none = np.zeros((len(self._constants.values), 1))
+        states, phases = np.tile(self._state, (len(parts), 1)), np.zeros(len(parts))
+        along = parts * self._scales
+        bent = self._flow.curvatures(states, phases, self._constants, along, none)[0]
+        bent = bent * self._scales / self._scales[:, None] / self._time
+        return [
+            (bent[2 * i] + 1j * bent[2 * i + 1]) @ v.astype(complex)
+            for i, (_, v) in enumerate(pairs)
+        ]
+
+
+SPANNED = 1e-7
+"""Share of a direction outside the span of others below which it is a combination of them."""
+
+
+class SegmentMap:
+    r"""Second and third derivatives of the map over one period of an orbit, in scaled states.
+
+    They are put together from those of the segments, integrated side by side: with
+    :math:`b_j = B_j(v, v)` and :math:`c_j = C_j(v, v, v)` of the map up to the end of segment j,
+
+    .. math:: b_j = D^2\phi_j[v_j, v_j] + A_j b_{j-1}, \quad
+              c_j = D^3\phi_j[v_j, v_j, v_j] + 3 D^2\phi_j[v_j, b_{j-1}] + A_j c_{j-1}
+
+    where v_j is v carried to segment j.
+
+    Directions and results are in the given scales of the states; those of the unknown if None.
+    """
+
+    def __init__(
+        self,
+        orbits: Orbits,
+        z: Array,
+        constants: Constants,
+        linearisation: Linearisation,
+        scales: Array | None = None,
+    ) -> None:
+        assert isinstance(orbits.by, Segments)
+        self._by = orbits.by
+        self._nodes = orbits.nodes(z)
+        self._constants = constants
+        self._blocks = linearisation.blocks
+        self.rescaling = orbits.scales / (orbits.scales if scales is None else scales)
+        known, bent = linearisation.conditions.carried, linearisation.conditions.bent
+        self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
+        self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a monodromy matrix in the map's scales. Shapes: monodromy (n, n)."""
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Shapes: directions (r, n); returns second, third (r, n).
+        """
+        along = directions / self.rescaling
+        forward, bent = self._curvatures(along)
+        cubes = self._by.cubes(self._nodes, self._constants, forward)
+        second = self._summed(np.einsum("rmab,rmb->rma", bent, forward))
+        mixed = np.einsum("rmab,rmb->rma", bent, second[:, :-1])
+        third = self._summed(cubes + 3 * mixed)
+        return second[:, -1] * self.rescaling, third[:, -1] * self.rescaling
+
+    def _summed(self, terms: Vector) -> Vector:
+        """Return what the segments' terms come to at each node, carried on from node to node.
+
+        Shapes: terms (r, m, n); returns (r, m + 1, n).
+        """
+        count, m, n = terms.shape
+        sums = np.zeros((count, m + 1, n), dtype=terms.dtype)
+        for j, block in enumerate(self._blocks):
+            np.matmul(sums[:, j], block.T, out=sums[:, j + 1])
+            sums[:, j + 1] += terms[:, j]
+        return sums
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors. Shapes: pairs (n,)."""
+        return [self._bilinear(u.real, v) + 1j * self._bilinear(u.imag, v) for u, v in pairs]
+
+    def _bilinear(self, u: Array, v: Vector) -> Vector:
+        """B(u, v) for a real u."""
+        if not u.any():
+            return np.zeros(len(v), dtype=complex)
+        bent = self._curvatures((u / self.rescaling)[None])[1][0]
+        carried = [v / self.rescaling]
+        for block in self._blocks[:-1]:
+            carried.append(block @ carried[-1])
+        terms = np.einsum("mab,mb->ma", bent, np.array(carried))
+        return np.asarray(self._summed(terms[None])[0, -1] * self.rescaling)
+
+    def _curvatures(self, along: Array) -> tuple[Array, Array]:
+        """Directions carried along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
+
+        Both are linear in the direction: no more than n of them are ever integrated.
+        """
+        for direction in along:
+            rest = direction - self._shares(direction[None])[0] @ self._carried[:, 0]
+            if np.linalg.norm(rest) > SPANNED * np.linalg.norm(direction):
+                self._integrate(rest / np.linalg.norm(rest))
+        shares = self._shares(along)
+        return (
+            np.einsum("rk,kmn->rmn", shares, self._carried),
+            np.einsum("rk,kmab->rmab", shares, self._bent),
+        )
+
+    def _shares(self, along: Array) -> Array:
+        """Return directions as sums of those that are known, nearly. Shapes: (r, n) to (r, k)."""
+        known = self._carried[:, 0]
+        if len(known) == 1:  # as for most; a fifth of the time
+            return np.asarray(along @ known.T / (known @ known.T))
+        return np.asarray(np.linalg.lstsq(known.T, along.T, rcond=None)[0].T)
+
+    def _integrate(self, direction: Array) -> None:
+        """Add a direction to those along which second derivatives are known."""
+        forward = [direction]
+        for block in self._blocks[:-1]:
+            forward.append(block @ forward[-1])
+        carried = np.array(forward)[None]
+        bent, _ = self._by.curvatures(self._nodes, self._constants, carried)
+        self._carried = np.concatenate([self._carried, carried])
+        self._bent = np.concatenate([self._bent, bent])
+
+
+class JetMap:
+    """Derivatives of the stroboscopic map from Taylor jets over the whole period, in scaled states.
+
+    Jets along directions need no more than a plain flow to be compiled: for the few special points
+    of a branch that is what costs most.
+
+    The scales are those of the unknown if None.
+    """
+
+    def __init__(
+        self, orbits: Orbits, z: Array, constants: Constants, scales: Array | None = None
+    ) -> None:
+        self._flow = orbits.flow
+        self._nodes = orbits.evenly(z)
+        self._constants = constants
+        self._scales = orbits.scales if scales is None else scales
+        self.rescaling = orbits.scales / self._scales
+        self._start = orbits.phase
+        self._end = orbits.phase + orbits.period
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return a monodromy matrix in the map's scales. Shapes: monodromy (n, n)."""
+        return monodromy * self.rescaling[:, None] / self.rescaling
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Shapes: directions (m, n); returns second, third (m, n).
+        """
+        jets = self._flow.jet(
+            self._nodes[0],
+            self._start,
+            self._end,
+            self._constants,
+            directions * self._scales,
+            self._nodes[1:],
+        )
+        return jets[:, 1] / self._scales, jets[:, 2] / self._scales
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n,)."""
+        return polarised(lambda directions: self.powers(directions)[0], pairs)
+
+    def carried(self, vector: Array) -> Array:
+        """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
+        return vector * self.rescaling
+
+
+def polarised(
+    squares: Callable[[Array], Array], pairs: list[tuple[Vector, Vector]]
+) -> list[Vector]:
+    """Return B(u, v) for complex vectors from the squares B(w, w) of real ones.
+
+    Shapes: squares (r, n); pairs (n,).
+    """
+    parts = [
+        (place, factor, left, right)
+        for place, (u, v) in enumerate(pairs)
+        for factor, left, right in (
+            (1, u.real, v.real),
+            (-1, u.imag, v.imag),
+            (1j, u.real, v.imag),
+            (1j, u.imag, v.real),
+        )
+        if np.linalg.norm(left) > 0 and np.linalg.norm(right) > 0  # squares may underflow
+    ]
+    result: list[Vector] = [np.zeros(len(u), dtype=complex) for u, _ in pairs]
+    if not parts:  # a symmetric orbit has no quadratic terms
+        return result
+    sizes = [(np.linalg.norm(left), np.linalg.norm(right)) for _, _, left, right in parts]
+    sums = [
+        left / a + sign * right / b
+        for (_, _, left, right), (a, b) in zip(parts, sizes, strict=True)
+        for sign in (1, -1)
+    ]
+    values = squares(np.array(sums))
+    for i, ((place, factor, _, _), (a, b)) in enumerate(zip(parts, sizes, strict=True)):
+        result[place] += factor * a * b / 4 * (values[2 * i] - values[2 * i + 1])
+    return result
+
+
+SAMPLES = 8
+"""Samples of a segment over which the length of a vector carried along is averaged."""
+
+OFF_ONE = 1e-3
+"""A multiplier this far from one has an eigenvector of its own beside the flow's direction."""
+
+
+class ReturnMap:
+    r"""Where motions near a cycle cross a section the next time, in scaled states.
+
+    The section is the plane through the first node orthogonal to the flow there. The flow over the
+    cycle's duration leads beside it; the time that is missing follows order by order from
+
+    .. math:: f^T (\phi(x_0 + s v, T + \tau(s)) - x_0) = 0
+
+    with the derivatives of the flow along v and in time. Vectors are coordinates in the section.
+    """
+
+    def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:
+        self._orbits, self._z = orbits, z
+        self._constants = orbits.constants(z)
+        self._scales = scales
+        self._rescaling = orbits.scales / scales
+        self._nodes = orbits.evenly(z)
+        rates = orbits.flow.rates(self._nodes[:1], np.array([orbits.phase]), self._constants)[0]
+        self._flow = rates / scales
+        self._basis = motion_bases(self._flow[None])[0][:, 1:]
+
+    def rescaled(self, monodromy: Array) -> Array:
+        """Return the map's matrix, shape (n - 1, n - 1). Shapes: monodromy (n, n)."""
+        return np.asarray(self._basis.T @ self._in_scales(monodromy) @ self._basis)
+
+    def carried(self, vector: Array) -> Array:
+        """Return a displacement of the flow's end as one of the map, shape (n - 1,).
+
+        Shapes: vector (n,).
+        """
+        return np.asarray(self._basis.T @ (vector * self._rescaling))
+
+    def powers(self, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) for real directions.
+
+        Shapes: directions (r, n - 1); returns second, third (r, n - 1).
+        """
+        orbits = self._orbits
+        jets = orbits.flow.jet_in_time(
+            self._nodes,
+            orbits.phase,
+            orbits.phase + orbits.period,
+            self._constants,
+            directions @ self._basis.T * self._scales,
+        )
+        return self.across(jets, self._flow, self._basis)
+
+    def across(self, jets: Array, flow: Array, basis: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) in the section across the flow where jets end.
+
+        Shapes: jets (r, 4, 4, n); flow (n,); basis (n, n - 1).
+        """
+        y = np.moveaxis(jets / self._scales, 0, 2)  # order in s, order in time, direction, state
+        across = flow / (flow @ flow)
+
+        def late(displacement: Array) -> Array:
+            """Time that brings a displacement back into the section."""
+            return -(displacement @ across)[:, None]
+
+        a = late(y[1, 0])
+        second = y[2, 0] + 2 * a * y[1, 1] + a**2 * y[0, 2]
+        b = late(second)
+        third = y[3, 0] + 3 * a * y[2, 1] + 3 * a**2 * y[1, 2] + a**3 * y[0, 3]
+        third = third + 3 * b * y[1, 1] + 3 * a * b * y[0, 2]
+        return second @ basis, third @ basis
+
+    def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
+        """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n - 1,)."""
+        return polarised(lambda directions: self.powers(directions)[0], pairs)
+
+    def length(self, q: Vector, multiplier: complex, monodromy: Array, ratios: Array) -> float:
+        """Return the root mean square, round the cycle, of an eigenvector of the map.
+
+        It does not depend on where the cycle is begun, and so do coefficients by it. The vector is
+        the flow's eigenvector that belongs to it; at a fold, where there is none, the part across
+        the flow.
+
+        Shapes: q (n - 1,); monodromy (n, n); ratios (n,).
+        """
+        f = self._flow
+        vector = self._basis @ q
+        if abs(multiplier - 1) > OFF_ONE:
+            along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
+            vector = vector + f * along / (multiplier - 1)
+        starts = [vector]
+        for block in self._blocks(*self._edges())[1][:-1]:
+            starts.append(block @ starts[-1])
+        return self.mean_length(np.array(starts), ratios, at_one=abs(multiplier - 1) <= OFF_ONE)
+
+    def mean_length(self, starts: Vector, ratios: Array, *, at_one: bool = False) -> float:
+        """Return the root mean square, round the cycle, of a vector that is known at its nodes.
+
+        Shapes: starts (m, n); ratios (n,).
+        """
+        orbits, nodes, total = self._orbits, self._nodes, 0.0
+        begin, end = self._edges()
+        for k in range(SAMPLES):
+            ends = begin + (end - begin) * k / SAMPLES
+            states, matrices = (nodes, None) if k == 0 else self._blocks(begin, ends)
+            moved = starts
+            if matrices is not None:
+                moved = np.einsum("jab,jb->ja", matrices, moved)
+            moved = moved * ratios
+            if at_one:
+                rates = orbits.flow.rates(states, ends, self._constants) / self._scales * ratios
+                share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
+                moved = moved - share[:, None] * rates
+            total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))
+        return float(np.sqrt(total / SAMPLES))
+
+    def _edges(self) -> tuple[Array, Array]:
+        """Phases at which the segments begin and end."""
+        orbits = self._orbits
+        edges = np.linspace(orbits.phase, orbits.phase + orbits.period, len(self._nodes) + 1)
+        return edges[:-1], edges[1:]
+
+    def _in_scales(self, matrix: Array) -> Array:
+        return matrix * self._rescaling[:, None] / self._rescaling
+
+    def _blocks(self, start: Array, end: Array) -> tuple[Array, Array]:
+        """Return where segments end and their transition matrices."""
+        orbits = self._orbits
+        along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
+        ends, matrices, _ = orbits.flow.linearise(self._nodes, start, end, self._constants, along)
+        return ends, matrices * self._scales[None, :] / self._scales[:, None]
+
+
+LARGEST = 1500
+"""Unknowns up to which equations around the cycle are solved densely: a second or two."""
+
+SINGULAR = 1e-3
+"""Smallest singular value at which the equations around the cycle have the critical vector."""
+
+
+class ReturnChain(ReturnMap):
+    r"""The return map as a chain of maps from one section across the flow to the next.
+
+    A product of the maps' matrices loses a critical multiplier beside one of :math:`10^5`. The
+    vectors that the normal form needs are found for all sections at once instead, from
+    :math:`A_j q_j = q_{j+1}` with :math:`q_m = \mu q_0`, and so are the adjoint ones and those of
+    second order: nothing is multiplied up. With :math:`w_j` the left null vector,
+
+    .. math:: c = \frac{1}{6} \sum_j w_j^* \bigl(C_j(q_j, q_j, q_j) + 3 B_j(q_j, h_j)\bigr), \quad
+              h_{j+1} - A_j h_j = B_j(q_j, q_j)
+
+    for a period doubling, and in the same way for a torus.
+    """
+
+    def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:
+        super().__init__(orbits, z, scales)
+        count, n = self._nodes.shape
+        if count * (n - 1) > LARGEST:
+            raise np.linalg.LinAlgError("the cycle has too many sections")
+        begin, end = self._edges()
+        flows = orbits.flow.rates(self._nodes, begin, self._constants) / self._scales
+        self._flows = np.concatenate([flows, flows[:1]])
+        bases = np.linalg.qr(flows[:, :, None], mode="complete")[0][:, :, 1:]
+        self._bases = np.concatenate([bases, bases[:1]])
+        self._whole = self._blocks(begin, end)[1]
+        self._matrices = np.swapaxes(self._bases[1:], 1, 2) @ self._whole @ self._bases[:-1]
+
+    def form(self, kind: str, multiplier: complex, ratios: Array) -> tuple[float, float]:
+        """Return the coefficient and the mean length of the critical vector round the cycle.
+
+        Shapes: ratios (n,).
+        """
+        factor = -1.0 if kind == "PD" else multiplier / abs(multiplier)
+        left, values, right = np.linalg.svd(self._around(factor))
+        if not values[-1] < SINGULAR:
+            raise np.linalg.LinAlgError(f"the chain has lost the multiplier of its {kind}")
+        shape = len(self._matrices), -1
+        q, w = right[-1].conj().reshape(shape), left[:, -1].reshape(shape)
+        w = w / np.vdot(w[-1], q[0]).conjugate()
+        coefficient = self._doubling(q, w) if kind == "PD" else self._torus(q, w, factor)
+        return coefficient, self._mean(q, factor, ratios)
+
+    def _around(self, factor: complex) -> Vector:
+        """Return the matrix of ``A_j q_j - q_(j+1)``, the last ``q_m`` the first times a factor."""
+        count, n, _ = self._matrices.shape
+        matrix = np.zeros((count, n, count, n), dtype=np.result_type(factor, float))
+        for j, block in enumerate(self._matrices):
+            matrix[j, :, j] += block
+            matrix[j, :, (j + 1) % count] -= np.eye(n) * (factor if j == count - 1 else 1.0)
+        return matrix.reshape(count * n, count * n)
+
+    def _solved(self, factor: complex, right: Vector) -> Vector:
+        """Solve ``h_(j+1) - A_j h_j = b_j``. Shapes: right (m, n - 1)."""
+        return np.linalg.solve(self._around(factor), -right.ravel()).reshape(right.shape)
+
+    def _doubling(self, q: Array, w: Array) -> float:
+        squares, cubes = self._each(q[:, None])
+        bent = self._solved(1.0, squares[:, 0])
+        mixed = self._mixed([(q.astype(complex), bent.astype(complex))]).real
+        return float(np.vdot(w, cubes[:, 0] + 3 * mixed) / 6)
+
+    def _torus(self, q: Vector, w: Vector, factor: complex) -> float:
+        a, b = q.real, q.imag
+        squares, cubes = self._each(np.stack([a, b, a + b, a - b], axis=1))
+        aa, bb = squares[:, 0], squares[:, 1]
+        ab = (squares[:, 2] - squares[:, 3]) / 4
+        aaa, bbb = cubes[:, 0], cubes[:, 1]
+        aab = (cubes[:, 2] - cubes[:, 3]) / 6 - bbb / 3
+        abb = (cubes[:, 2] + cubes[:, 3]) / 6 - aaa / 3
+        still = self._solved(1.0, aa + bb).astype(complex)
+        double = self._solved(factor**2, aa - bb + 2j * ab)
+        mixed = self._mixed([(q, 2 * still), (q.conj(), double)])
+        inner = np.vdot(w, aaa + abb + 1j * (aab + bbb) + mixed)
+        return float(0.5 * (np.conj(factor) * inner).real)
+
+    def _each(self, directions: Array) -> tuple[Array, Array]:
+        """Return B_j(v, v) and C_j(v, v, v) of each map. Shapes: directions (m, r, n - 1)."""
+        found = [self._powers_of(j, each) for j, each in enumerate(directions)]
+        second, third = zip(*found, strict=True)
+        return np.array(second), np.array(third)
+
+    def _mixed(self, pairs: list[tuple[Vector, Vector]]) -> Vector:
+        """Return the sum of B_j(u_j, v_j) over pairs. Shapes: (m, n - 1)."""
+
+        def squares(j: int, directions: Array) -> Array:
+            return self._powers_of(j, directions)[0]
+
+        found = [
+            polarised(partial(squares, j), [(u[j], v[j]) for u, v in pairs])
+            for j in range(len(self._matrices))
+        ]
+        return np.sum(found, axis=1)
+
+    def _powers_of(self, j: int, directions: Array) -> tuple[Array, Array]:
+        """Return B(v, v) and C(v, v, v) of one map. Shapes: directions (r, n - 1)."""
+        begin, end = (float(edges[j]) for edges in self._edges())
+        jets = self._orbits.flow.jet_in_time(
+            self._nodes[j : j + 1],
+            begin,
+            end,
+            self._constants,
+            directions @ self._bases[j].T * self._scales,
+        )
+        return self.across(jets, self._flows[j + 1], self._bases[j + 1])
+
+    def _mean(self, q: Vector, factor: complex, ratios: Array) -> float:
+        """Return the root mean square of the flow's own vector that lies over q."""
+        starts = np.einsum("jab,jb->ja", self._bases[:-1], q)
+        ends = np.einsum("jab,jb->ja", self._whole, starts)
+        flows = self._flows[1:]
+        gained = np.sum(ends * flows, axis=1) / np.sum(flows**2, axis=1)
+        before = np.concatenate([[0.0], np.cumsum(gained)])
+        along = before[:-1] + before[-1] / (factor - 1)
+        return self.mean_length(starts + along[:, None] * self._flows[:-1], ratios)
