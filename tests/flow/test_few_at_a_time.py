@@ -8,7 +8,7 @@ from slipfold.flow import flow_of
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow
 from slipfold.models import model_named
-from slipfold.models.variations import COLUMNS, WHOLE
+from slipfold.models.evaluation import COLUMNS, WHOLE
 
 START, END = np.array([0.0, 0.3, 0.7]), np.array([0.25, 0.65, 1.2])
 

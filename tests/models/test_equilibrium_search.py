@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.models.equilibrium_search import search_equilibrium
+from slipfold.models.equilibria import search_equilibrium
 
 
 def system(limits=None, **rates):

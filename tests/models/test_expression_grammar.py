@@ -11,17 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipfold.models.formulas.functions import FUNCTIONS
-from slipfold.models.formulas.grammar import parse_formula
-from slipfold.models.formulas.tokens import FormulaError
-from slipfold.models.formulas.tree import (
+from slipfold.models.formulas.grammar import (
     Binary,
     Call,
+    FormulaError,
     Name,
     Negative,
     Number,
     fold,
     format_tree,
     names_in,
+    parse_formula,
 )
 from slipfold.models.formulas.values import value_of
 

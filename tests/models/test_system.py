@@ -15,10 +15,9 @@ from helpers.duffing_text import TEXT
 from helpers.textbook_models import Duffing
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
-from slipfold.models.definitions.names import _TAKEN
-from slipfold.models.definitions.reader import MEASURES
+from slipfold.models.definitions.definition import _TAKEN, MEASURES
 from slipfold.models.evaluation import evaluation_of
-from slipfold.models.formulas.tree import format_tree
+from slipfold.models.formulas.grammar import format_tree
 
 
 @pytest.fixture(scope="module")

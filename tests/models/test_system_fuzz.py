@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 import slipfold as sf
 from helpers.spoilt_files import check_made, spoilt_files
 from slipfold.models.formulas.functions import FUNCTIONS
-from slipfold.models.formulas.grammar import parse_formula
-from slipfold.models.formulas.tokens import FormulaError
-from slipfold.models.formulas.tree import format_tree
+from slipfold.models.formulas.grammar import FormulaError, format_tree, parse_formula
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
 FEW, MANY = 80, 10_000

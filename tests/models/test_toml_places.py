@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipfold.models.definitions.toml_places import find_places
+from slipfold.models.definitions.source import find_places
 
 TEXT = '''# a comment with = and "quotes"
 name = "Duffing" # here too: [states]

@@ -12,7 +12,7 @@ from slipfold.flow.switched.events import Ending
 from slipfold.flow.switched.linearised_motion import linearised_motion
 from slipfold.flow.switched.switched_flow import switched_flow_of
 from slipfold.flow.switched.switched_motion import first_mode, legs
-from slipfold.models.followed import check_followed
+from slipfold.models.equilibria import check_followed
 
 
 def swinging(spring=0.0, amplitude=1.0, f=0.2):

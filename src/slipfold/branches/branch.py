@@ -17,8 +17,7 @@ from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
-from slipfold.text.stability import outside
-from slipfold.text.turns import turns_text
+from slipfold.text.stability import outside, turns_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)

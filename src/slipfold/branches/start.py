@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
-from slipfold.models.equilibrium_search import search_equilibrium
+from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter

@@ -272,8 +272,7 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
     >>> find_model("sliding", {"alpha": "30deg"}).alpha
     0.5235987755982988
     """
-    from slipfold.models.case_file import model_of_file, with_law
-    from slipfold.models.registry import model_named
+    from slipfold.models.registry import model_named, model_of_file, with_law
 
     law = None if friction is None else _law_named(friction)
     if given.endswith(".toml"):
@@ -285,7 +284,7 @@ def _law_named(name: str) -> FrictionLaw:
     """Return the law of a name, with its default values."""
     from slipfold.models.definitions.source import source_of_tables
     from slipfold.models.friction import friction_laws
-    from slipfold.models.friction.law_reader import read_law
+    from slipfold.models.friction.record import read_law
 
     exact = {law.lower(): law for law in friction_laws()}
     value = exact.get(name.lower(), name)
@@ -294,7 +293,7 @@ def _law_named(name: str) -> FrictionLaw:
 
 def equations_file(given: str) -> Path | None:
     """Return the file that holds the equations of a model that a command names."""
-    from slipfold.models.case_file import read_case_file
+    from slipfold.models.registry import read_case_file
 
     if not given.endswith(".toml"):
         return None

@@ -22,7 +22,7 @@ from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci
 from slipfold.loci.window import Window, check_window, measured_across
-from slipfold.models.followed import check_followed
+from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantity import parse_quantity
 from slipfold.options import (

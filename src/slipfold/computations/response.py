@@ -31,7 +31,7 @@ from slipfold.computations.given import (
     refuse_varied,
 )
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
-from slipfold.models.followed import check_followed
+from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity

@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.explorer.messages import LONGEST_NAME, UNNAMED, ViewRequest
 from slipfold.explorer.plain import axis_of
 from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.models.followed import check_followed
+from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import units_of, wanted_text

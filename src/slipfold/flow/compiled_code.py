@@ -18,8 +18,7 @@ from slipfold.flow.perturbed import perturbed_system
 from slipfold.flow.precision import LANES, OPTIMISATION
 from slipfold.flow.scaled import Scaled
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.compiled_function import compiled_function
-from slipfold.models.variations import COLUMNS
+from slipfold.models.evaluation import COLUMNS, compiled_function
 
 JET_ORDER = 3
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.sizes.own_sizes import unfed_states
-from slipfold.models.damped_newton import damped_newton
+from slipfold.models.equilibria import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 

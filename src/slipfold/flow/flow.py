@@ -20,8 +20,8 @@ from slipfold.flow.lanes import by_lane, carried, chunks, forget, joined, padded
 from slipfold.flow.patience import STEP_LIMIT, arrive, pass_through, sampled
 from slipfold.flow.precision import LANES, TOLERANCE
 from slipfold.flow.scaled import of_order_one, power_of_two
+from slipfold.models.evaluation import COLUMNS, carried_whole
 from slipfold.models.model import Kind, Model
-from slipfold.models.variations import COLUMNS, carried_whole
 
 MANY = 8_000
 """Steps of a motion that is not stiff in its first period, at most."""

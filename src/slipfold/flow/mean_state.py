@@ -7,7 +7,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
-from slipfold.models.damped_newton import damped_newton
+from slipfold.models.equilibria import damped_newton
 
 PHASES = np.arange(32) / 32
 """Phases that average the forcing: exact for up to 31 harmonics."""

@@ -23,7 +23,7 @@ from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown
 from slipfold.models.turns import turns_between, turns_by_name
 from slipfold.progress import Observer, Progress
-from slipfold.text.turns import turns_text
+from slipfold.text.stability import turns_text
 
 PERIODS = 1000
 """Forcing periods of a motion by default."""

@@ -18,7 +18,7 @@ from slipfold.errors import InputError
 from slipfold.loci.into_stick.touches import ends_in_stick
 from slipfold.loci.progress import locus_progress
 from slipfold.loci.window import Window
-from slipfold.models.equilibrium_search import search_equilibrium
+from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import attractor_from

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.models.damped_newton import damped_newton
+from slipfold.models.equilibria import damped_newton
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns

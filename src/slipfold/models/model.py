@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.contact import Contact
 from slipfold.models.evaluation import evaluation_of
-from slipfold.models.output import Expression, Limit, Output, Symbols
+from slipfold.models.output import Contact, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown

@@ -96,9 +96,13 @@ def _calculated(text: str, units: Mapping[str, float]) -> float | None:
     """Return the value of arithmetic that may end in a unit; None if it is none."""
     # The grammar of formulas takes long to load; most numbers do without it.
     from slipfold.models.formulas.functions import CONSTANTS
-    from slipfold.models.formulas.grammar import parse_formula
-    from slipfold.models.formulas.tokens import FormulaError
-    from slipfold.models.formulas.tree import Negative, Number, names_in
+    from slipfold.models.formulas.grammar import (
+        FormulaError,
+        Negative,
+        Number,
+        names_in,
+        parse_formula,
+    )
     from slipfold.models.formulas.values import value_of
 
     for unit, factor in {"": 1.0, **units}.items():

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.contact import Contact
 from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
 from slipfold.models.definitions.declared_contacts import contacts_at_rest, contacts_of_system
 from slipfold.models.definitions.definition import WatchedValue
 from slipfold.models.definitions.source import source_of_file, source_of_tables, source_of_text
 from slipfold.models.model import Model
-from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.output import Contact, Expression, Output, Symbols
 
 
 class System(Model):

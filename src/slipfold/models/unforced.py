@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.contact import Contact
+from slipfold.models.equilibria import find_static_point
 from slipfold.models.model import Kind, Model
-from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.output import Contact, Expression, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
-from slipfold.models.static_point import find_static_point
 
 _REST = hy.expression(0.0)
 """The phase, and the parameter that switches the forcing off."""

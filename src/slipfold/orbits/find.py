@@ -23,8 +23,7 @@ from slipfold.flow.switched.simulate import (
     simulate_smooth_or_switched,
     simulate_switched,
 )
-from slipfold.models.equilibrium_search import search_equilibrium
-from slipfold.models.followed import check_followed
+from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.continued import hold_parameter

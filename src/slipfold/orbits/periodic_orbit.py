@@ -27,8 +27,7 @@ from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.orbits.uncertainty import multiplier_change, multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
-from slipfold.text.stability import multipliers_text, outside
-from slipfold.text.turns import turns_text
+from slipfold.text.stability import multipliers_text, outside, turns_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)

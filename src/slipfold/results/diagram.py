@@ -32,8 +32,7 @@ from slipfold.results.tables import Frame, Variable
 from slipfold.results.tori import Tori, torus_sentence
 from slipfold.text.one_line import certain, headed, listed
 from slipfold.text.printed_table import PrintedTable, with_unit
-from slipfold.text.stability import outside, stability_word
-from slipfold.text.turns import turns_text
+from slipfold.text.stability import outside, stability_word, turns_text
 from slipfold.tori.torus_branch import TorusBranch
 
 SHOWN = 2

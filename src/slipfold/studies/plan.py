@@ -19,11 +19,11 @@ from slipfold.design_space.drawn import check_power, drawn
 from slipfold.design_space.scatter_given import parse_scatter
 from slipfold.design_space.sobol_indices import SALTELLI, index_design
 from slipfold.errors import InputError
-from slipfold.models.case_file import model_of_case, read_case_file
 from slipfold.models.definitions.source import source_of_tables
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
+from slipfold.models.registry import model_of_case, read_case_file
 from slipfold.studies.works import WORK, Work
 from slipfold.text.validated import validated
 

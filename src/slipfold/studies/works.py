@@ -29,7 +29,7 @@ from slipfold.loci.window import measured_across
 from slipfold.long_term.box import Box, box_around, checked_box
 from slipfold.long_term.exponents import find_exponents
 from slipfold.long_term.search import ENDED, UNDECIDED, search
-from slipfold.models.followed import check_followed
+from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import DURATION, State

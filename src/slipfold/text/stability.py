@@ -1,7 +1,8 @@
-"""How multipliers stand to the unit circle, in numbers and in words."""
+"""How multipliers compare with the unit circle and how often angles turn, in words."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -50,3 +51,17 @@ def multipliers_text(multipliers: Multipliers, *, cycle: bool) -> str:
         word += f" by {outside(multipliers).sum()} of {len(multipliers)} multipliers"
     largest = float(np.abs(multipliers).max(initial=0.0))
     return f"{word}, the largest {number_text(largest)}" if len(multipliers) else word
+
+
+def turns_text(turns: Mapping[str, int]) -> str:
+    """Say how often angles turn round in a period; empty where none does.
+
+    >>> turns_text({"phi": -1, "psi": 0, "theta": 2})
+    'phi turns round once, backwards; theta turns round 2 times'
+    """
+    return "; ".join(
+        f"{name} turns round {'once' if abs(count) == 1 else f'{abs(count)} times'}"
+        f"{', backwards' if count < 0 else ''}"
+        for name, count in turns.items()
+        if count
+    )

@@ -19,8 +19,8 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.linear_response import linear_response
 from slipfold.flow.strobes.linearised_steps import linearised_steps_of
 from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.models.evaluation import carried_whole
 from slipfold.models.model import Model
-from slipfold.models.variations import carried_whole
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Equations
-from slipfold.models.compiled_function import compiled_function
+from slipfold.models.evaluation import compiled_function
 from slipfold.models.output import Expression
 
 Group = tuple[int, ...]

@@ -27,7 +27,7 @@ from slipfold.flow.switched.linear_symbols import is_zero
 from slipfold.flow.switched.mode import STUCK, Mode, Status
 from slipfold.flow.switched.mode_equations import ANGLE, LOGARITHM, ModeEquations
 from slipfold.flow.switched.slopes import Slopes
-from slipfold.models.compiled_function import compiled_function
+from slipfold.models.evaluation import compiled_function
 from slipfold.models.output import Expression, Limit
 
 BEYOND = 1e-14

@@ -20,10 +20,9 @@ from slipfold.flow.switched.mode_equations import mode_equations
 from slipfold.flow.switched.sampled import dense_legs
 from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched.switched_motion import first_mode
-from slipfold.models.compiled_function import compiled_function
-from slipfold.models.contact import Contact
+from slipfold.models.evaluation import compiled_function
 from slipfold.models.model import Kind, Model
-from slipfold.models.output import Expression
+from slipfold.models.output import Contact, Expression
 
 FEWEST = 16
 """Intervals between samples of a piece at least: short ones turn as sharply as long ones."""

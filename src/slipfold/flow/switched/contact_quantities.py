@@ -15,9 +15,8 @@ from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.switched.arguments import Arguments, many
 from slipfold.flow.switched.linear_symbols import rate_along
 from slipfold.flow.switched.mode_equations import rate_of_phase
-from slipfold.models.compiled_function import compiled_function
-from slipfold.models.contact import Contact, normal_name
-from slipfold.models.output import Expression
+from slipfold.models.evaluation import compiled_function
+from slipfold.models.output import Contact, Expression, normal_name
 
 Numbers = list[float]
 

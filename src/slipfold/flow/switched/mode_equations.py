@@ -15,9 +15,8 @@ import heyoka as hy
 from slipfold.flow.equations import Equations, build_equations, written
 from slipfold.flow.switched.linear_symbols import rate_along, solve, solve_for_states
 from slipfold.flow.switched.mode import Mode, Status
-from slipfold.models.contact import Contact, normal_name
 from slipfold.models.model import Model
-from slipfold.models.output import Expression
+from slipfold.models.output import Contact, Expression, normal_name
 
 ZERO = hy.expression(0.0)
 

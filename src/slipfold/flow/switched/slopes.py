@@ -12,7 +12,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.cache import cached
 from slipfold.flow.equations import Constants, Equations
-from slipfold.models.compiled_function import compiled_function
+from slipfold.models.evaluation import compiled_function
 from slipfold.models.output import Expression
 
 

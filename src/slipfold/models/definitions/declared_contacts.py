@@ -9,16 +9,22 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.errors import InputError
-from slipfold.models.contact import Contact, friction_name, normal_name
-from slipfold.models.definitions.contact_equations import ContactEquations
-from slipfold.models.definitions.contact_formulas import ContactFormulas
+from slipfold.models.definitions.contacts import ContactEquations, ContactFormulas
 from slipfold.models.definitions.definition import Definition
 from slipfold.models.definitions.equations import SystemEquations
 from slipfold.models.definitions.source import Source
-from slipfold.models.formulas.tree import Name
+from slipfold.models.formulas.grammar import Name
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.law import FrictionLaw
-from slipfold.models.output import Expression, Limit, Output, Symbols
+from slipfold.models.output import (
+    Contact,
+    Expression,
+    Limit,
+    Output,
+    Symbols,
+    friction_name,
+    normal_name,
+)
 from slipfold.models.parameter import DURATION
 
 STICK = 0.01

@@ -1,12 +1,24 @@
-"""What defines a system of equations, as frozen data: names, formulas as text, meanings."""
+"""What defines a system of equations: names, formulas as text and meanings, read from tables."""
 
 from __future__ import annotations
 
+import json
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any, TypeVar
 
-from slipfold.models.definitions.contact_formulas import ContactFormulas
+from slipfold.errors import InputError
+from slipfold.models.definitions.contacts import ContactFormulas, read_contact
+from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.tables import Entries, type_name
+from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME
+from slipfold.models.friction.record import law_record
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter, State
+from slipfold.models.suggestion import suggest
 
 
 @dataclass(frozen=True)
@@ -60,3 +72,514 @@ class Definition:
     outputs: tuple[OutputFormula, ...] = ()  # quantities of interest
     limits: tuple[Limit, ...] = ()  # where the system is valid
     events: tuple[WatchedValue, ...] = ()  # values to be located on branches
+
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
+
+_TAKEN = frozenset(
+    (
+        # Attributes of every model, where a parameter of that name would be hidden ...
+        *(
+            "name",
+            "title",
+            "states",
+            "parameters",
+            "limits",
+            "quiet",
+            "outputs",
+            "period",
+            "duration",
+        ),
+        *(
+            "coefficients",
+            "rates",
+            "declared_scales",
+            "found_sizes",
+            "measured_in",
+            "state_scales",
+            "unit_scales",
+            "quiet_scales",
+            "check",
+            "structure",
+            "kind",
+            "values",
+        ),
+        *("vector", "parameter", "parameter_index", "replace", "evaluate"),
+        *("variable_parameter", "variable_parameters", "varied_first"),
+        *(
+            "events",
+            "contacts",
+            "resting",
+            "whole_turns",
+            "forced",
+            "start",
+            "from_toml",
+            "to_toml",
+        ),
+        # ... and arguments of what takes parameters by name.
+        *(
+            "self",
+            "definition",
+            "sizes",
+            "formulas",
+            "forcing",
+            "model",
+            "vary",
+            "span",
+            "settings",
+        ),
+        *("observer", "plane", "window", "types", "regions", "regimes", "periods", "state"),
+        *("tolerance", "settled", "search", "tori", "gradients"),
+    )
+)
+
+_SYMBOLS = ("c_", "p_", "carried_")
+"""How the compiled equations begin the names of coefficients, parameters and variations."""
+
+
+def check_names(definition: Definition, source: Source) -> None:
+    """Refuse names that cannot be written in formulas, are taken, or are given twice."""
+    parameters = [item.name for item in definition.parameters]
+    states = [item.state.name for item in definition.states]
+    formulas = [name for name, _ in definition.formulas]
+    outputs = [item.name for item in definition.outputs]
+    given: dict[str, str] = {}
+    for table, what, names in (
+        ("parameters", "a parameter", parameters),
+        ("formulas", "a formula", formulas),
+        ("states", "a state", states),
+    ):
+        _check_form(names, table, source)
+        _check_double(names, table, what, given, source)
+        given |= dict.fromkeys(names, what)
+    for item in definition.contacts:
+        _check_form([item.name], "contacts", source)
+        for name in item.output_names:
+            what = f"a quantity of the contact {item.name}"
+            _check_double([name], "contacts", what, given, source)
+            given[name] = what
+    _check_form(outputs, "outputs", source)
+    # An output may show a formula under its own name; states are outputs already.
+    shown = {name: what for name, what in given.items() if what != "a formula"}
+    _check_double(outputs, "outputs", "an output", shown, source)
+    for name in parameters:
+        if name in _TAKEN:
+            raise source.error(
+                ("parameters", name),
+                f"a parameter cannot be called {name}, which is an attribute or argument in Python "
+                f"already; call it e.g. {name}_0",
+                key=True,
+            )
+    for name in states:
+        if name == "phase" or name.startswith(_SYMBOLS):
+            raise source.error(
+                ("states", name),
+                f"a state cannot be called {name}: phase and names that begin with "
+                f"{', '.join(_SYMBOLS)} are used inside; call it e.g. q_{name}",
+                key=True,
+            )
+
+
+def _check_form(names: Iterable[str], table: str, source: Source) -> None:
+    for name in names:
+        if _NAME.fullmatch(name) is None:
+            raise source.error(
+                (table, name),
+                f"{name[:80]!r} cannot be a name in formulas; give at most 60 ASCII letters, "
+                "digits and _, a letter first",
+                key=True,
+            )
+        if name in FUNCTIONS or name in CONSTANTS or name == TIME:
+            what = "a function" if name in FUNCTIONS else "a constant"
+            meaning = "the time" if name == TIME else what
+            raise source.error(
+                (table, name), f"{name} is {meaning} in formulas; choose another name", key=True
+            )
+
+
+def _check_double(
+    names: Iterable[str], table: str, what: str, given: dict[str, str], source: Source
+) -> None:
+    for name in names:
+        if name in given:
+            raise source.error(
+                (table, name),
+                f"{name} is {given[name]} and {what}; a name can be one of them only, rename one",
+                key=True,
+            )
+
+
+T = TypeVar("T")
+
+TABLES = (
+    *("parameters", "formulas", "states", "contacts", "forcing"),
+    *("outputs", "limits", "events"),
+)
+
+MEASURES = ("max", "min", "peak_to_peak", "parameter")
+
+MOST = 1000
+"""Entries of a table: a hundred degrees of freedom have two hundred states."""
+
+_BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
+"""What a reason may hold: other braces would be looked up in Python objects."""
+
+
+def read_definition(source: Source, default_name: str = "system") -> Definition:
+    """Read a definition; formulas stay texts."""
+    top = Entries(source, (), source.tables, ("name", "title", "sizes", *TABLES))
+    if "states" not in top:
+        raise source.error((), 'there is no table [states]; give each state its rate, e.g. q = "v"')
+    forcing = _forcing(source)
+    definition = Definition(
+        name=top.text("name", None) or default_name,
+        title=top.text("title"),
+        parameters=_each(source, "parameters", _parameter),
+        formulas=_each(source, "formulas", _formula),
+        states=_each(source, "states", _state),
+        contacts=_each(source, "contacts", read_contact),
+        period=forcing[0],
+        quiet=forcing[1],
+        outputs=_each(source, "outputs", _output),
+        limits=_each(source, "limits", _limit),
+        events=_each(source, "events", _event),
+    )
+    if not definition.states:
+        raise source.error(
+            ("states",), 'the table [states] is empty; give each state its rate, e.g. q = "v"'
+        )
+    check_names(definition, source)
+    _check_references(definition, source)
+    return definition
+
+
+def _each(source: Source, name: str, read: Callable[[Source, str, Any], T]) -> tuple[T, ...]:
+    table = source.tables.get(name, {})
+    if not isinstance(table, Mapping):
+        raise source.error((name,), f"{name} is {type_name(table)}, not a table; write [{name}]")
+    if len(table) > MOST:
+        raise source.error((name,), f"[{name}] has {len(table)} entries, more than {MOST}")
+    for key in table:
+        if not isinstance(key, str):
+            raise source.error((name,), f"the key {key!r} of {name} is no text; give names")
+    return tuple(read(source, key, value) for key, value in table.items())
+
+
+def _parameter(source: Source, name: str, value: Any) -> Parameter:
+    path = ("parameters", name)
+    table = value if isinstance(value, Mapping) else {"value": value}
+    known = ("value", "unit", "min", "max", "above", "below", "doc", "symbol")
+    entries = Entries(source, path, table, known)
+    if "value" not in entries:
+        raise source.error(path, f"the parameter {name} has no value; give e.g. value = 1.0")
+    for closed, opened in (("min", "above"), ("max", "below")):
+        if closed in entries and opened in entries:
+            raise entries.error(
+                opened, f"{name} has both {closed} and {opened}; give the one that is meant"
+            )
+    unit = entries.text("unit")
+    lower_open, upper_open = "above" in entries, "below" in entries
+    lower = entries.number("above" if lower_open else "min", -math.inf, unit)
+    upper = entries.number("below" if upper_open else "max", math.inf, unit)
+    if lower > upper or (lower == upper and (lower_open or upper_open)):
+        raise source.error(
+            path, f"no value of {name} is allowed from {lower:g} to {upper:g}; exchange the bounds"
+        )
+    parameter = Parameter(
+        name,
+        entries.number("value", 0.0, unit),
+        unit,
+        entries.text("doc"),
+        lower,
+        upper,
+        lower_open,
+        upper_open,
+        entries.text("symbol"),
+    )
+    try:
+        parameter.check(parameter.default)
+    except InputError as error:
+        raise source.error(path, str(error)) from None
+    return parameter
+
+
+def _state(source: Source, name: str, value: Any) -> StateFormula:
+    entries = _formula_entries(source, ("states", name), value, "rate", ("scale", "start", "angle"))
+    scale = entries.number("scale", math.nan)
+    if scale <= 0:
+        raise entries.error("scale", f"the scale {scale:g} of {name} is not positive; give e.g. 1")
+    unit, doc, label = (entries.text(key) for key in ("unit", "doc", "label"))
+    state = State(name, unit, doc, label, entries.flag("angle"))
+    rate = entries.text("rate", lines=True)
+    size = None if math.isnan(scale) else scale
+    return StateFormula(state, rate, size, entries.number("start", 0.0, unit))
+
+
+def _output(source: Source, name: str, value: Any) -> OutputFormula:
+    entries = _formula_entries(source, ("outputs", name), value, "formula", ())
+    unit, doc, label = (entries.text(key) for key in ("unit", "doc", "label"))
+    return OutputFormula(name, entries.text("formula", lines=True), unit, doc, label)
+
+
+def _formula_entries(
+    source: Source, path: tuple[str, str], value: Any, key: str, more: tuple[str, ...]
+) -> Entries:
+    """Entries of what is a formula alone, or a table with one; a number is a formula as well."""
+    value = _number_as_text(source, path, value)
+    if not isinstance(value, (str, Mapping)):
+        raise source.error(
+            path, f"{path[1]} is {type_name(value)}; give its {key} as a text in quotes"
+        )
+    table = value if isinstance(value, Mapping) else {key: value}
+    entries = Entries(source, path, table, (key, "unit", "doc", "label", *more))
+    if key not in entries:
+        raise source.error(path, f'{path[1]} has no {key}; give e.g. {key} = "2*q"')
+    return entries
+
+
+def _number_as_text(source: Source, path: tuple[str, str], value: Any) -> Any:
+    """Return a number as a formula, anything else as it is."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return value
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise source.error(path, f"{path[1]} = {number} is not a finite number; give a formula")
+    return repr(number)
+
+
+def _formula(source: Source, name: str, value: Any) -> tuple[str, str]:
+    if not isinstance(value, str):
+        raise source.error(
+            ("formulas", name), f"{name} is {type_name(value)}; give the formula in quotes"
+        )
+    return name, value
+
+
+def _forcing(source: Source) -> tuple[str | None, str | None]:
+    if "forcing" not in source.tables:
+        return None, None
+    table = source.tables["forcing"]
+    entries = Entries(source, ("forcing",), table, ("period", "quiet"))
+    if "period" not in entries:
+        raise source.error(
+            ("forcing",),
+            'the table [forcing] has no period; give it in seconds, e.g. period = "2*pi/W", or '
+            "leave the table out for an autonomous system",
+        )
+    period = _number_as_text(source, ("forcing", "period"), table["period"])
+    if not isinstance(period, str):
+        raise entries.error(
+            "period", f"the period is {type_name(period)}; give a formula in quotes"
+        )
+    return period, entries.text("quiet", None)
+
+
+def _limit(source: Source, name: str, value: Any) -> Limit:
+    path = ("limits", name)
+    entries = Entries(source, path, value, ("output", "bound", "reason"))
+    for key in ("output", "bound"):
+        if key not in entries:
+            raise source.error(path, f"the limit {name[:60]!r} has no {key}; give output and bound")
+    _check_title(source, path)
+    output, bound = entries.text("output"), entries.number("bound", 0.0)
+    default = f"{name}: {output} fell to {{value:.3g}}; the model ends at {bound:g}"
+    reason = entries.text("reason", default)
+    if "{" in _BRACES.sub("", reason) or "}" in _BRACES.sub("", reason):
+        raise entries.error(
+            "reason", "the only braces in a reason are {value} and {value:.3g} for the value"
+        )
+    return Limit(name, output, bound, reason)
+
+
+def _event(source: Source, name: str, value: Any) -> WatchedValue:
+    path = ("events", name)
+    entries = Entries(source, path, value, ("output", "value", "measure", "stop"))
+    if "value" not in entries:
+        raise source.error(path, f"the event {name[:60]!r} has no value; give e.g. value = 1.0")
+    _check_title(source, path)
+    measure = entries.text("measure", "max")
+    if measure not in MEASURES:
+        raise entries.error(
+            "measure", f"measure {measure[:80]!r} is unknown; give one of {', '.join(MEASURES)}"
+        )
+    return WatchedValue(
+        name,
+        entries.text("output", name),
+        entries.number("value", 0.0),
+        measure,
+        entries.flag("stop"),
+    )
+
+
+def _check_title(source: Source, path: tuple[str, str]) -> None:
+    name = path[1]
+    if not name.strip() or len(name) > 60 or not name.isprintable() or set(name) & set("{}"):
+        raise source.error(
+            path, f"{name[:80]!r} is no name for one of the {path[0]}; give a few words", key=True
+        )
+
+
+def _check_references(definition: Definition, source: Source) -> None:
+    """Refuse limits, events and a quiet parameter that name nothing there is."""
+    parameters = [item.name for item in definition.parameters]
+    outputs = [item.state.name for item in definition.states]
+    outputs += [item.name for item in definition.outputs]
+    outputs += [name for item in definition.contacts for name in item.output_names]
+    if definition.quiet is not None and definition.quiet not in parameters:
+        raise source.error(
+            ("forcing", "quiet"),
+            f"there is no parameter {definition.quiet[:80]!r} to switch the forcing off; "
+            f"{suggest(definition.quiet[:80], parameters)}"
+            f"there are {', '.join(parameters) or 'none'}",
+        )
+    for limit in definition.limits:
+        _check_output(source, ("limits", limit.name), limit.output, outputs, "output")
+    for event in definition.events:
+        watched, what = (
+            (parameters, "parameter") if event.measure == "parameter" else (outputs, "output")
+        )
+        _check_output(source, ("events", event.name), event.output, watched, what)
+
+
+def _check_output(
+    source: Source, path: tuple[str, str], name: str, known: list[str], what: str
+) -> None:
+    if name not in known:
+        raise source.error(
+            (*path, "output"),
+            f"there is no {what} {name[:80]!r}; {suggest(name[:80], known)}"
+            f"there are {', '.join(known) or 'none'}",
+        )
+
+
+Value = str | float | bool
+
+
+def write_definition(definition: Definition) -> str:
+    """Write a definition as TOML.
+
+    >>> from slipfold.models import State
+    >>> from slipfold.models.definitions.definition import StateFormula
+    >>> print(write_definition(Definition("decay", states=(StateFormula(State("q"), "-q"),))))
+    name = "decay"
+    <BLANKLINE>
+    [states]
+    q = "-q"
+    <BLANKLINE>
+    """
+    head = {key: text for key in ("name", "title") if (text := getattr(definition, key))}
+    tables = [
+        _table("parameters", {item.name: _parameter_entry(item) for item in definition.parameters}),
+        _table("formulas", {name: {"formula": text} for name, text in definition.formulas}),
+        _table("states", {item.state.name: _state_entry(item) for item in definition.states}),
+        _contacts_entry(definition),
+        _forcing_entry(definition),
+        _table("outputs", {item.name: _output_entry(item) for item in definition.outputs}),
+        _table("limits", {item.name: _limit_entry(item) for item in definition.limits}),
+        _table("events", {item.name: _event_entry(item) for item in definition.events}),
+    ]
+    return "\n\n".join([_lines(head), *(table for table in tables if table)]) + "\n"
+
+
+def _lines(values: Mapping[str, Value]) -> str:
+    return "\n".join(f"{_key(key)} = {_value(value)}" for key, value in values.items())
+
+
+def _contacts_entry(definition: Definition) -> str:
+    entries = {item.name: _contact_entry(item) for item in definition.contacts}
+    lines = [f"{_key(name)} = {toml_value(entry)}" for name, entry in entries.items()]
+    return "\n".join(["[contacts]", *lines]) if lines else ""
+
+
+def _contact_entry(item: ContactFormulas) -> dict[str, Any]:
+    slip = item.slip[0] if len(item.slip) == 1 else list(item.slip)
+    law = {**law_record(item.law), **dict(item.values)}
+    return {"slip": slip, "normal": item.normal, "friction": law}
+
+
+def _forcing_entry(definition: Definition) -> str:
+    given = {"period": definition.period, "quiet": definition.quiet}
+    texts: dict[str, Value] = {key: text for key, text in given.items() if text is not None}
+    return f"[forcing]\n{_lines(texts)}" if texts else ""
+
+
+def _table(name: str, entries: Mapping[str, Mapping[str, Value]]) -> str:
+    lines = [f"{_key(key)} = {_entry(values)}" for key, values in entries.items()]
+    return "\n".join([f"[{name}]", *lines]) if lines else ""
+
+
+def _entry(values: Mapping[str, Value]) -> str:
+    """An entry with nothing but its first value is written as that value."""
+    if len(values) == 1:
+        return _value(*values.values())
+    return "{ " + ", ".join(f"{key} = {_value(value)}" for key, value in values.items()) + " }"
+
+
+def _parameter_entry(item: Parameter) -> dict[str, Value]:
+    values: dict[str, Value] = {"value": item.default, **_words(item.unit, item.doc)}
+    if math.isfinite(item.lower):
+        values["above" if item.lower_open else "min"] = item.lower
+    if math.isfinite(item.upper):
+        values["below" if item.upper_open else "max"] = item.upper
+    return {**values, "symbol": item.symbol} if item.symbol else values
+
+
+def _state_entry(item: StateFormula) -> dict[str, Value]:
+    values: dict[str, Value] = {"rate": item.rate}
+    values |= _words(item.state.unit, item.state.doc, item.state.label)
+    values |= {"scale": item.scale} if item.scale is not None else {}
+    values |= {"angle": True} if item.state.angle else {}
+    return values | ({"start": item.start} if item.start else {})
+
+
+def _output_entry(item: OutputFormula) -> dict[str, Value]:
+    return {"formula": item.formula, **_words(item.unit, item.doc, item.label)}
+
+
+def _limit_entry(item: Limit) -> dict[str, Value]:
+    return {"output": item.output, "bound": item.bound, "reason": item.reason}
+
+
+def _event_entry(item: WatchedValue) -> dict[str, Value]:
+    return {
+        "output": item.output,
+        "value": item.value,
+        "measure": item.measure,
+        "stop": item.stop,
+    }
+
+
+def _words(unit: str, doc: str, label: str = "") -> dict[str, Value]:
+    words = {"unit": unit, "doc": doc, "label": label}
+    return {key: text for key, text in words.items() if text}
+
+
+def _key(name: str) -> str:
+    plain = name.isascii() and name.replace("_", "a").isalnum()
+    return name if plain else _value(name)
+
+
+def toml_value(value: Any) -> str:
+    """Write a value as TOML, tables and arrays in one line.
+
+    >>> toml_value({"law": "Stribeck", "vs": 0.25})
+    '{ law = "Stribeck", vs = 0.25 }'
+    """
+    if isinstance(value, Mapping):
+        entries = ", ".join(f"{_key(key)} = {toml_value(item)}" for key, item in value.items())
+        return f"{{ {entries} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(toml_value(item) for item in value)}]"
+    return _value(float(value) if isinstance(value, int) and not isinstance(value, bool) else value)
+
+
+def _value(value: Value) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        # JSON escapes a string as TOML does, but for one character.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)

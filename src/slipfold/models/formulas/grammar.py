@@ -13,19 +13,250 @@ Nothing is evaluated. From the loosest to the tightest binding::
 
 from __future__ import annotations
 
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeVar
+
 from slipfold.models.formulas.functions import FUNCTIONS, explain_unknown_function
-from slipfold.models.formulas.tokens import FormulaError, Token, split_formula
-from slipfold.models.formulas.tree import (
-    BINDING,
-    SIGN,
-    Binary,
-    Call,
-    Name,
-    Negative,
-    Number,
-    Tree,
-    format_tree,
+
+LONGEST_FORMULA = 10_000
+"""Characters of the longest formula: twenty pages of text are no formula but an accident."""
+
+_TOKEN = re.compile(
+    r"(?P<space>\s+)"
+    r"|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+    r"|(?P<name>[A-Za-z_]\w*)"
+    r"|(?P<sign>\*\*|[-+*/^(),])",
+    re.ASCII,
 )
+
+_HINTS = {
+    "=": "a formula gives a value and sets none: leave out the equals sign",
+    "[": "write parentheses ( )",
+    "]": "write parentheses ( )",
+    "{": "write parentheses ( )",
+    "}": "write parentheses ( )",
+    "−": "write - for minus",
+    "–": "write - for minus",
+    "·": "write * for a product",
+    "×": "write * for a product",
+    "÷": "write / for a quotient",
+    "²": "write ^2 for a square",
+    "³": "write ^3 for a cube",
+    ".": "names have no points, and a number needs a digit, e.g. 0.5",
+    ";": "a formula is one expression; leave the semicolon out",
+    "<": "there are no comparisons: rates must be smooth",
+    ">": "there are no comparisons: rates must be smooth",
+    "'": "for the derivative of a state write the name of its rate",
+}
+
+
+class FormulaError(Exception):
+    """What is wrong with a formula, and where; `Source.error` makes a sentence for users of it.
+
+    It begins at `place` in the text of the formula and concerns `length` characters.
+    """
+
+    def __init__(self, message: str, place: int, length: int = 1) -> None:
+        super().__init__(message)
+        self.message = message
+        self.place = place
+        self.length = length
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A word of a formula."""
+
+    kind: str  # ``"number"``, ``"name"``, ``"sign"`` or, behind the last one, ``"end"``
+    text: str  # as written
+    place: int  # where it begins
+
+
+def split_formula(text: str) -> list[Token]:
+    """Split a formula into its words.
+
+    >>> [token.text for token in split_formula("F*cos(W*t)")]
+    ['F', '*', 'cos', '(', 'W', '*', 't', ')', '']
+    """
+    if len(text) > LONGEST_FORMULA:
+        raise FormulaError(
+            f"the formula has {len(text)} characters, more than {LONGEST_FORMULA}; split it "
+            "over the table [formulas]",
+            0,
+        )
+    tokens: list[Token] = []
+    place = 0
+    while place < len(text):
+        match = _TOKEN.match(text, place)
+        if match is None:
+            raise _unknown_character(text[place], place)
+        token = Token(str(match.lastgroup), match.group(), place)
+        _check(token)
+        if token.kind != "space":
+            tokens.append(token)
+        place = match.end()
+    return [*tokens, Token("end", "", len(text.rstrip()))]
+
+
+def _check(token: Token) -> None:
+    if token.text == "**":
+        raise FormulaError("powers are written with ^, not with **; write e.g. q^3", token.place, 2)
+    if token.kind == "number" and not math.isfinite(float(token.text)):
+        raise FormulaError(
+            f"the number {token.text[:20]} is larger than the largest, 1.8e308; give a smaller one",
+            token.place,
+            len(token.text),
+        )
+
+
+def _unknown_character(character: str, place: int) -> FormulaError:
+    hint = _HINTS.get(
+        character, "formulas have numbers, names of ASCII letters, + - * / ^ and parentheses"
+    )
+    return FormulaError(f"the character {character!r} has no meaning in a formula; {hint}", place)
+
+
+T = TypeVar("T")
+
+SUM, PRODUCT, SIGN, POWER, ATOM = range(1, 6)
+"""How tightly each kind of node binds; the parser and the writer must agree."""
+
+BINDING = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "^": POWER}
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number that stands in the formula."""
+
+    value: float  # finite
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A state, parameter, formula, constant or the time."""
+
+    name: str  # as written
+    # Where it begins in the text; plays no part in comparisons
+    place: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Negative:
+    """The argument with its sign changed."""
+
+    argument: Tree  # what stands behind the sign
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """Two operands and the operator between them."""
+
+    operator: str  # one of ``+ - * / ^``
+    # The operands
+    left: Tree
+    right: Tree
+    # Where the operator stands in the text; plays no part in comparisons
+    place: int = field(default=0, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function of arguments."""
+
+    function: str  # its name
+    arguments: tuple[Tree, ...]  # as many as the function takes
+    # Where the name begins in the text; plays no part in comparisons
+    place: int = field(default=0, compare=False)
+
+
+Tree = Number | Name | Negative | Binary | Call
+
+
+def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
+    """Combine the values of all nodes, from the leaves to the root.
+
+    Works through a stack of its own: a sum of thousands of terms is a tree as deep as that, too
+    deep for functions that call themselves.
+
+    >>> fold(Binary("+", Name("q"), Number(1.0)), lambda node, values: 1 + sum(values))
+    3
+    """
+    waiting: list[tuple[Tree, bool]] = [(tree, False)]
+    values: list[T] = []
+    while waiting:
+        node, opened = waiting.pop()
+        children = _children(node)
+        if opened or not children:
+            first = len(values) - len(children)
+            found = tuple(values[first:])
+            del values[first:]
+            values.append(combine(node, found))
+            continue
+        waiting.append((node, True))
+        waiting += [(child, False) for child in reversed(children)]
+    return values[0]
+
+
+def _children(node: Tree) -> tuple[Tree, ...]:
+    if isinstance(node, Binary):
+        return node.left, node.right
+    if isinstance(node, Negative):
+        return (node.argument,)
+    return node.arguments if isinstance(node, Call) else ()
+
+
+def names_in(tree: Tree) -> dict[str, int]:
+    """Return the names that a formula uses, each with its first place.
+
+    >>> names_in(Binary("+", Name("q", 0), Name("v", 4)))
+    {'q': 0, 'v': 4}
+    """
+    found: dict[str, int] = {}
+
+    def note(node: Tree, values: tuple[None, ...]) -> None:
+        if isinstance(node, Name):
+            found.setdefault(node.name, node.place)
+
+    fold(tree, note)
+    return found
+
+
+def format_tree(tree: Tree) -> str:
+    """Write a tree as a formula with as few parentheses as give the same tree again.
+
+    >>> format_tree(Negative(Binary("^", Binary("+", Name("a"), Number(1.0)), Number(2.0))))
+    '-(a + 1)^2'
+    """
+    return fold(tree, _written)[0]
+
+
+def _written(node: Tree, parts: tuple[tuple[str, int], ...]) -> tuple[str, int]:
+    """Text of a node and how tightly it binds."""
+    if isinstance(node, Number):
+        whole = node.value.is_integer() and abs(node.value) < 1e15
+        text = str(int(node.value)) if whole else repr(node.value)
+        return text, SIGN if text.startswith("-") else ATOM
+    if isinstance(node, Name):
+        return node.name, ATOM
+    if isinstance(node, Call):
+        return f"{node.function}({', '.join(text for text, _ in parts)})", ATOM
+    if isinstance(node, Negative):
+        return f"-{_enclosed(parts[0], SIGN)}", SIGN
+    own = BINDING[node.operator]
+    # Powers are read from the right, everything else from the left; an exponent may have a sign.
+    least = (own + 1, SIGN) if node.operator == "^" else (own, own + 1)
+    left, right = (_enclosed(part, need) for part, need in zip(parts, least, strict=True))
+    space = " " if own == SUM else ""
+    return f"{left}{space}{node.operator}{space}{right}", own
+
+
+def _enclosed(part: tuple[str, int], least: int) -> str:
+    text, binding = part
+    return text if binding >= least else f"({text})"
+
 
 DEEPEST = 60
 """Nested parentheses, signs and powers: what people write stays below ten."""
@@ -34,7 +265,7 @@ DEEPEST = 60
 def parse_formula(text: str) -> Tree:
     """Read a formula.
 
-    >>> from slipfold.models.formulas.tree import format_tree
+    >>> from slipfold.models.formulas.grammar import format_tree
     >>> format_tree(parse_formula("-(q)^2 + 2 * (a*b)"))
     '-q^2 + 2*(a*b)'
     """

@@ -1,4 +1,4 @@
-"""What a friction law is: a coefficient over the slip speed, and the force that follows from it."""
+"""Base classes of friction laws, without and with a memory."""
 
 from __future__ import annotations
 
@@ -16,14 +16,39 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
-from slipfold.models.compiled_function import compiled_function
-from slipfold.models.friction.contact_state import ContactState
-from slipfold.models.friction.functions import is_symbolic, sqrt
-from slipfold.models.friction.quantities import declared
+from slipfold.models.evaluation import compiled_function
+from slipfold.models.friction.quantities import declared, is_symbolic, sqrt
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """The state of a contact in numbers, arrays or symbols.
+
+    Parameters
+    ----------
+    slip
+        Velocity of the counter-body relative to the body in m/s, one or two components.
+    memory
+        The contact's memory, if the law has one.
+    normal
+        Normal force in N.
+    normal_rate
+        Its rate in N/s.
+    """
+
+    slip: tuple[Expression, ...]
+    memory: tuple[Expression, ...] = ()
+    normal: Expression = 1.0
+    normal_rate: Expression = 0.0
+
+    @property
+    def square(self) -> Expression:
+        """Square of the slip speed."""
+        return sum(component * component for component in self.slip)
 
 
 @dataclass(frozen=True)
@@ -414,3 +439,49 @@ def _slope_function(kind: FrictionLaw) -> Any:
     mu = kind.formula(speed, p)
     slope = hy.diff(mu, speed) if is_symbolic(mu) else hy.expression(0.0)
     return compiled_function([slope], [speed, *p.values()])
+
+
+@dataclass(frozen=True)
+class MemoryLaw(FrictionLaw):
+    """A law with a deflection z as memory, a vector in the plane; it never sticks.
+
+    A subclass gives `rates_of_memory`, `traction` and `steady_deflection` besides what a law
+    without memory gives.
+    """
+
+    sticks: ClassVar[bool] = False
+    unit: ClassVar[str] = "m"
+    """Unit of the deflection."""
+    meaning: ClassVar[str] = "deflection of the contact"
+
+    @abstractmethod
+    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Time derivatives of the deflection, per second."""
+
+    @abstractmethod
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Friction force over normal force."""
+
+    @abstractmethod
+    def steady_deflection(self, speed: float) -> float:
+        """Return the deflection after a long slip at a constant speed.
+
+        Parameters
+        ----------
+        speed
+            Slip speed in m/s.
+        """
+
+    def memory(self, dimensions: int) -> tuple[State, ...]:
+        """Return the states ``z``, or ``zx`` and ``zy``."""
+        if dimensions == 1:
+            return (State("z", self.unit, self.meaning, "$z$"),)
+        return tuple(
+            State(f"z{axis}", self.unit, f"{self.meaning} along {axis}", f"$z_{axis}$")
+            for axis in "xy"
+        )
+
+    def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
+        """Return the deflection after a long slip at a constant velocity."""
+        speed = float(np.linalg.norm(slip))
+        return tuple(self.steady_deflection(speed) * float(part) / speed for part in slip)

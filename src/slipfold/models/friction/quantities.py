@@ -1,4 +1,4 @@
-"""Parameters that several friction laws share, and how a law declares its own."""
+"""What friction laws share: parameters, and functions of numbers and of symbols alike."""
 
 from __future__ import annotations
 
@@ -6,8 +6,43 @@ from collections.abc import Mapping
 from dataclasses import field, fields
 from typing import Any
 
+import heyoka as hy
+import numpy as np
+
 from slipfold.errors import InputError
+from slipfold.models.output import Expression
 from slipfold.models.parameter import Parameter
+
+
+def is_symbolic(*values: Any) -> bool:
+    """Whether any of the values is a symbolic expression."""
+    return any(isinstance(value, hy.expression) for value in values)
+
+
+def exp(value: Expression) -> Expression:
+    """Return the exponential."""
+    return hy.exp(value) if is_symbolic(value) else _plain(np.exp(value))
+
+
+def tanh(value: Expression) -> Expression:
+    """Return the hyperbolic tangent."""
+    return hy.tanh(value) if is_symbolic(value) else _plain(np.tanh(value))
+
+
+def arctan(value: Expression) -> Expression:
+    """Return the inverse tangent."""
+    return hy.atan(value) if is_symbolic(value) else _plain(np.arctan(value))
+
+
+def sqrt(value: Expression) -> Expression:
+    """Return the square root."""
+    return hy.sqrt(value) if is_symbolic(value) else _plain(np.sqrt(value))
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of NumPy's as one of Python's, which prints as it is typed."""
+    return value.item() if np.ndim(value) == 0 else value
+
 
 STATIC = Parameter(
     "mu_s", 0.5, "", "static friction coefficient, reached at rest", 0, symbol=r"$\mu_s$"

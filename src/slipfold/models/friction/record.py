@@ -1,4 +1,4 @@
-"""Friction laws as plain data, for files, and back."""
+"""Friction laws as tables of files and records: read, and written."""
 
 from __future__ import annotations
 
@@ -7,14 +7,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.friction.bouc_wen import BoucWen
-from slipfold.models.friction.bristles import Dahl, LuGre
-from slipfold.models.friction.coulomb import Coulomb, CoulombViscous
-from slipfold.models.friction.iwan import Iwan
-from slipfold.models.friction.jenkins import Jenkins
+from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.tables import read_part, type_name
+from slipfold.models.friction.jenkins import Iwan, Jenkins
 from slipfold.models.friction.law import FrictionLaw
-from slipfold.models.friction.regularised import Regularised
-from slipfold.models.friction.stribeck import CubicStribeck, RationalStribeck, Stribeck
+from slipfold.models.friction.with_memory import BoucWen, Dahl, LuGre
+from slipfold.models.friction.without_memory import (
+    Coulomb,
+    CoulombViscous,
+    CubicStribeck,
+    RationalStribeck,
+    Regularised,
+    Stribeck,
+)
 from slipfold.models.suggestion import suggest, unknown
 
 _LAWS: tuple[type[FrictionLaw], ...] = (
@@ -96,3 +101,29 @@ def _restored(value: Any) -> Any:
     if isinstance(value, Mapping):
         return law_from_record(value)
     return tuple(_restored(item) for item in value) if isinstance(value, list) else value
+
+
+def read_law(source: Source, path: Keys, value: object) -> FrictionLaw:
+    """Make a friction law of what stands in a file.
+
+    >>> from slipfold.models.definitions.source import source_of_tables
+    >>> table = {"law": "Regularised", "of": "Coulomb", "e": "1 mm/s"}
+    >>> read_law(source_of_tables({"friction": table}), ("friction",), table).law
+    Coulomb(mu_s=0.5, mu_k=0.5)
+    """
+    law: FrictionLaw = read_part(
+        source,
+        path,
+        value,
+        friction_laws(),
+        "law",
+        readers={"of": read_law, "elements": _laws},
+        fields={"of": "law"},
+    )
+    return law
+
+
+def _laws(source: Source, path: Keys, value: Any) -> Any:
+    if not isinstance(value, list | tuple):
+        raise source.error(path, f"{path[-1]} is {type_name(value)}; give an array of laws")
+    return tuple(read_law(source, (*path, str(n)), item) for n, item in enumerate(value))

@@ -9,32 +9,30 @@ from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.structures.components.component import NAME, Component
-from slipfold.models.structures.components.contacts import FrictionContact
-from slipfold.models.structures.components.direction import Direction, as_direction
-from slipfold.models.structures.components.forcing import (
+from slipfold.models.structures.component import NAME, Component, Direction, as_direction, shown
+from slipfold.models.structures.contacts import FrictionContact
+from slipfold.models.structures.damping import Damping
+from slipfold.models.structures.forcing import (
     BaseMotion,
     HarmonicForce,
     MultiHarmonicForce,
+    TabulatedForce,
 )
-from slipfold.models.structures.components.gap_spring import GapSpring
-from slipfold.models.structures.components.geometric_spring import GeometricSpring
-from slipfold.models.structures.components.springs import (
-    CubicSpring,
-    LinearSpring,
-    PolynomialSpring,
-)
-from slipfold.models.structures.components.tabulated_force import TabulatedForce
-from slipfold.models.structures.matrices.damping import Damping
-from slipfold.models.structures.matrices.matrices import (
+from slipfold.models.structures.matrices import (
     TRIANGLES,
     Matrix,
     as_matrix,
     check_mass,
     require_symmetric,
 )
-from slipfold.models.structures.matrices.reduction import Reduction
-from slipfold.models.structures.shown import shown
+from slipfold.models.structures.reduction import Reduction
+from slipfold.models.structures.springs import (
+    CubicSpring,
+    GapSpring,
+    GeometricSpring,
+    LinearSpring,
+    PolynomialSpring,
+)
 
 ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
 """Classes of what may be among the elements."""

@@ -1,19 +1,23 @@
-"""Contacts of a system of equations as they are written: slip, normal force and law as formulas."""
+"""Contacts of a system of equations: slip, normal force and law as formulas."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
+import heyoka as hy
+
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Source
-from slipfold.models.definitions.toml_entries import Entries, type_name
-from slipfold.models.definitions.toml_places import Path
+from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.tables import Entries, type_name
+from slipfold.models.formulas.grammar import Tree, names_in
+from slipfold.models.formulas.values import PHASE, value_of
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
+from slipfold.models.output import Expression, Symbols, friction_name, normal_name
 from slipfold.models.suggestion import suggest
 
 EXAMPLE = 'F = { slip = "Vd - v", normal = "N", friction = "Coulomb" }'
@@ -62,16 +66,16 @@ class ContactFormulas:
         return (*self.force_names, self.speed_name, self.ratio_name)
 
     @property
-    def texts(self) -> dict[Path, str]:
+    def texts(self) -> dict[Keys, str]:
         """All formulas, by the path of the entry that holds them."""
-        path: Path = ("contacts", self.name, "slip")
+        path: Keys = ("contacts", self.name, "slip")
         slips = {(*path, str(axis)): text for axis, text in enumerate(self.slip)}
         if len(self.slip) == 1:
             slips = {path: self.slip[0]}
         return {**slips, (*path[:2], "normal"): self.normal, **self.law_texts}
 
     @property
-    def law_texts(self) -> dict[Path, str]:
+    def law_texts(self) -> dict[Keys, str]:
         """Those of the law's parameters."""
         return {("contacts", self.name, "friction", name): text for name, text in self.values}
 
@@ -92,7 +96,7 @@ def read_contact(source: Source, name: str, value: Any) -> ContactFormulas:
     return ContactFormulas(name, _slip(source, path, value["slip"]), normal, law, values)
 
 
-def _slip(source: Source, path: Path, value: Any) -> tuple[str, ...]:
+def _slip(source: Source, path: Keys, value: Any) -> tuple[str, ...]:
     where = (*path, "slip")
     if not isinstance(value, list | tuple):
         return (_formula(source, where, value),)
@@ -104,7 +108,7 @@ def _slip(source: Source, path: Path, value: Any) -> tuple[str, ...]:
     return tuple(_formula(source, (*where, str(i)), item) for i, item in enumerate(value))
 
 
-def _formula(source: Source, path: Path, value: Any) -> str:
+def _formula(source: Source, path: Keys, value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -112,7 +116,7 @@ def _formula(source: Source, path: Path, value: Any) -> str:
     return repr(float(value))
 
 
-def _law(source: Source, path: Path, value: Any) -> tuple[FrictionLaw, tuple[tuple[str, str], ...]]:
+def _law(source: Source, path: Keys, value: Any) -> tuple[FrictionLaw, tuple[tuple[str, str], ...]]:
     """Read a friction law whose parameters are formulas."""
     given: Any = law_record(value) if isinstance(value, FrictionLaw) else value
     table = {"law": given} if isinstance(given, str) else given
@@ -143,3 +147,49 @@ def _law(source: Source, path: Path, value: Any) -> tuple[FrictionLaw, tuple[tup
     values = {item.name: table.get(item.name, item.default) for item in law.parameters}
     texts = {key: _formula(source, (*path, key), item) for key, item in values.items()}
     return law, tuple(texts.items())
+
+
+@dataclass(frozen=True)
+class ContactEquations:
+    """A contact with its formulas taken apart."""
+
+    formulas: ContactFormulas
+    slip: tuple[Tree, ...]  # in states, coefficients, named formulas and the phase
+    normal: Tree  # likewise
+    values: Mapping[str, Tree]  # of the law's parameters, in coefficients
+
+    def law_values(self, c: Symbols) -> dict[str, Expression]:
+        """Return the law's parameters by name."""
+        known = {f"@{key}": value for key, value in c.items()}
+        return {name: value_of(tree, known) for name, tree in self.values.items()}
+
+    def check(self, c: Mapping[str, float]) -> None:
+        """Refuse values that the law cannot have, and a constant normal force that pulls."""
+        if all(name.startswith("@") and name != PHASE for name in names_in(self.normal)):
+            normal = value_of(self.normal, {f"@{key}": value for key, value in c.items()})
+            if not normal > 0:
+                raise InputError(
+                    f"the normal force of {self.formulas.name} is {normal:g}; it must be > 0"
+                )
+        law, values = self.formulas.law, self.law_values(c)
+        try:
+            for item in law.parameters:
+                item.check(values[item.name])
+            law.check(values)
+        except InputError as error:
+            raise InputError(f"friction of {self.formulas.name}: {error}") from None
+
+    def forces(
+        self, value: Callable[[Tree], Expression], q: Symbols, c: Symbols
+    ) -> dict[str, Expression]:
+        """Return the forces by name: those given among the states, else those in slip."""
+        own = self.formulas
+        if normal_name(own.name) in q:
+            friction = tuple(q[friction_name(own.name, axis)] for axis in range(len(own.slip)))
+            normal = q[normal_name(own.name)]
+        else:
+            slip, normal = [value(tree) for tree in self.slip], value(self.normal)
+            rests = not any(isinstance(part, hy.expression) or part for part in slip)
+            # At rest it may be anything up to its limit.
+            friction = tuple(slip) if rests else own.law.force(slip, normal, p=self.law_values(c))
+        return dict(zip(own.forces, friction, strict=True)) | {own.normal_name: normal}

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.structures.components.direction import Direction, listed
-from slipfold.models.structures.matrices.eigenmodes import lowest_modes, solver
-from slipfold.models.structures.matrices.matrices import Matrix, require_symmetric
-from slipfold.models.structures.shown import shown
+from slipfold.models.structures.component import Direction, listed, shown
+from slipfold.models.structures.matrices import Matrix, lowest_modes, require_symmetric, solver
 from slipfold.models.suggestion import suggest
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable

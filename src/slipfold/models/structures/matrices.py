@@ -1,8 +1,9 @@
-"""Matrices of a structure: checked, frozen, compared and hashed by content."""
+"""Matrices of a structure: from arrays and files, checked, compared by content; their modes."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,90 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.structures.matrices.matrix_files import read_matrix
+from slipfold.models.structures.component import listed
+
+_LONG_NAMES = {"M": "mass", "C": "damping", "K": "stiffness"}
+
+
+def read_matrix(path: Path, name: str) -> Any:
+    """Read one matrix from a file."""
+    ending = "".join(path.suffixes[-2:]).lower() if path.suffix == ".gz" else path.suffix.lower()
+    if ending not in _READERS:
+        raise InputError(
+            f"{path} ends in {ending or 'nothing'}, which is not known for matrices; give a file "
+            f"that ends in {', '.join(_READERS)}"
+        )
+    if not path.is_file():
+        raise InputError(f"{path} does not exist or is no file; give the path of a matrix {name}")
+    try:
+        return _READERS[ending](path, name)
+    except InputError:
+        raise
+    except NotImplementedError as error:
+        raise InputError(
+            f"{path} is a MATLAB file of version 7.3, which cannot be read; save it in MATLAB with "
+            "the option -v7"
+        ) from error
+    # Damaged files make the readers fail in many ways; none of them is worth a traceback.
+    except Exception as error:
+        why = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+        raise InputError(
+            f"{path} cannot be read as a {ending} file ({why}); save the matrix {name} anew"
+        ) from error
+
+
+def _read_npy(path: Path, name: str) -> Any:
+    return np.load(path, allow_pickle=False)
+
+
+def _read_npz(path: Path, name: str) -> Any:
+    # NumPy leaves a file that it opened and cannot read open.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        if "format" in archive.files:
+            from scipy.sparse import load_npz
+
+            return load_npz(path)
+        return archive[_chosen(archive.files, path, name)]
+
+
+def _read_mat(path: Path, name: str) -> Any:
+    from scipy.io import loadmat
+
+    found: Mapping[str, Any] = loadmat(path)
+    return found[_chosen([key for key in found if not key.startswith("__")], path, name)]
+
+
+def _read_market(path: Path, name: str) -> Any:
+    from scipy.io import mmread
+
+    return mmread(path)
+
+
+def _chosen(names: Iterable[str], path: Path, name: str) -> str:
+    """Return which of the variables in a file is the matrix."""
+    given = list(names)
+    if len(given) == 1:
+        return given[0]
+    for wanted in (name, name.lower(), _LONG_NAMES.get(name, name)):
+        if wanted in given:
+            return wanted
+    lowered = {item.lower(): item for item in given}
+    if _LONG_NAMES.get(name) in lowered:
+        return lowered[_LONG_NAMES[name]]
+    raise InputError(
+        f"{path} holds no {name}, but {listed(given) or 'nothing'}; call the matrix {name} or "
+        f"{_LONG_NAMES.get(name, name)} there, or give the array itself"
+    )
+
+
+_READERS: dict[str, Callable[[Path, str], Any]] = {
+    ".npz": _read_npz,
+    ".npy": _read_npy,
+    ".mat": _read_mat,
+    ".mtx": _read_market,
+    ".mtx.gz": _read_market,
+}
+
 
 DENSE = 600
 """Largest size at which full arrays are used; beyond it sparse ones."""
@@ -221,3 +305,62 @@ def _numbers(value: Any, name: str) -> Array:
             "sparse array, or the path of a .npz, .npy, .mat or Matrix Market file"
         )
     return numbers.astype(float)
+
+
+SHIFT = 1e-6
+"""Shift of the search for sparse modes, over a typical squared frequency: free motions are found
+too."""
+
+
+def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Array, Array]:
+    """Return the lowest undamped modes.
+
+    Shapes: stiffness, mass (n, n); returns squares (count,), shapes (n, count).
+    """
+    size = mass.shape[0]
+    if isinstance(mass, np.ndarray):
+        squares, shapes = _full_modes(stiffness, mass)
+    elif count is None or count >= size - 1:
+        squares, shapes = _full_modes(stiffness.toarray(), mass.toarray())
+    else:
+        squares, shapes = _sparse_modes(stiffness, mass, count)
+    squares, shapes = squares[:count], shapes[:, :count]
+    # One sign and size for every mode, so that the same matrices give the same equations.
+    largest = np.abs(shapes).argmax(axis=0)
+    return squares, shapes / shapes[largest, np.arange(shapes.shape[1])]
+
+
+def solver(matrix: Any, what: str) -> Callable[[Array], Array]:
+    """Return a function that solves linear equations with a matrix. Shapes: matrix (n, n)."""
+    if isinstance(matrix, np.ndarray):
+        if matrix.size and np.linalg.cond(matrix) > 1e14:
+            raise InputError(what)
+        return lambda right: np.asarray(np.linalg.solve(matrix, right), dtype=float)
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(matrix.tocsc())
+    except RuntimeError:
+        raise InputError(what) from None
+    return lambda right: np.asarray(factors.solve(right))
+
+
+def _full_modes(stiffness: Array, mass: Array) -> tuple[Array, Array]:
+    # To standard form by the Cholesky factor of the mass: M = G G^T.
+    factor = np.linalg.cholesky((mass + mass.T) / 2)
+    half = np.linalg.solve(factor, (stiffness + stiffness.T) / 2)
+    standard = np.linalg.solve(factor, half.T)
+    squares, vectors = np.linalg.eigh((standard + standard.T) / 2)
+    return squares, np.linalg.solve(factor.T, vectors)
+
+
+def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
+    from scipy.sparse.linalg import eigsh
+
+    typical = abs(stiffness.diagonal()).sum() / mass.diagonal().sum()
+    start = np.ones(mass.shape[0])
+    squares, shapes = eigsh(
+        stiffness.tocsc(), count, mass.tocsc(), sigma=-SHIFT * typical, which="LM", v0=start
+    )
+    order = np.argsort(squares)
+    return squares[order], shapes[:, order]

@@ -14,9 +14,8 @@ from slipfold.errors import InputError
 from slipfold.models.friction.quantities import described
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.structures.matrices.eigenmodes import lowest_modes
-from slipfold.models.structures.parametric import Parametric
-from slipfold.models.structures.shown import shown
+from slipfold.models.structures.component import Parametric, shown
+from slipfold.models.structures.matrices import lowest_modes
 
 
 @dataclass(frozen=True)

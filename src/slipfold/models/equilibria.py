@@ -1,0 +1,201 @@
+"""Equilibria of a model, by Newton's method from its own start or from all around it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import Model
+from slipfold.models.system import System
+from slipfold.models.turns import without_turns
+
+
+def check_followed(model: Model) -> None:
+    """Refuse values at which there is motion but no orbit in slip: no counter-body moves on.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> check_followed(SlidingOscillator(Vd=0))
+    Traceback (most recent call last):
+    ...
+    slipfold.errors.InputError: Vd = 0 is outside its bounds; Vd must be > 0 m/s but to simulate
+    """
+    for item in model.variable_parameters:
+        try:
+            item.check(model.values[item.name])
+        except InputError as error:
+            raise InputError(f"{error} but to simulate") from None
+    for name in model.resting if isinstance(model, System) else ():
+        raise InputError(
+            f"the counter-body of the contact {name} is at rest or swings, so nothing slides on it "
+            "steadily; let it move at a constant speed, or simulate"
+        )
+
+
+ITERATIONS = 60
+HALVINGS = 30
+
+TOLERANCE = 1e-13
+"""Newton step, relative to the states or their scales, at which only rounding is left."""
+
+FULL_STEP = 1e-8
+"""A step below this is taken whole: the rates may no longer shrink for rounding alone."""
+
+
+def damped_newton(
+    linear: Callable[[Array], tuple[Array, Array]],
+    starts: Array,
+    scales: Array,
+    halvings: int = HALVINGS,
+) -> Array:
+    """Find states at which all rates vanish, going downhill from each start; NaN where none is.
+
+    A step is halved until the scaled rates shrink, which keeps the search on the side of a
+    singularity on which the structure itself would stay. `linear` gives rates and Jacobians.
+
+    Shapes: linear (a, n) -> (a, n), (a, n, n); starts (k, n); scales (n,); returns (k, n).
+
+    >>> import numpy as np
+    >>> starts = np.array([[1.0], [-5.0]])
+    >>> damped_newton(lambda x: (x**2 - 2, 2 * x[:, None]), starts, np.ones(1)).round(9).ravel()
+    array([ 1.41421356, -1.41421356])
+    """
+    states, found = starts.copy(), np.full_like(starts, np.nan)
+    active, before = np.arange(len(starts)), np.full(len(starts), np.inf)
+    for _ in range(ITERATIONS):
+        if not len(active):
+            break
+        at = states[active]
+        rates, jacobians = linear(at)
+        steps = _newton_steps(jacobians, rates)
+        lengths = np.max(np.abs(steps) / np.maximum(scales, np.abs(at)), axis=1)
+        shares = np.where(lengths <= FULL_STEP, 1.0, 0.0)
+        far = np.flatnonzero(lengths > FULL_STEP)
+        with np.errstate(over="ignore"):  # what is tried may be anywhere
+            shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
+        states[active] = at + shares[:, None] * steps
+        # Beside fast modes rounding alone may make a longer step: then it does not shrink.
+        done = (lengths <= TOLERANCE) | ((lengths <= FULL_STEP) & (lengths > 0.5 * before[active]))
+        before[active] = lengths
+        found[active[done]] = states[active[done]]
+        active = active[~done & (shares > 0)]
+    return found
+
+
+def _newton_steps(jacobians: Array, rates: Array) -> Array:
+    """Return Newton's steps; none from a state of rest, be it singular; NaN where there is none."""
+    steps = np.full_like(rates, np.nan)
+    finite = np.isfinite(rates).all(axis=1) & np.isfinite(jacobians).all(axis=(1, 2))
+    for i in np.flatnonzero(finite):
+        if not rates[i].any():
+            steps[i] = 0.0
+            continue
+        try:
+            steps[i] = -np.linalg.solve(jacobians[i], rates[i])
+        except np.linalg.LinAlgError:
+            continue
+    return steps
+
+
+def _shares(
+    linear: Callable[[Array], tuple[Array, Array]],
+    states: Array,
+    rates: Array,
+    steps: Array,
+    scales: Array,
+    halvings: int,
+) -> Array:
+    """Return the largest of 1, 1/2, 1/4 ... of each step that lessens the scaled rates, else 0."""
+    shares, before = np.zeros(len(states)), np.linalg.norm(rates / scales, axis=1)
+    left, share = np.arange(len(states)), 1.0
+    for _ in range(halvings):
+        if not len(left):
+            break
+        tried = linear(states[left] + share * steps[left])[0]
+        less = np.linalg.norm(tried / scales, axis=1) < before[left]
+        shares[left[less]] = share
+        left, share = left[~less], share / 2
+    return shares
+
+
+NEARLY_ZERO = 1e-12
+"""A static point smaller than this, in scaled states, may be zero but for rounding."""
+
+
+def find_static_point(model: Model) -> NDArray[np.float64]:
+    """Find the static point that is reached from the model's start, with the forcing off.
+
+    Returns shape (n_states,).
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> [round(float(value), 6) for value in find_static_point(SlidingOscillator())[:2]]
+    [0.117403, 0.061107]
+    """
+    check_followed(model)
+    quiet = model if model.quiet is None else model.replace(**{model.quiet: 0.0})
+    functions = evaluation_of(quiet)
+    scales = quiet.state_scales()
+
+    linear = functions.linear_of(quiet)
+    state = damped_newton(linear, quiet.start[None], scales)[0]
+    size = float(np.max(np.abs(state) / scales))
+    if NEARLY_ZERO < size < 1:  # it may be known to few digits yet
+        finer = damped_newton(linear, state[None], size * scales)[0]
+        state = state if np.isnan(finer).any() else finer
+    if np.isnan(state).any():
+        raise InputError(
+            f"no static point of {model!r} was found from zero; the static load is too large for "
+            "the structure, lower it or stiffen the structure"
+        )
+    return state
+
+
+REACHES = (0.1, 1.0, 10.0, 100.0)
+"""How far around the start is searched, in scaled states, one after the other."""
+
+TRIES = 24
+"""Starts within each of these distances."""
+
+FEW_HALVINGS = 12
+"""Times a step is halved before a start is given up: there are others."""
+
+
+def search_equilibrium(model: Model, start: Array) -> Array | None:
+    """Return an equilibrium near a state, None if there is none to be found.
+
+    Newton's method may be stuck where it begins, as on the axis of a symmetry or at the top of a
+    parabola, or run into a singularity. Then it is begun anew all around, at the same places
+    every time: nearby first, and of what is found from one distance the nearest is taken.
+
+    Shapes: start (n_states,).
+
+    >>> from slipfold.models import System
+    >>> fold = System(parameters={"a": -1.0}, states={"x": "a + x^2"})
+    >>> float(abs(search_equilibrium(fold, fold.start)[0]))
+    1.0
+    """
+    linear, scales = evaluation_of(model).linear_of(model), model.state_scales()
+    found = damped_newton(linear, start[None], scales)[0]
+    if not np.isnan(found).any():
+        return without_turns(found, model.whole_turns)
+    around = np.random.default_rng(0)
+    for reach in REACHES:
+        places = start + reach * scales * around.uniform(-1.0, 1.0, (TRIES, len(start)))
+        states = damped_newton(linear, places, scales, FEW_HALVINGS)
+        reached = [state for state in states if _within_limits(model, state)]
+        if reached:
+            nearest = min(reached, key=lambda at: float(np.abs((at - start) / scales).max()))
+            return without_turns(nearest, model.whole_turns)
+    return None
+
+
+def _within_limits(model: Model, state: Array) -> bool:
+    if np.isnan(state).any():
+        return False
+    functions = evaluation_of(model)
+    values = dict(zip(functions.names, functions.outputs(model, state, np.zeros(())), strict=True))
+    return all(values[limit.output] > limit.bound for limit in model.limits)

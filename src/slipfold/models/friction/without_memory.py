@@ -1,0 +1,454 @@
+"""Friction laws without memory: Coulomb's, falling with the slip speed, made smooth at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+from slipfold.errors import InputError
+from slipfold.models.friction.law import ContactState, FrictionLaw
+from slipfold.models.friction.quantities import (
+    KINETIC,
+    STATIC,
+    STRIBECK_SPEED,
+    VISCOUS,
+    arctan,
+    check_static,
+    declared,
+    described,
+    exp,
+    sqrt,
+    tanh,
+)
+from slipfold.models.output import Expression, Symbols
+from slipfold.models.parameter import Parameter
+from slipfold.models.suggestion import suggest
+
+
+@dataclass(frozen=True)
+class Coulomb(FrictionLaw):
+    r"""Coulomb friction, set-valued at rest.
+
+    .. math::
+
+        \mu(v) = \mu_k \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
+
+    Where every motion slides, ``mu_k`` alone acts; ``mu_s`` says when a contact at rest lets go.
+
+    Parameters
+    ----------
+    mu_s
+        Static friction coefficient, at least `mu_k`; no unit.
+    mu_k
+        Kinetic friction coefficient; no unit.
+
+    References
+    ----------
+    C. A. Coulomb, Théorie des machines simples, 1785; as a set-valued law: R. I. Leine and
+    H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
+
+    Examples
+    --------
+    >>> Coulomb(mu_s=0.5, mu_k=0.4).force((3.0, 4.0), normal=2.0)
+    (0.48, 0.64)
+    """
+
+    title: ClassVar[str] = "Coulomb"
+
+    mu_s: float = described(STATIC)
+    mu_k: float = described(replace(KINETIC, default=0.5))
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse ``mu_s < mu_k``."""
+        check_static(values)
+
+    def holding(self, p: Symbols) -> Expression:
+        """``mu_s``."""
+        return p["mu_s"]
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu_k``."""
+        return p["mu_k"]
+
+
+@dataclass(frozen=True)
+class CoulombViscous(FrictionLaw):
+    r"""Coulomb friction and a part that grows with the slip speed.
+
+    .. math::
+
+        \mu(v) = \mu_k + \sigma_2 v \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
+
+    Parameters
+    ----------
+    mu_s
+        Static friction coefficient, at least `mu_k`; no unit.
+    mu_k
+        Kinetic friction coefficient; no unit.
+    s2
+        Viscous friction: coefficient per slip speed, in s/m.
+
+    References
+    ----------
+    H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and
+    friction compensation, European Journal of Control 4 (1998) 176-195.
+
+    Examples
+    --------
+    >>> CoulombViscous(mu_k=0.4, s2=0.1).coefficient(2.0)
+    0.6000000000000001
+    """
+
+    title: ClassVar[str] = "Coulomb and viscous"
+
+    mu_s: float = described(STATIC)
+    mu_k: float = described(replace(KINETIC, default=0.5))
+    s2: float = described(replace(VISCOUS, default=0.1))
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse ``mu_s < mu_k``."""
+        check_static(values)
+
+    def holding(self, p: Symbols) -> Expression:
+        """``mu_s``."""
+        return p["mu_s"]
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu_k + s2 v``."""
+        return p["mu_k"] + p["s2"] * speed
+
+
+_EXPONENTS = (1, 2)
+
+
+@dataclass(frozen=True)
+class Stribeck(FrictionLaw):
+    r"""Friction that falls exponentially from the static to the kinetic coefficient.
+
+    .. math::
+
+        \mu(v) = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^n} + \sigma_2 v
+
+    Parameters
+    ----------
+    mu_s
+        Static friction coefficient, at least `mu_k`; no unit.
+    mu_k
+        Kinetic friction coefficient; no unit.
+    vs
+        Speed over which friction falls, in m/s.
+    s2
+        Viscous friction: coefficient per slip speed, in s/m.
+    exponent
+        The exponent n: 1 (Tustin) or 2 (Gaussian).
+
+    References
+    ----------
+    A. Tustin, IEE Journal 94 (1947) 143-151 (n = 1); L. C. Bo and D. Pavelescu, The friction-speed
+    relation and its influence on the critical velocity of stick-slip motion, Wear 82 (1982)
+    277-289; B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, Automatica 30 (1994) 1083-1138.
+
+    Examples
+    --------
+    >>> law = Stribeck(mu_s=0.4, mu_k=0.3, vs="100 mm/s")
+    >>> round(law.coefficient(0.1), 6), round(law.slope(0.1), 6)
+    (0.336788, -0.367879)
+    """
+
+    title: ClassVar[str] = "exponential Stribeck"
+
+    mu_s: float = described(STATIC)
+    mu_k: float = described(KINETIC)
+    vs: float = described(STRIBECK_SPEED)
+    s2: float = described(VISCOUS)
+    exponent: int = 1
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse ``mu_s < mu_k``."""
+        check_static(values)
+
+    def check_structure(self) -> None:
+        """Refuse an exponent other than 1 and 2."""
+        if self.exponent not in _EXPONENTS:
+            raise InputError(f"exponent = {self.exponent!r} is not known; give 1 or 2")
+        object.__setattr__(self, "exponent", int(self.exponent))
+
+    @property
+    def typical_speed(self) -> float:
+        """``vs``."""
+        return self.vs
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^n) + s2 v``."""
+        ratio = speed / p["vs"]
+        power = ratio if self.exponent == 1 else ratio * ratio
+        return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-power) + p["s2"] * speed
+
+
+@dataclass(frozen=True)
+class RationalStribeck(FrictionLaw):
+    r"""Friction that falls as a hyperbola, without a lower level.
+
+    .. math::
+
+        \mu(v) = \mu_s/(1 + \delta v)
+
+    Parameters
+    ----------
+    mu_s
+        Static friction coefficient; no unit.
+    d
+        The inverse of the speed at which friction is halved, in s/m.
+
+    References
+    ----------
+    R. I. Leine, D. H. van Campen, A. de Kraker and L. van den Steen, Stick-slip vibrations induced
+    by alternate friction models, Nonlinear Dynamics 16 (1998) 41-54.
+
+    Examples
+    --------
+    >>> RationalStribeck(mu_s=1.0, d=3.0).coefficient(1.0)
+    0.25
+    """
+
+    title: ClassVar[str] = "rational Stribeck"
+
+    mu_s: float = described(STATIC)
+    d: float = described(
+        Parameter(
+            "d",
+            3.0,
+            "s/m",
+            "inverse of the speed at which friction is halved",
+            0,
+            symbol=r"$\delta$",
+        )
+    )
+
+    @property
+    def typical_speed(self) -> float:
+        """``1/d``, no more than 1 m/s."""
+        return 1.0 / max(self.d, 1.0)
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu_s/(1 + d v)``."""
+        return p["mu_s"] / (1.0 + p["d"] * speed)
+
+
+@dataclass(frozen=True)
+class CubicStribeck(FrictionLaw):
+    r"""Friction that falls to a minimum and rises again, as a cubic.
+
+    .. math::
+
+        \mu(v) = \mu_s - a v + b v^3, \quad
+        a = \tfrac32 (\mu_s - \mu_m)/v_m, \quad b = (\mu_s - \mu_m)/(2 v_m^3)
+
+    so that the minimum ``mu_m`` lies at the speed ``vm``. Well above ``vm`` the cubic grows beyond
+    any friction; the law is meant for speeds up to about twice ``vm``.
+
+    Parameters
+    ----------
+    mu_s
+        Static friction coefficient, at least `mu_m`; no unit.
+    mu_m
+        Smallest friction coefficient; no unit.
+    vm
+        Speed of the smallest friction, in m/s.
+
+    References
+    ----------
+    J. J. Thomsen and A. Fidlin, Analytical approximations for stick-slip vibration amplitudes,
+    International Journal of Non-Linear Mechanics 38 (2003) 389-403.
+
+    Examples
+    --------
+    >>> law = CubicStribeck(mu_s=0.4, mu_m=0.25, vm=0.5)
+    >>> round(law.a, 12), round(law.b, 12), round(law.coefficient(0.5), 12)
+    (0.45, 0.6, 0.25)
+    """
+
+    title: ClassVar[str] = "cubic Stribeck"
+
+    mu_s: float = described(STATIC)
+    mu_m: float = described(
+        Parameter("mu_m", 0.3, "", "smallest friction coefficient", 0, symbol=r"$\mu_m$")
+    )
+    vm: float = described(
+        Parameter(
+            "vm", 0.5, "m/s", "speed of the smallest friction", 0, lower_open=True, symbol="$v_m$"
+        )
+    )
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse ``mu_s < mu_m``."""
+        if values["mu_s"] < values["mu_m"]:
+            raise InputError(
+                f"mu_s = {values['mu_s']:g} is below mu_m = {values['mu_m']:g}, the smallest "
+                "friction coefficient; give mu_s >= mu_m"
+            )
+
+    @property
+    def a(self) -> float:
+        """The linear coefficient, ``1.5 (mu_s - mu_m)/vm``, in s/m."""
+        return 1.5 * (self.mu_s - self.mu_m) / self.vm
+
+    @property
+    def b(self) -> float:
+        """The cubic coefficient, ``(mu_s - mu_m)/(2 vm^3)``, in (s/m)^3."""
+        return (self.mu_s - self.mu_m) / (2 * self.vm**3)
+
+    @property
+    def typical_speed(self) -> float:
+        """A third of ``vm``."""
+        return self.vm / 3
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu_s - a v + b v^3``."""
+        ratio = speed / p["vm"]
+        fall = ratio * (1.5 - 0.5 * (ratio * ratio))
+        return p["mu_s"] - (p["mu_s"] - p["mu_m"]) * fall
+
+
+_SHAPES = ("tanh", "atan", "sqrt")
+
+_FLOOR = 1e-8
+"""|v| is read as sqrt(v^2 + (1e-8 e)^2): the same number to rounding, and smooth at rest."""
+
+
+@dataclass(frozen=True)
+class Regularised(FrictionLaw):
+    r"""A law without memory that rises from zero over a small slip speed instead of jumping.
+
+    .. math::
+
+        \mu(v) = \mu_{law}(v)\, g(v/\varepsilon), \quad
+        g(s) = \tanh s,\ \tfrac{2}{\pi} \arctan s\ \text{or}\ s/\sqrt{s^2 + 1}
+
+    with the modulus v of the slip velocity, so that the force keeps its direction in the plane. The
+    contact never sticks: it creeps under any load. As e goes to 0 motion follows the law, but
+    slowly: the period of a stick-slip motion may still be wrong by 1% at a small e.
+
+    Parameters
+    ----------
+    law
+        The law, one without memory; its parameters are parameters of this one.
+    shape
+        ``"tanh"``, ``"atan"`` or ``"sqrt"``.
+    e
+        Slip speed of the rise, in m/s.
+
+    References
+    ----------
+    P. Wriggers, Computational Contact Mechanics, Springer 2006, on the regularisation of Coulomb's
+    law (``"tanh"``, ``"sqrt"``); R. I. Leine, D. H. van Campen, A. de Kraker and L. van den Steen,
+    Nonlinear Dynamics 16 (1998) 41-54 (``"atan"``).
+
+    Examples
+    --------
+    >>> from slipfold.models.friction import Coulomb
+    >>> law = Regularised(Coulomb(mu_k=0.5), "sqrt", e=0.03)
+    >>> round(law.coefficient(0.04), 12), law.sticks
+    (0.4, False)
+    """
+
+    title: ClassVar[str] = "regularised"
+    sticks: ClassVar[bool] = False
+
+    law: FrictionLaw
+    shape: str = "tanh"
+    e: float = described(
+        Parameter(
+            "e",
+            1e-3,
+            "m/s",
+            "slip speed over which friction rises from zero",
+            0,
+            lower_open=True,
+            symbol=r"$\varepsilon$",
+        )
+    )
+
+    def check_structure(self) -> None:
+        """Refuse laws that are smooth or no laws at all, and unknown shapes."""
+        if not isinstance(self.law, FrictionLaw):
+            raise InputError(f"{self.law!r} is no friction law; give one such as Coulomb()")
+        if not self.law.sticks:
+            raise InputError(
+                f"{type(self.law).__name__} does not jump at zero slip; regularise a law that does"
+            )
+        if self.shape not in _SHAPES:
+            raise InputError(
+                f"shape = {self.shape!r} is not known; {suggest(str(self.shape), _SHAPES)}"
+                f"give {', '.join(_SHAPES[:-1])} or {_SHAPES[-1]}"
+            )
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse values that contradict each other in the law."""
+        self.law.check(values)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the law, and ``e``."""
+        return (*self.law.parameters, *declared(Regularised))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of the parameters by name, in SI units."""
+        return {**self.law.values, "e": self.e}
+
+    @property
+    def kind(self) -> Self:
+        """The law with default values."""
+        return type(self)(self.law.kind, self.shape)
+
+    @property
+    def label(self) -> str:
+        """What figures call the law."""
+        return f"{self.law.label}, regularised ({self.shape})"
+
+    @property
+    def typical_speed(self) -> float:
+        """That of the law; no less than 5 e."""
+        return max(self.law.typical_speed, 5 * self.e)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new law with some values changed, its own or the law's.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value that cannot be used.
+        """
+        own = {name: value for name, value in changes.items() if name in ("law", "shape", "e")}
+        inner = {name: value for name, value in changes.items() if name not in own}
+        law = own.pop("law", self.law)
+        return super().replace(law=law.replace(**inner) if inner else law, **own)
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """The law's coefficient times the rise."""
+        return self.law.formula(speed, p) * self._rise(speed / p["e"])
+
+    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Friction force over normal force, smooth at rest."""
+        slip, square = contact.slip, contact.square
+        floor = _FLOOR * p["e"]
+        speed = sqrt(square + floor * floor)
+        mu = self.law.formula(speed, p)
+        if len(slip) == 1:
+            # The rise is odd, so a line needs no division by a speed that may vanish.
+            return (mu * self._rise(slip[0] / p["e"]),)
+        if self.shape == "sqrt":
+            drag = mu * (square + p["e"] * p["e"]) ** -0.5
+        else:
+            drag = mu * self._rise(speed / p["e"]) / speed
+        return tuple(drag * component for component in slip)
+
+    def _rise(self, ratio: Expression) -> Expression:
+        if self.shape == "tanh":
+            return tanh(ratio)
+        if self.shape == "atan":
+            return (2 / math.pi) * arctan(ratio)
+        return ratio * (ratio * ratio + 1.0) ** -0.5

@@ -1,1 +1,0 @@
-"""What acts on a structure: springs, contacts, forces, and where they act."""

@@ -1,1 +1,0 @@
-"""Matrices of a structure: where they come from, damping, reduction."""

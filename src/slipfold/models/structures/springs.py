@@ -1,0 +1,421 @@
+"""Springs: linear with a damper, cubic, polynomial, beyond a gap, geometrically exact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, Self
+
+import heyoka as hy
+
+from slipfold.errors import InputError
+from slipfold.models.formulas.functions import whole_power
+from slipfold.models.friction.quantities import described
+from slipfold.models.output import Expression, Limit, Symbols
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.structures.component import (
+    Component,
+    Direction,
+    Measure,
+    Motion,
+    OneDirection,
+    as_directions,
+    product,
+    shown,
+    total,
+)
+from slipfold.models.suggestion import suggest
+
+HIGHEST = 15
+"""Highest power of a polynomial: beyond it, fitted coefficients are seldom worth anything."""
+
+
+@dataclass(frozen=True)
+class LinearSpring(OneDirection):
+    r"""A linear spring with a damper beside it: the force :math:`-(k u + c \dot u)`.
+
+    Parameters
+    ----------
+    at
+        Degree of freedom, or weights by name, such as ``{"a": 1, "b": -1}`` between two.
+    k
+        Stiffness in N/m; negative for one that pushes away from rest.
+    c
+        Damping in N s/m.
+    name
+        Tells springs apart; empty if there is one only.
+
+    Examples
+    --------
+    >>> LinearSpring("tip", k="2 kN/m").k
+    2000.0
+    """
+
+    title: ClassVar[str] = "linear spring"
+
+    k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", symbol="$k$"))
+    c: float = described(Parameter("c", 0.0, "N s/m", "damping beside a spring", 0, symbol="$c$"))
+
+    def forces(
+        self, motion: Motion, c: Symbols, phase: Expression
+    ) -> tuple[Expression | None, ...]:
+        """``-(k u + c v)``."""
+        (u,), (v,) = motion.displacement, motion.velocity
+        return (-(c["k"] * u + c["c"] * v),)
+
+    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+        """``k u^2/2``."""
+        (u,) = motion.displacement
+        return 0.5 * c["k"] * u * u
+
+    def dissipation(self, motion: Motion, c: Symbols) -> Expression | None:
+        """``c v^2``."""
+        (v,) = motion.velocity
+        return c["c"] * v * v
+
+
+@dataclass(frozen=True)
+class CubicSpring(OneDirection):
+    r"""A cubic spring: the force :math:`-k_3 u^3`.
+
+    Parameters
+    ----------
+    at
+        Degree of freedom, or weights by name.
+    k3
+        Cubic stiffness in N/m^3; negative for one that softens.
+    name
+        Tells springs apart; empty if there is one only.
+
+    Examples
+    --------
+    >>> CubicSpring("tip", k3=1e6).at
+    Direction(weights=(('tip', 1.0),))
+    """
+
+    title: ClassVar[str] = "cubic spring"
+
+    k3: float = described(Parameter("k3", 0.0, "N/m^3", "cubic stiffness", symbol="$k_3$"))
+
+    def forces(
+        self, motion: Motion, c: Symbols, phase: Expression
+    ) -> tuple[Expression | None, ...]:
+        """``-k3 u^3``."""
+        (u,) = motion.displacement
+        return (-c["k3"] * whole_power(u, 3),)
+
+    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+        """``k3 u^4/4``."""
+        (u,) = motion.displacement
+        return 0.25 * c["k3"] * whole_power(u, 4)
+
+
+@dataclass(frozen=True)
+class PolynomialSpring(OneDirection):
+    r"""A polynomial spring: the force :math:`-\sum_n k_n u^n`.
+
+    Parameters
+    ----------
+    at
+        Degree of freedom, or weights by name.
+    stiffness
+        Coefficient by power, such as ``{1: -100.0, 3: 2e6}``; ``k_n`` in N/m^n becomes the
+        parameter ``kn``, e.g. ``k3``.
+    name
+        Tells springs apart; empty if there is one only.
+
+    Examples
+    --------
+    >>> [item.name for item in PolynomialSpring("tip", {1: -100.0, 3: 2e6}).parameters]
+    ['k1', 'k3']
+    """
+
+    title: ClassVar[str] = "polynomial spring"
+
+    stiffness: Any = field()
+
+    def prepare(self) -> None:
+        """Read the direction and the coefficients."""
+        super().prepare()
+        # A spring that is made anew from its own fields has pairs already.
+        own = isinstance(self.stiffness, tuple) and all(
+            isinstance(item, tuple) and len(item) == 2 for item in self.stiffness
+        )
+        pairs = self.stiffness if own else ()
+        given = dict(self.stiffness if isinstance(self.stiffness, Mapping) else pairs)
+        powers = [n for n in given if isinstance(n, int) and 1 <= n <= HIGHEST]
+        if not given or len(powers) != len(given):
+            raise InputError(
+                f"stiffness = {shown(self.stiffness)} is no polynomial; give coefficients by "
+                f"power, whole numbers from 1 to {HIGHEST}, such as {{1: -100.0, 3: 2e6}}"
+            )
+        checked = {
+            n: self._parameter(n).check(parse_quantity(given[n], _unit(n), f"k{n}")) for n in powers
+        }
+        object.__setattr__(self, "stiffness", tuple(sorted(checked.items())))
+
+    @staticmethod
+    def _parameter(n: int) -> Parameter:
+        return Parameter(f"k{n}", 0.0, _unit(n), f"coefficient of u^{n}", symbol=f"$k_{{{n}}}$")
+
+    @property
+    def own_parameters(self) -> tuple[Parameter, ...]:
+        """One a power."""
+        return tuple(self._parameter(n) for n, _ in self.stiffness)
+
+    @property
+    def own_values(self) -> dict[str, float]:
+        """Values of the coefficients by name, in SI units."""
+        return {f"k{n}": value for n, value in self.stiffness}
+
+    @property
+    def kind(self) -> Self:
+        """The spring with all coefficients zero."""
+        return replace(self, stiffness=tuple((n, 0.0) for n, _ in self.stiffness))
+
+    def forces(
+        self, motion: Motion, c: Symbols, phase: Expression
+    ) -> tuple[Expression | None, ...]:
+        """``-sum kn u^n``."""
+        (u,) = motion.displacement
+        return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
+
+    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+        """``sum kn u^(n + 1)/(n + 1)``."""
+        (u,) = motion.displacement
+        return total([c[f"k{n}"] * whole_power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
+
+
+def _unit(n: int) -> str:
+    return "N/m" if n == 1 else f"N/m^{n}"
+
+
+_SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}
+"""Signs of the displacements at which the spring is touched."""
+
+
+_ROUNDING = Parameter(
+    "e",
+    1.0,
+    "m",
+    "length over which the touch of a stop is rounded off",
+    0,
+    lower_open=True,
+    symbol=r"$\varepsilon$",
+)
+
+
+@dataclass(frozen=True)
+class GapSpring(OneDirection):
+    r"""A stop beyond a gap, rounded off over a length; with no gap a unilateral spring.
+
+    .. math::
+
+        F = -k\, s(u - g), \qquad s(w) = \tfrac12 \bigl(w + \sqrt{w^2 + \varepsilon^2}\bigr)
+
+    for a stop above; below it is the mirror image. The exact stop, :math:`\max(w, 0)`, is the limit
+    of small :math:`\varepsilon`: s is too large by :math:`\varepsilon/2` at the touch and by
+    :math:`\varepsilon^2/(4 |w|)` away from it.
+
+    Parameters
+    ----------
+    at
+        Degree of freedom, or weights by name.
+    k
+        Stiffness of the stop in N/m.
+    gap
+        Displacement at which it is touched, in m; negative for a stop that is pressed at rest.
+    e
+        Length over which the touch is rounded off, in m. It must be given: the exact stop has a
+        corner, which smooth equations cannot hold.
+    side
+        ``"above"``, ``"below"`` or ``"both"``.
+    name
+        Tells springs apart; empty if there is one only.
+
+    References
+    ----------
+    S. W. Shaw and P. J. Holmes, A periodically forced piecewise linear oscillator, Journal of Sound
+    and Vibration 90 (1983) 129-155, on the exact stop.
+
+    Examples
+    --------
+    >>> GapSpring("tip", k=1e4, gap="1mm", e="10um").gap
+    0.001
+    """
+
+    title: ClassVar[str] = "gap spring"
+
+    k: float = described(
+        Parameter("k", 1.0, "N/m", "stiffness of a stop", 0, lower_open=True, symbol="$k$")
+    )
+    gap: float = described(Parameter("gap", 0.0, "m", "gap before a stop", symbol="$g$"))
+    e: Any = field(default=None, metadata={"parameter": _ROUNDING})
+    side: Any = "above"
+
+    def prepare(self) -> None:
+        """Read the direction; refuse the exact stop and unknown sides."""
+        super().prepare()
+        if self.e is None:
+            raise InputError(
+                "a gap spring without e has a corner where it is touched, and motion through "
+                "corners cannot be computed yet; give e, the length over which the touch is "
+                'rounded off, such as e="10um"'
+            )
+        if not isinstance(self.side, str) or self.side not in _SIDES:
+            raise InputError(
+                f"side = {shown(self.side)} is not known; {suggest(str(self.side), _SIDES)}give "
+                "above, below or both"
+            )
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Half the stiffness, the gap, and the square of the rounding."""
+        return {"half": 0.5 * p["k"], "gap": p["gap"], "square": p["e"] * p["e"], "e": p["e"]}
+
+    def forces(
+        self, motion: Motion, c: Symbols, phase: Expression
+    ) -> tuple[Expression | None, ...]:
+        """``-k s(u - gap)``, and its mirror image."""
+        (u,) = motion.displacement
+        parts = []
+        for sign in _SIDES[self.side]:
+            depth = sign * u - c["gap"]
+            parts.append(-sign * c["half"] * (depth + hy.sqrt(depth * depth + c["square"])))
+        return (total(parts),)
+
+    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+        """Return the work that pressing the stop takes, zero at the touch."""
+        (u,) = motion.displacement
+        parts = []
+        for sign in _SIDES[self.side]:
+            depth = sign * u - c["gap"]
+            root = hy.sqrt(depth * depth + c["square"])
+            curved = depth * root + c["square"] * hy.asinh(depth / c["e"])
+            parts.append(0.5 * c["half"] * (depth * depth + curved))
+        return total(parts)
+
+
+COLLAPSE = 1e-4
+"""Length over unstretched length at which a branch ends: the direction of the force is lost."""
+
+
+@dataclass(frozen=True)
+class GeometricSpring(Component):
+    r"""A linear spring between a fixed anchor and a point of the structure, geometrically exact.
+
+    .. math::
+
+        F = -k (l - L)\, r/l, \qquad r = u + s L\, e, \qquad l = |r|
+
+    with the displacement u of the point and the unit vector e from the anchor to the point at rest.
+
+    Parameters
+    ----------
+    at
+        One to three directions at right angles, in which the point moves.
+    axis
+        Direction from the anchor to the point at rest, one component a direction; scaled to
+        length 1. One more component is one across all directions, in which the point cannot move:
+        ``axis=(0, 1)`` with one direction is a spring across it.
+    k
+        Stiffness in N/m.
+    L
+        Unstretched length in m.
+    stretch
+        Length at rest over unstretched length s.
+    name
+        Tells springs apart; empty if there is one only.
+
+    Examples
+    --------
+    >>> GeometricSpring(("x", "y"), axis=(0, 2), k=1000, L="5mm").axis
+    (0.0, 1.0)
+    """
+
+    title: ClassVar[str] = "geometric spring"
+
+    at: Any
+    axis: Any
+    k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", 0, symbol="$k$"))
+    L: float = described(
+        Parameter("L", 1.0, "m", "unstretched length of a spring", 0, lower_open=True, symbol="$L$")
+    )
+    stretch: float = described(
+        Parameter("stretch", 1.0, "", "length of a spring at rest over L", 0, lower_open=True)
+    )
+
+    def prepare(self) -> None:
+        """Read the directions and the axis."""
+        at = as_directions(self.at, f"a {self.title}", 3)
+        object.__setattr__(self, "at", at)
+        try:
+            axis = [float(part) for part in self.axis]
+        except (TypeError, ValueError):
+            axis = []
+        length = math.hypot(*axis)
+        if len(axis) not in (len(at), len(at) + 1) or not math.isfinite(length):
+            raise InputError(
+                f"axis = {shown(self.axis)} does not fit a {self.title} along {len(at)} "
+                f"directions; give {len(at)} finite components, or one more for the part "
+                "across them"
+            )
+        if length == 0:
+            raise InputError(
+                f"the axis of a {self.title} is zero; give the direction from its anchor to the "
+                "point it holds"
+            )
+        # Twice the same spring must be the same model: an axis of length 1 stays as it is.
+        if length != 1:
+            axis = [part / length for part in axis]
+        object.__setattr__(self, "axis", tuple(axis))
+
+    @property
+    def directions(self) -> tuple[Direction | None, ...]:
+        """The directions in which the point moves."""
+        return tuple(self.at)
+
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Force at a stretch of one length, the length, its inverse, the stretch."""
+        return {
+            "force": p["k"] * p["L"],
+            "inverse": 1.0 / p["L"],
+            "L": p["L"],
+            "stretch": p["stretch"],
+        }
+
+    def _arrow(self, motion: Motion, c: Symbols) -> list[Expression]:
+        """Return the vector from the anchor to the point, over L."""
+        moved = [u * c["inverse"] for u in motion.displacement]
+        rest = [product(part, c["stretch"]) if part else None for part in self.axis]
+        arrow = [u if r is None else u + r for u, r in zip(moved, rest, strict=False)]
+        return arrow + [r for r in rest[len(moved) :] if r is not None]
+
+    def _length(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
+        return hy.sqrt(total([part * part for part in self._arrow(motion, c)]))
+
+    def forces(
+        self, motion: Motion, c: Symbols, phase: Expression
+    ) -> tuple[Expression | None, ...]:
+        """``-k (l - L) r/l``."""
+        arrow = self._arrow(motion, c)
+        inverse_length = total([part * part for part in arrow]) ** -0.5
+        pull = c["force"] * (inverse_length - 1.0)
+        return tuple(pull * part for part in arrow[: len(self.at)])
+
+    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+        """``k (l - L)^2/2``."""
+        change = self._length(motion, c, hy.expression(0.0)) - 1.0
+        return 0.5 * c["force"] * c["L"] * change * change
+
+    def measures(self) -> tuple[Measure, ...]:
+        """Return the length."""
+        return (Measure("l", self._length, "", "length of a spring over L", "$l/L$"),)
+
+    def limits(self) -> tuple[Limit, ...]:
+        """Return the limit at which the spring collapses."""
+        reason = (
+            "spring collapsed: l/L fell to {value:.3g}; the model ends here, stay below this value"
+        )
+        return (Limit("spring collapse", "l", COLLAPSE, reason),)
