@@ -188,50 +188,6 @@ def cycles() -> dict[str, Any]:
     }
 
 
-def test_aims_are_judged_against_the_faster_peer(bench: Bench) -> None:
-    records = {
-        "slipfold": ours(0.01),
-        "AUTO-07p, reliable": follower(0.2, 1e-7),
-        "XPPAUT, reliable": follower(0.5, 1e-8),
-    }
-    rows = list(bench.report.aim_rows(measured(bench, records)))
-    assert rows[0][1:] == ["20 times (AUTO-07p, reliable)", "met"]
-    assert rows[1][1:] == ["< 1e-12 N against 1e-08 N", "met"]
-    assert [row[2] for row in rows[2:5]] == ["met", "falls short", "falls short"]
-
-
-def test_the_locus_is_judged_by_the_time_a_point_takes(bench: Bench) -> None:
-    rows = list(bench.report.locus.aim_rows(loci(bench)))
-    assert rows == [
-        ["locus: 15 times faster a point than AUTO-07p, fine", "20 times", "met"],
-        ["locus: 2.5 times faster a point than AUTO-07p, largest", "2 times", "falls short"],
-    ]
-
-
-def test_the_locus_is_shown_with_both_ratios_and_its_error(bench: Bench) -> None:
-    rows = list(bench.report.locus.rows(loci(bench)))
-    assert rows == [
-        ["slipfold", "defaults", "40", "200", "5", "1", "1", "< 1e-12"],
-        ["AUTO-07p", "fine", "20", "2000", "100", "20", "10", "2e-10"],
-        ["AUTO-07p", "largest", "10", "100", "10", "2", "0.5", "2e-08"],
-    ]
-
-
-def test_a_frequency_missed_is_no_error_of_zero(bench: Bench) -> None:
-    record = locus(bench, "largest", 0.1, 10)
-    del record["landed"][2]
-    assert bench.report.locus.error_of(record) == "a frequency missed"
-
-
-def test_points_found_on_the_locus_are_compared_where_a_reference_is(bench: Bench) -> None:
-    records = loci(bench)
-    records["AUTO-07p, fine"]["specials"] = {"locus": [("BP", 0.1)]}
-    text = bench.report.locus.on_the_way(records)
-    assert "smallest Nd at 12.46291 Hz, 0.04008398 N (errors < 1e-12 Hz, 2e-09 N)" in text
-    assert "cusp of cycles at 12 Hz, 0.1 N." in text
-    assert "AUTO-07p, fine: BP. AUTO-07p, largest: nothing." in text
-
-
 def sizes(power: float, compile_seconds: float = 1.0) -> dict[str, Any]:
     """The record of structures whose cost grows with a power of their size."""
     return {
@@ -251,69 +207,16 @@ def sizes(power: float, compile_seconds: float = 1.0) -> dict[str, Any]:
     }
 
 
-def test_cost_by_size_has_its_exponent(bench: Bench) -> None:
-    report = importlib.import_module("sections.size")
-    assert report.exponent(sizes(1.7)) == pytest.approx(1.7)
-    section = "\n".join(report.section(sizes(2.0)))
-    assert "with the power 2.00 of their number" in section
-    assert "| 20 | 40 | in 10 groups | 1 | 1 | 4 | 8 |" in section
-    assert "| 3 | 12 | 20 | 1.5 | 4 | 200 |" in section
-    assert [row[-1] for row in report.aim_rows(sizes(2.0))] == ["met"]
-    assert [row[-1] for row in report.aim_rows(sizes(2.0, 60.0))] == ["falls short"]
-
-
-def test_the_map_is_judged_cold_and_warm(bench: Bench) -> None:
-    rows = list(bench.report.threshold_map.aim_rows(thresholds()))
-    assert [row[1:] for row in rows] == [
-        ["1.2 ms", "falls short"], ["0.2 ms", "met"], ["300 times", "met"]
-    ]  # fmt: skip
-
-
-def test_failures_of_the_map_are_counted_by_name(bench: Bench) -> None:
-    section = "\n".join(bench.report.threshold_map.section(thresholds(stuck=3, lost=1)))
-    assert "## 10,000 thresholds" in section
-    assert "Thresholds: 9,996; without one: 3 stuck, 1 lost." in section
-    assert "in a loop over 3 of them: 60 ms each" in section
-    assert "2 found, at most 2e-07 N apart" in section
-    assert "; none failed." in "\n".join(bench.report.threshold_map.section(thresholds()))
-
-
-def test_random_responses_are_told_by_the_case(bench: Bench) -> None:
-    report = bench.report.ensemble
-    assert [row[1:] for row in report.aim_rows(ensemble())] == [["200 ms", "falls short"]]
-    assert "| 200 | 190 |" in "\n".join(report.section(ensemble()))
-
-
-def test_the_report_and_its_table_hold_the_locus_and_the_map(bench: Bench) -> None:
-    what = measured(bench, {"slipfold": ours(0.01)})
-    whole, short = bench.report.report(what), bench.report.brief(what)
-    assert "## The period-doubling locus" in whole
-    assert "| under 0.3 ms a threshold on one core, warm | 0.2 ms | met |" in whole
-    assert "| AUTO-07p, fine | 2000 ms | 20 | 100 ms | 20 | 2e-10 N |" in short
-    assert "without one: 3 stuck" in short
-
-
-def test_another_round_counts_in_the_time_a_point(bench: Bench) -> None:
-    record = locus(bench, "defaults", 0.2, 40)
-    bench.run.merge(record, locus(bench, "defaults", 0.4, 40))
-    assert record["seconds_per_point"]["locus"] == pytest.approx(0.3 / 40)
-    both = found_map()
-    bench.run.merge(both, found_map())
-    assert both["seconds"]["cold"] == [12.0, 12.0]
-    assert both["processor_seconds"]["warm"] == [2.0, 2.0]
-
-
-def test_a_reason_is_given_once(bench: Bench) -> None:
-    peer, missing = "AUTO-07p, fine", "not installed"
-    absent = {
-        ("responses", peer): missing,
-        ("locus", "AUTO-07p, largest"): "missed f = 12 Hz",
-        ("chain", peer): missing,
+def test_aims_are_judged_against_the_faster_peer(bench: Bench) -> None:
+    records = {
+        "slipfold": ours(0.01),
+        "AUTO-07p, reliable": follower(0.2, 1e-7),
+        "XPPAUT, reliable": follower(0.5, 1e-8),
     }
-    assert bench.report.left_out(bench.run.Measured(absent=absent)) == [
-        "Left out, AUTO-07p, fine (responses), AUTO-07p, fine (chain): not installed",
-        "Left out, AUTO-07p, largest (locus): missed f = 12 Hz",
-    ]
+    rows = list(bench.report.aim_rows(measured(bench, records)))
+    assert rows[0][1:] == ["20 times (AUTO-07p, reliable)", "met"]
+    assert rows[1][1:] == ["< 1e-12 N against 1e-08 N", "met"]
+    assert [row[2] for row in rows[2:5]] == ["met", "falls short", "falls short"]
 
 
 def test_a_peer_that_misses_a_point_is_no_rival(bench: Bench) -> None:
@@ -326,57 +229,6 @@ def test_a_peer_that_misses_a_point_is_no_rival(bench: Bench) -> None:
     assert "a point missed or invented" in bench.report.brief(what)
 
 
-def test_programs_left_out_are_named(bench: Bench) -> None:
-    what = measured(bench, {"slipfold": ours(0.01)}, XPPAUT="XPPAUT is not installed.")
-    assert "Left out, XPPAUT (responses): XPPAUT is not installed." in bench.report.report(what)
-
-
-def test_a_programs_own_clock_counts(bench: Bench) -> None:
-    record = follower(0.5, solver_seconds={"period1": [0.1, 0.2, 0.3], "period2": [0.4]})
-    assert bench.report.together(record) == pytest.approx(0.6)
-
-
-def test_the_page_has_a_place_for_the_table(bench: Bench) -> None:
-    page = BENCH.parent / "docs" / "reference" / "benchmarks.md"
-    text = page.read_text(encoding="utf-8")
-    once = bench.report.renew(text, "first")
-    twice = bench.report.renew(once, "second")
-    assert "second" in twice
-    assert twice == bench.report.renew(text, "second")
-
-
-def test_a_missing_script_is_a_reason(bench: Bench) -> None:
-    answer = bench.processes.ask("no_such_script.py")
-    assert isinstance(answer, bench.processes.Absent)
-    assert "no_such_script.py" in answer.reason
-
-
-def test_a_script_that_takes_too_long_is_a_reason(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(bench.processes, "TIMEOUT", 0.01)
-    answer = bench.processes.ask("size.py")
-    assert isinstance(answer, bench.processes.Absent)
-    assert answer.reason == "not finished in 0.01 s."
-
-
-def test_our_locus_lands_on_the_reference(bench: Bench) -> None:
-    script = importlib.import_module("ours_locus")
-    followed = script.follow(script.doubling())
-    landed = [script.land(followed, f) for f in bench.reference.LOCUS]
-    assert bench.reference.locus_error(landed) < 1e-11
-    errors = [bench.reference.named_errors(p.name, *p.values) for p in followed.special]
-    assert len(errors) == 2
-    assert max(map(max, errors)) < 1e-10
-
-
-def test_a_threshold_missed_is_infinitely_far(bench: Bench) -> None:
-    apart = importlib.import_module("threshold_map").apart
-    nan = float("nan")
-    assert apart(nan, nan) == 0
-    assert apart(nan, 0.1) == apart(0.1, nan) == float("inf")
-
-
 def test_the_systems_are_judged_against_who_finds_every_point(bench: Bench) -> None:
     rows = list(bench.report.systems.aim_rows(systems()))
     assert [row[1:] for row in rows] == [["2 times (AUTO-07p, usual)", "met"]]
@@ -387,27 +239,3 @@ def test_the_systems_are_judged_against_who_finds_every_point(bench: Bench) -> N
     assert "200 ms (AUTO-07p, usual)" in short
     assert "3000 ms (AUTO-07p, fine)" in short
     assert len(short.splitlines()) < 60
-
-
-def test_cycles_are_judged_against_who_is_right(bench: Bench) -> None:
-    report = bench.report.cycles
-    assert [row[1:] for row in report.aim_rows(cycles())] == [
-        ["so it is", "met"], ["3 times as fast (AUTO-07p, fine)", "met"]
-    ]  # fmt: skip
-    records = cycles()["canards"]
-    assert [row[5] for row in report.rows("canards", records)][1:3] == [
-        "2 special points instead of 1", "gives up at 0.31"
-    ]  # fmt: skip
-    del records["AUTO-07p, fine"]
-    assert list(report.aim_rows({"canards": records}))[1][1:] == ["no other is", "met"]
-    alone = {"slipfold": records["slipfold"]}
-    said = list(report.aim_rows({"canards": alone}))[1][1:]
-    assert said == ["no other ran to its end", "not compared"]
-
-
-def test_rates_in_stick_and_slip_are_compared(bench: Bench) -> None:
-    rows = list(importlib.import_module("sections.stick").aim_rows(stick(bench)))
-    assert [row[1:] for row in rows] == [["10 times", "falls short"], ["5e+02 times", "met"]]
-    (*_, lines) = importlib.import_module("sections.stick").section(stick(bench))
-    assert "| slipfold | 500 | 1 | 1e-13 |" in lines
-    assert "| solve-nivp | 1 | 5e+02 | 3e-04 |" in lines

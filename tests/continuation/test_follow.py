@@ -1,13 +1,10 @@
 """The engine on plane curves: what it finds, where it ends, and that it knows nothing of orbits."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
 from slipfold.continuation import AlgebraicCurve, End, Sight, Stop, Zeros, follow
 from slipfold.continuation.locate import LostCurveError, locate
-from slipfold.continuation.settings import Stepping, Steps
 
 
 class Cubic(AlgebraicCurve):
@@ -70,27 +67,6 @@ def test_the_earliest_reason_ends_a_curve(order):
     assert [item.point.z[0] < 0 for item in trail.found] == [True]
 
 
-def test_what_is_known_beside_a_bracket_saves_points():
-    curve = Cubic(1.0)
-    points = followed(curve, []).points
-
-    def bent(point):
-        return np.exp(2 * point.z[0]) - 1
-
-    (place,) = [i for i, (a, b) in enumerate(pairwise(points)) if bent(a) < 0 <= bent(b)]
-
-    def located(first, last):
-        known = points[first:last]
-        count = len(known)
-        at = locate(curve, known, *points[place : place + 2], bent)
-        return at.z[0], len(known) - count
-
-    alone, without = located(place, place + 2)
-    found, needed = located(place - 2, place + 4)
-    assert [alone, found] == pytest.approx([0, 0], abs=1e-12)
-    assert needed < without
-
-
 def test_both_directions_are_one_curve():
     curve = Cubic(1.0)
     start = curve.begin([0.0, 0.0], row=[1, 0])
@@ -117,45 +93,8 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
     assert np.diff([point.arclength for point in trail.points]).max() <= 0.05
 
 
-def test_points_are_counted_whatever_steps_are_taken_again():
-    curve = Cubic(1.0)
-
-    class LosesNow:
-        def __init__(self):
-            self.looks = 0
-
-        def watch(self, stretch):
-            self.looks += 1
-            if self.looks % 3 == 0:
-                raise LostCurveError("not found")
-            return Sight()
-
-    settings = Stepping(steps=Steps(points=20, largest=0.02))
-    trail = followed(curve, [LosesNow()], settings=settings)
-    assert (trail.end.kind, len(trail.points)) == ("points", 21)
-
-
 def test_a_curve_that_begins_on_a_bound_and_leaves_is_a_point():
     curve = Cubic(1.0)
     start = curve.turned(curve.begin([-1.5, -1.875], row=[1, 0]))
     trail = follow(curve, start, [(1, -1.875, 4.0)])
     assert (trail.end.kind, len(trail.points)) == ("window", 1)
-
-
-def test_whoever_watches_may_stop():
-    curve = Cubic(1.0)
-
-    def watch(trail):
-        if len(trail.points) == 5:
-            raise KeyboardInterrupt
-
-    trail = followed(curve, [Zeros(curve)], watch=watch)
-    assert (trail.end.kind, len(trail.points)) == ("interrupted", 5)
-
-
-def test_a_search_for_the_first_step_may_be_stopped():
-    def search():
-        raise KeyboardInterrupt
-
-    trail = followed(Cubic(1.0), [], first_step=search)
-    assert (trail.end.kind, len(trail.points)) == ("interrupted", 1)

@@ -19,7 +19,6 @@ from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.describe import coefficient_at
-from slipfold.loci.follow import follow_loci
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
@@ -68,12 +67,6 @@ def response(vary, span, values, largest_period=2, largest=0.5):
 def bifurcations(branches, *kinds):
     """Special points of the types that have a locus, or of some of them."""
     return [p for b in branches for p in b.special if p.type in (kinds or TYPES)]
-
-
-def locus_of(point, plane, window, **keys):
-    """The locus of a special point alone."""
-    (found,) = follow_loci([point], plane, window, switch=False, **keys)
-    return found
 
 
 class Orbit(NamedTuple):

@@ -129,19 +129,6 @@ def made_diagram(**changes):
     return Diagram(**given)
 
 
-def assert_same_diagram(one, other):
-    """Compare two diagrams number for number, NaN equal to NaN."""
-    for name in ("model", "vary", "span", "settings", "events", "provenance"):
-        assert getattr(one, name) == getattr(other, name), name
-    assert len(one.branches) == len(other.branches)
-    for branch, copy in zip(one.branches, other.branches, strict=True):
-        assert_same_fields(branch, copy)
-        np.testing.assert_array_equal(branch.extrema.minimum, copy.extrema.minimum)
-        np.testing.assert_array_equal(branch.extrema.maximum, copy.extrema.maximum)
-        assert branch.extrema.names == copy.extrema.names
-        np.testing.assert_array_equal(branch.multiplier_uncertainty, copy.multiplier_uncertainty)
-
-
 def assert_same_fields(one, other):
     assert type(one) is type(other)
     for field in dataclasses.fields(one):

@@ -6,15 +6,12 @@ from helpers.hand_drawn import (
     FLIPPED,
     FOLDED,
     INSIDE,
-    TWISTED,
     drawn_branch,
     drawn_point,
-    extrema_of,
 )
 from slipfold.branches.settings import Settings
 from slipfold.continuation.settings import Steps
-from slipfold.errors import InputError
-from slipfold.lines import MEASURES, measure_of, stretches_of
+from slipfold.lines import stretches_of
 
 
 def kinds(branch):
@@ -29,17 +26,6 @@ def test_lines_change_exactly_at_the_located_point():
     assert (stable.kind, doubled.kind) == ("stable", "period doubling")
     for line, end in ((stable, -1), (doubled, 0)):
         assert (line.parameter[end], line.value[end]) == (point.value, 0.33**2)
-
-
-def test_every_kind_of_instability():
-    s = np.linspace(0, 1, 4)
-    for multipliers, kind in (
-        (INSIDE, "stable"),
-        (FLIPPED, "period doubling"),
-        (FOLDED, "fold or torus"),
-        (TWISTED, "fold or torus"),
-    ):
-        assert kinds(drawn_branch(s, {"x": s}, [multipliers] * 4)) == [kind]
 
 
 def test_stability_between_two_points_of_one_step_follows_from_their_types():
@@ -63,29 +49,6 @@ def test_noise_on_the_parent_is_not_a_stretch():
     assert kinds(branch) == ["stable"]
 
 
-def test_a_branch_point_beside_a_special_point_gives_way():
-    s = np.array([0.0, 0.3, 0.5, 0.5 + 1e-9, 1.0])
-    point = drawn_point("PD", 0.5, 0.5, {"x": 0.5})
-    branch = drawn_branch(
-        s, {"x": s}, [INSIDE, INSIDE, FLIPPED, INSIDE, FLIPPED], [point], arclength=s
-    )
-    assert kinds(branch) == ["stable", "period doubling"]
-
-
-def test_events_do_not_cut():
-    s = np.linspace(0, 1, 5)
-    branch = drawn_branch(s, {"x": s}, [INSIDE] * 5, [drawn_point("EVENT", 0.4, 0.4, {"x": 0.4})])
-    assert kinds(branch) == ["stable"]
-
-
-def test_lines_are_smooth_between_few_points():
-    s = np.linspace(0, 1, 9)
-    branch = drawn_branch(s, {"x": np.sin(3 * s)}, [INSIDE] * 9)
-    [line] = stretches_of(branch, "x")
-    assert len(line.value) == 65
-    np.testing.assert_allclose(line.value, np.sin(3 * line.parameter), atol=5e-4)
-
-
 def test_a_fold_turns_back_at_its_value():
     s = np.linspace(-1, 1, 9)
     s = s[s != 0]
@@ -95,34 +58,6 @@ def test_a_fold_turns_back_at_its_value():
     lines = stretches_of(branch, "x")
     assert [line.kind for line in lines] == ["fold or torus", "stable"]
     assert min(line.parameter.min() for line in lines) == pytest.approx(0.2, abs=1e-9)
-
-
-@pytest.mark.parametrize("count", [0, 1])
-def test_too_short_for_a_line(count):
-    values = np.zeros(count)
-    branch = drawn_branch(values, {"x": values}, np.zeros((count, 4), complex), arclength=values)
-    assert stretches_of(branch, "x") == ()
-
-
-@pytest.mark.parametrize("count", [2, 3])
-def test_short_branches(count):
-    s = np.linspace(0, 1, count)
-    [line] = stretches_of(drawn_branch(s, {"x": 2 * s}, [INSIDE] * count), "x")
-    np.testing.assert_allclose(line.value, 2 * line.parameter, atol=1e-12)
-
-
-def test_measures():
-    extrema = extrema_of({"x": [2.0]})
-    values = [measure_of(extrema, "x", measure)[0] for measure in MEASURES]
-    assert values == [2.0, -2.0, 4.0, 2.0]
-
-
-def test_unknown_measure_and_output():
-    extrema = extrema_of({"x": [2.0]})
-    with pytest.raises(InputError, match=r"measure 'mean' is unknown; give one of max"):
-        measure_of(extrema, "x", "mean")
-    with pytest.raises(InputError, match=r"output 'z' is unknown; give one of x"):
-        measure_of(extrema, "z", "max")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 
 from helpers.hand_drawn_loci_plots import drawn_locus, drawn_locus_point, valley
 from slipfold.lines import locus_stretches
@@ -19,18 +18,6 @@ def test_the_criticality_changes_exactly_at_the_located_point():
     assert (before.criticality, after.criticality) == ("subcritical", "supercritical")
     np.testing.assert_array_equal(before.points[-1], [12.4, 0.06])
     np.testing.assert_array_equal(after.points[0], [12.4, 0.06])
-
-
-def test_special_points_are_points_of_the_line():
-    points = line(valley())
-    for point in valley().special:
-        assert np.abs(points - point.values).sum(axis=1).min() == 0.0
-
-
-def test_lines_are_smooth_between_few_points():
-    points = line(drawn_locus("LP", [(12 + s, 0.1 * np.sin(3 * s)) for s in np.linspace(0, 1, 9)]))
-    assert len(points) == 97
-    np.testing.assert_allclose(points[:, 1], 0.1 * np.sin(3 * (points[:, 0] - 12)), atol=5e-5)
 
 
 def test_a_cusp_is_sharp():
@@ -58,46 +45,8 @@ def test_a_closed_locus_closes_smoothly():
         np.testing.assert_allclose(radius, 1.0, atol=1e-3)
 
 
-def test_folds_have_no_criticality():
-    assert kinds(drawn_locus("LP", [(12, 0.1), (12.5, 0.2), (13, 0.3)])) == [""]
-
-
-def test_tori_are_supercritical_where_the_coefficient_is_negative():
-    s = np.linspace(0, 1, 5)
-    special = [drawn_locus_point("CH", (12 + v, 0.1), v) for v in (0.3, 0.8)]
-    locus = drawn_locus(
-        "NS", [(12 + v, 0.1) for v in s], special, coefficient=[-1, -1, 1, 1, -1], arclength=s
-    )
-    assert kinds(locus) == ["supercritical", "subcritical", "supercritical"]
-
-
 def test_points_of_one_step_follow_from_their_types():
     s = np.array([0.0, 0.5, 1.0])
     special = [drawn_locus_point("GPD", (12 + v, 0.1), v) for v in (0.6, 0.7)]
     locus = drawn_locus("PD", [(12 + v, 0.1) for v in s], special, arclength=s)
     assert kinds(locus) == ["supercritical", "subcritical", "supercritical"]
-
-
-@pytest.mark.parametrize("end", [0, -1])
-def test_ends_without_a_coefficient_are_as_their_neighbours(end):
-    coefficient = np.ones(4)
-    coefficient[end] = np.nan
-    values = [(12 + v, 0.1) for v in np.linspace(0, 1, 4)]
-    assert kinds(drawn_locus("PD", values, coefficient=coefficient)) == ["supercritical"]
-
-
-def test_a_locus_of_unknown_criticality():
-    values = [(12 + v, 0.1) for v in np.linspace(0, 1, 4)]
-    assert kinds(drawn_locus("PD", values, coefficient=np.full(4, np.nan))) == [""]
-
-
-@pytest.mark.parametrize("count", [0, 1])
-def test_too_short_for_a_line(count):
-    assert locus_stretches(drawn_locus("PD", np.full((count, 2), 0.1))) == ()
-
-
-@pytest.mark.parametrize("count", [2, 3])
-def test_short_loci_are_straight(count):
-    values = np.column_stack([np.linspace(12, 13, count), np.linspace(0.1, 0.3, count)])
-    points = line(drawn_locus("PD", values))
-    np.testing.assert_allclose(points[:, 1], 0.1 + 0.2 * (points[:, 0] - 12), atol=1e-12)

@@ -17,7 +17,6 @@ from slipfold.plots import (
     draw_hysteresis,
     draw_path,
     draw_timeline,
-    draw_track,
 )
 from slipfold.plots.contacts import BANDS, THICK
 
@@ -117,33 +116,12 @@ def test_pieces_meet_and_are_the_times_of_the_history(planar):
     assert sticks[-1][0] - shown.begin == pytest.approx(stuck.begin, abs=1e-9)
 
 
-def test_forces_and_displacements_are_the_outputs(planar):
-    """At instants that only the contacts' own sampling knows."""
-    shown = find_contacts(planar, per_period=40)
-    for piece in shown.contacts[0].pieces:
-        inner = slice(1, -1)
-        states = planar.at(planar.forcing_period * shown.time(piece)[inner])
-        assert piece.displacement[inner] == pytest.approx(5e-3 * states[:, :2], abs=1e-11)
-        size = np.hypot(*piece.friction.T) - 0.5 * piece.normal
-        assert np.all(size <= 1e-12)  # also at the ends, where slip begins
-        if piece.status is not Status.STICK:
-            assert np.all(np.abs(size) <= 1e-12)
-
-
 def test_path_is_straight_along_the_plate_where_the_tip_sticks(planar, ax):
     draw_path(planar, ax=ax)
     for x, y in thick(ax):
         assert np.diff(y) == pytest.approx(math.sqrt(3) * np.diff(x), rel=1e-6)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (mm)", "y (mm)")
     assert ax.get_aspect() == 1
-
-
-def test_track_on_the_plate_has_a_dot_for_each_stop(planar, ax):
-    draw_track(planar, ax=ax, rounds=3)
-    dots = np.array([line.get_data() for line in ax.get_lines() if line.get_marker() == "o"])
-    assert dots.shape == (4, 2, 1)  # a stop goes on over the start of the round
-    gone = np.hypot(*np.diff(dots[:, :, 0], axis=0).T)
-    assert gone == pytest.approx(20 / 12.5, rel=1e-9)  # mm that the plate moves in a period
 
 
 def test_timeline_has_a_row_for_each_contact(ax):
@@ -157,23 +135,6 @@ def test_timeline_has_a_row_for_each_contact(ax):
         assert stuck == pytest.approx(sum(times), abs=1e-7)
     assert ax.get_xlabel() == "time (s)"
     draw_timeline(motion, "second", ax=Figure().add_subplot())
-
-
-def test_timeline_tells_forth_from_back(ax):
-    draw_timeline(sf.simulate(den_hartog(0.6, 0.7), 40), ax=ax)
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == ["sticks", "slips forth", "slips back"]
-
-
-def test_an_orbit_draws_the_same_as_the_motion_on_it(ax):
-    model = sliding(0.02, 0.6)
-    orbit = sf.periodic_orbit(model)
-    motion = sf.simulate(model, 400, orbit.state)
-    over = [find_contacts(item).contacts[0].pieces for item in (orbit, motion)]
-    assert [piece.status for piece in over[0]] == [piece.status for piece in over[1]]
-    assert over[0][0].friction == pytest.approx(over[1][0].friction, abs=1e-8)
-    draw_hysteresis(orbit, ax=ax)
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["along x", "along y"]
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,12 @@
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.hand_drawn import (
-    FLIPPED,
     INSIDE,
     diagram_of,
     drawn_branch,
-    drawn_point,
     threshold_diagram,
 )
 from slipfold.errors import InputError
@@ -54,17 +51,6 @@ def test_response_draws_each_stability_in_its_style(ax):
     assert texts(ax) == []
 
 
-def test_subcritical_is_open(ax):
-    draw_response(threshold_diagram(0.1, criticality="subcritical"), ax=ax)
-    [marker] = [line for line in ax.get_lines() if line.get_marker() == "o"]
-    assert to_hex(marker.get_markerfacecolor()) == "#ffffff"
-
-
-def test_new_axes_where_none_are_given():
-    ax = draw_response(threshold_diagram(0.1))
-    assert len(ax.get_lines()) > 2
-
-
 def test_family_names_its_members(ax):
     family = [threshold_diagram(0.1, slope=1.0), threshold_diagram(0.2, slope=2.0)]
     draw_family(family, ax=ax)
@@ -81,24 +67,6 @@ def test_limits_of_the_model_are_marked(ax):
     assert (mark.type, mark.name, mark.parameter) == ("LIMIT", "collapse", 0.4)
     draw_response(diagram_of(branch), ax=ax)
     assert texts(ax) == ["collapse"]
-
-
-def test_a_branch_that_was_given_up_is_marked_without_a_name():
-    s = np.linspace(0, 0.4, 5)
-    [mark] = marks_of(drawn_branch(s, {"x": s}, [FLIPPED] * 5, stopped="failed"), "x")
-    assert (mark.type, mark.name) == ("FAILED", "")
-
-
-def test_events_have_their_own_name():
-    s = np.linspace(0, 0.4, 5)
-    point = drawn_point("EVENT", 0.2, 0.5, {"x": 0.2})
-    [mark] = marks_of(drawn_branch(s, {"x": s}, [INSIDE] * 5, [point]), "x")
-    assert mark.name == point.name
-
-
-def test_nothing_to_draw(ax):
-    with pytest.raises(InputError, match="0 branches"):
-        draw_response(diagram_of(), ax=ax)
 
 
 def test_unknown_output_and_measure(ax):
@@ -126,13 +94,6 @@ def test_spectrum(ax, doubled):
     assert heights[1] == pytest.approx(0.2763272675, rel=1e-6)  # shared/reference/sliding.json
 
 
-def test_spectrum_of_an_orbit(ax):
-    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.03))
-    draw_spectrum(find_spectrum(orbit), "y", ax)
-    assert "$f/2$" not in texts(ax)
-    assert "$f$" in texts(ax)
-
-
 def test_time_series(ax, doubled):
     draw_timeseries(doubled, "y", ax, start=-4)
     [line] = ax.get_lines()
@@ -145,26 +106,3 @@ def test_phase_portrait_has_one_dot_a_forcing_period(ax, doubled):
     path, dots = ax.get_lines()
     assert len(path.get_xdata()) == 1280
     np.testing.assert_allclose(dots.get_xdata(), doubled.strobe[-11:-1, 0], atol=1e-12)
-
-
-@pytest.mark.parametrize("period", [1, 2])
-def test_phase_portrait_of_an_orbit(ax, period):
-    state = [0.34186773524, -0.17677244957, 0.051411204625, 12.166386307] if period == 2 else None
-    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.2, Nd=0.15), period, state)
-    draw_phase(orbit, ax=ax)
-    path, dots = ax.get_lines()
-    assert path.get_xdata()[0] == path.get_xdata()[-1]
-    assert len(dots.get_xdata()) == period
-    assert dots.get_xdata()[0] == pytest.approx(orbit.state[0])
-
-
-def test_a_phase_portrait_of_a_model_without_velocities_has_its_states(ax):
-    motion = simulate(sf.built_in_models()["vanderpol-free"](), periods=200)
-    draw_phase(motion, ax=ax, periods=5)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$", r"$\dot x$")
-
-
-@pytest.mark.parametrize("draw", [draw_phase, draw_timeseries])
-def test_unknown_outputs_of_motions(draw, doubled, ax):
-    with pytest.raises(InputError, match="no output 'z'"):
-        draw(doubled, "z", ax=ax)

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from slipfold.errors import InputError
-from slipfold.models.friction import Coulomb, Jenkins, LuGre, Regularised, Stribeck
+from slipfold.models.friction import Coulomb, LuGre, Stribeck
 from slipfold.plots.contacts import draw_friction
 
 
@@ -51,16 +51,6 @@ def test_a_bar_shows_what_a_contact_at_rest_bears(ax):
     ax.clear()
     draw_friction(LuGre(), ax)
     assert len(ax.get_lines()) == 1
-
-
-def test_the_rise_of_a_regularised_law_does_not_hide_the_rest(ax):
-    Regularised(Stribeck(), "tanh", e=1e-3).plot(ax=ax)
-    assert beside(ax).get_ylim()[1] < 10
-    assert ax.get_title() == "exponential Stribeck, regularised (tanh)"
-
-
-def test_new_axes_are_made_where_none_are_given():
-    assert Jenkins().plot().get_title().startswith("Jenkins")
 
 
 @pytest.mark.parametrize("fastest", [0, -1.0, np.nan, np.inf])

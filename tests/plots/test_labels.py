@@ -62,10 +62,6 @@ def test_a_far_label_is_joined_to_its_point(axes):
     assert len(axes.texts) > 12
 
 
-def test_no_labels(axes):
-    assert place_labels(axes, []) == []
-
-
 @pytest.mark.parametrize("x", [0.06, 0.07, 0.08])
 def test_labels_keep_off_ticks_that_point_inwards(axes, x):
     axes.tick_params(direction="in", length=8)

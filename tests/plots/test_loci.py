@@ -7,17 +7,13 @@ from helpers.hand_drawn_loci_plots import (
     WINDOW,
     drawn_fold,
     drawn_locus,
-    drawn_locus_point,
     drawn_regions,
     drawn_torus,
     locus_diagram,
     valley,
 )
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
 from slipfold.plots import draw_loci
-from slipfold.plots.loci import LOCUS_COLOURS, locus_marks, name_loci
-from slipfold.plots.style import quantity_text
+from slipfold.plots.loci import LOCUS_COLOURS
 
 
 @pytest.fixture
@@ -61,21 +57,10 @@ def test_types_criticalities_and_periods_differ(ax):
     assert texts(ax) == []
 
 
-def test_the_subcritical_stretch_ends_at_its_point(ax):
-    draw_loci(whole(), ax, annotate=False)
-    below, above = curves(ax)[2:]
-    assert below.get_xydata()[-1].tolist() == above.get_xydata()[0].tolist() == [12.4, 0.06]
-
-
 def test_points_loci_and_regions_are_named(ax):
     draw_loci(whole(), ax)
     names = ["GPD", "LP 2", "NS 2", "PD", "collapse", "period 1", "period 2"]
     assert texts(ax) == names
-
-
-def test_the_lowest_threshold_is_named_where_asked(ax):
-    draw_loci(whole(), ax, lowest=("PD",))
-    assert "lowest: 0.05 N at 12.5 Hz" in texts(ax)
 
 
 def test_markers(ax):
@@ -88,18 +73,6 @@ def test_markers(ax):
     assert extremum.get_markersize() < point.get_markersize()
     assert limit.get_marker() == "x"
     assert len(marks) == 3
-
-
-def test_a_point_of_two_loci_is_marked_once():
-    first = drawn_torus(special=[drawn_locus_point("LPNS", (12.65, 0.3), 0.5)])
-    second = drawn_torus(number=4, special=[drawn_locus_point("LPNS", (12.65 + 1e-9, 0.3), 0.5)])
-    marks = locus_marks([first, second], WINDOW)
-    assert [mark.type for mark in marks] == ["LPNS", "LIMIT"]
-
-
-def test_a_locus_that_was_given_up_is_marked():
-    [mark] = locus_marks([drawn_locus("PD", [(12, 0.1), (12.5, 0.2)], stopped="failed")], WINDOW)
-    assert (mark.type, mark.name, mark.values) == ("FAILED", "", (12.5, 0.2))
 
 
 def test_the_legend_says_what_occurs(ax):
@@ -117,51 +90,12 @@ def test_the_legend_says_what_occurs(ax):
     ]
 
 
-@pytest.mark.parametrize(("width", "columns"), [(3.45, 1), (5.0, 2), (6.9, 3)])
-def test_the_legend_lies_below_the_axes(ax, width, columns):
-    figure = ax.get_figure()
-    figure.set_size_inches(width, 5.0)
-    draw_loci(whole(), ax)
-    figure.draw_without_rendering()
-    assert ax.get_legend()._ncols == columns
-    assert ax.get_legend().get_window_extent().width < figure.bbox.width
-    assert ax.get_legend().get_window_extent().y1 < ax.xaxis.label.get_window_extent().y0
-    assert ax.get_legend().get_window_extent().y0 > 0
-
-
 def test_regions_are_painted_below_the_lines(ax):
     draw_loci(whole(), ax)
     [picture] = ax.images
     assert picture.get_zorder() < min(line.get_zorder() for line in ax.get_lines())
     assert set(np.unique(picture.get_array())) == {1, 2}
     assert picture.get_extent() == [*WINDOW[0], *WINDOW[1]]
-
-
-def test_no_regions_where_not_wanted(ax):
-    draw_loci(whole(), ax, regions=False)
-    assert not ax.images
-    assert "period 2" not in texts(ax)
-    assert not any(text.startswith("stable") for text in legend_texts(ax))
-
-
-def test_regions_alone(ax):
-    draw_loci(locus_diagram(regions=drawn_regions()), ax)
-    assert legend_texts(ax) == ["stable: period 1", "stable: period 2"]
-
-
-def test_a_part_of_the_window(ax):
-    view = ((12.3, 12.7), (0.0, 0.1))
-    draw_loci(whole(), ax, window=view)
-    assert (ax.get_xlim(), ax.get_ylim()) == view
-    assert "collapse" not in texts(ax)
-    assert ax.images[0].get_extent() == [*view[0], *view[1]]
-
-
-def test_points_shown_elsewhere_get_no_name(ax):
-    draw_loci(whole(), ax, annotate=False)
-    name_loci(ax, whole(), without=((12.3, 12.7), (0.0, 0.1)))
-    assert "GPD" not in texts(ax)
-    assert "collapse" in texts(ax)
 
 
 def test_names_do_not_overlap(ax):
@@ -186,20 +120,3 @@ def test_angles_are_shown_in_degrees_at_round_numbers(ax):
     ]
     assert shown == ["30", "60", "90", "120", "150"]
     assert ax.get_xlim() == window[0]
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "text"),
-    [("alpha", np.pi / 2, "90°"), ("Nd", 0.0400839773, "0.04008 N"), ("mu", 0.55766, "0.5577")],
-)
-def test_quantities(name, value, text):
-    assert quantity_text(SlidingOscillator().parameter(name), value) == text
-
-
-def test_nothing_to_draw(ax):
-    with pytest.raises(InputError, match="0 loci"):
-        draw_loci(locus_diagram(), ax)
-
-
-def test_new_axes_where_none_are_given():
-    assert len(curves(draw_loci(locus_diagram(valley())))) == 2

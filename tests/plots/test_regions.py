@@ -16,7 +16,6 @@ from slipfold.plots.regions import (
     draw_regions,
     region_labels,
     sharpen,
-    shown_regions,
 )
 
 LINES = [stretch.points for stretch in locus_stretches(valley())]
@@ -59,14 +58,6 @@ def test_a_wedge_narrower_than_a_cell_has_its_own_label():
     assert np.mean(sharp[inside] == 2) == 1.0
 
 
-def test_what_is_not_known_stays_so():
-    regions = drawn_regions()
-    labels = regions.labels.copy()
-    labels[:, 30:] = 0
-    sharp = sharpen(RegionMap(regions.first, regions.second, labels, regions.regions), [], WINDOW)
-    assert (sharp[:, PIXELS[0] // 2 + 10 :] == 0).all()
-
-
 @pytest.fixture
 def ax():
     figure = Figure(figsize=(4, 3))
@@ -90,18 +81,6 @@ def test_names_lie_inside_their_regions(ax):
                 assert regions.at(f, force) is region
 
 
-def test_a_region_without_room_has_no_name(ax):
-    regions = drawn_regions()
-    labels = np.where(regions.second[:, None] < 0.01, 2, 1) + 0 * regions.labels
-    narrow = RegionMap(regions.first, regions.second, labels, regions.regions)
-    draw_regions(ax, narrow, sharpen(narrow, [], WINDOW))
-    assert [label.text for label in region_labels(ax, narrow)] == ["period 2"]
-
-
-def test_no_names_where_nothing_is_drawn(ax):
-    assert region_labels(ax, drawn_regions()) == []
-
-
 def test_a_region_whose_check_disagrees_is_drawn_as_unknown(ax):
     regions = drawn_regions(agrees=False)
     draw_regions(ax, regions, sharpen(regions, LINES, WINDOW))
@@ -116,10 +95,3 @@ def test_a_region_whose_check_disagrees_is_drawn_as_unknown(ax):
     diagram = locus_diagram(valley(), regions=regions)
     shades = [item for item in legend_options([diagram])["handles"] if isinstance(item, Patch)]
     assert [shade.get_label() for shade in shades] == ["stable: period 1", "unknown"]
-
-
-def test_kinds_of_regions_are_ordered_and_single():
-    stables = [(), (2,), (1,), (2,), (1, 2), (4,)]
-    regions = tuple(Region(i, stable, 0.1, (0, 0)) for i, stable in enumerate(stables, 1))
-    shown = shown_regions(RegionMap(np.zeros(1), np.zeros(1), np.ones((1, 1), int), regions))
-    assert [region.stable for region in shown] == [*PALE, (4,)]

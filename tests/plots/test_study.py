@@ -43,35 +43,6 @@ def test_a_matrix_of_maps_over_four():
     np.testing.assert_array_equal(mesh.get_array(), shown)
 
 
-def test_angles_are_shown_in_degrees():
-    found = study({"alpha": ["20deg", "40deg", "60deg"], "Vd": [0.5, 0.6]})
-    ax = found.plot("max_friction_direction")
-    (mesh,) = ax.collections
-    shown = np.degrees(found.to_xarray().max_friction_direction.values.T)
-    np.testing.assert_allclose(mesh.get_array(), shown, rtol=1e-12)
-    assert mesh.colorbar.ax.get_ylabel() == "max_friction_direction (°)"
-    ax.figure.canvas.draw()
-    labels = [label.get_text() for label in ax.get_xticklabels()]
-    assert [label for label in labels if label in ("20", "30", "40", "50", "60")] == [
-        "20", "30", "40", "50", "60"
-    ]  # fmt: skip
-    assert "24" not in labels
-
-
-def test_words_and_cases_that_failed():
-    compute = {"what": "threshold", "vary": "Nd", "span": [0, 0.9]}
-    cases = {"list": [{"Vd": 0.6, "f": 12.5}, {"Vd": -1, "f": 12.5}, {"Vd": 0.6, "f": 13.5}]}
-    found = sf.study({"model": "sliding", "compute": compute, "cases": cases})
-    first, second = found.plot("outcome")
-    words = [label.get_text() for label in first.get_yticklabels()]
-    drawn = first.lines[0].get_ydata()
-    assert [words[int(value)] for value in drawn[[0, 2]]] == found.values["outcome"][
-        [0, 2]
-    ].tolist()
-    assert np.isnan(drawn[1])
-    assert second.get_xlabel() == "$f$ (Hz)"
-
-
 def test_what_cannot_be_drawn():
     found = study({name: [1] for name in ("f1", "f2", "kext", "k1", "k2")})
     with pytest.raises(InputError, match="has 5 parameters and a figure shows 4"):

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from slipfold.models import SlidingOscillator
-from slipfold.plots import draw_threshold_map, figure_style
+from slipfold.plots import draw_threshold_map
 from slipfold.plots.maps import HATCHES
 from slipfold.thresholds.threshold_map import GridThresholds
 
@@ -82,18 +81,6 @@ def test_every_point_colours_its_neighbourhood(ax):
     assert mesh(ax).get_clim() == (found.values.min(), found.values.max())
 
 
-def test_values_in_any_order_make_the_same_picture(ax):
-    found = failed_map()
-    rows = np.array([3, 1, 0, 6, 2, 5, 4])
-    shuffled = made_map(found.kinds[rows][:, ::-1], speeds=SPEEDS[rows], angles=ANGLES[::-1])
-    draw_threshold_map(found, ax)
-    other = Figure().add_subplot()
-    draw_threshold_map(shuffled, other)
-    assert np.ma.allequal(mesh(ax).get_array(), mesh(other).get_array())
-    for one, two in zip(ax.patches, other.patches, strict=True):
-        assert np.array_equal(one.get_path().vertices, two.get_path().vertices)
-
-
 def test_contour_lines_lie_at_the_ticks_of_the_colour_bar(ax):
     found = made_map()
     draw_threshold_map(found, ax)
@@ -104,21 +91,6 @@ def test_contour_lines_lie_at_the_ticks_of_the_colour_bar(ax):
         speed, angle = path.vertices.T
         assert 0.1 * speed + 0.2 * angle == pytest.approx(level)
     assert sorted(written(ax)) == [f"{level:g}" for level in levels]
-
-
-def test_contour_lines_stand_out(ax):
-    draw_threshold_map(made_map(), ax)
-    colours = [to_hex(colour) for colour in lines(ax).get_edgecolor()]
-    assert colours == sorted(colours, reverse=True)
-    assert set(colours) == {"#000000", "#ffffff"}
-
-
-def test_no_lines_or_values_where_not_wanted(ax):
-    draw_threshold_map(made_map(), ax, annotate=False)
-    assert written(ax) == []
-    other = Figure().add_subplot()
-    draw_threshold_map(made_map(), other, contours=False)
-    assert not [item for item in other.collections if hasattr(item, "levels")]
 
 
 def test_failures_are_hatched_by_kind(ax):
@@ -154,24 +126,11 @@ def test_the_legend_explains_the_hatches(ax):
     assert other.get_legend() is None
 
 
-def test_every_kind_has_a_hatch_of_its_own(ax):
-    speeds = np.linspace(0.4, 1.0, 10)
-    kinds = np.array([[f"kind {i}"] * 2 for i in range(10)])
-    draw_threshold_map(made_map(kinds, speeds=speeds, angles=ANGLES[:2]), ax)
-    assert len({patch.get_hatch() for patch in ax.patches}) == 10
-
-
 def test_a_map_without_any_threshold(ax):
     draw_threshold_map(made_map(np.full((7, 6), "no PD in the span")), ax)
     assert ax.get_figure().axes == [ax]
     assert len(ax.patches) == 1
     assert not ax.collections
-
-
-def test_limits_of_the_colours(ax):
-    draw_threshold_map(made_map(), ax, limits=(0.0, 0.5))
-    assert mesh(ax).get_clim() == (0.0, 0.5)
-    assert bar(ax).get_ylim() == (0.0, 0.5)
 
 
 def test_thresholds_that_are_angles_are_shown_in_degrees(ax):
@@ -189,13 +148,3 @@ def test_thresholds_that_are_angles_are_shown_in_degrees(ax):
     assert bar(other).get_ylabel() == r"$\alpha$ (°) at the first PD"
     assert np.degrees(lines(other).levels) == pytest.approx([30, 40, 50, 60, 70])
     assert sorted(written(other))[0] == "30°"
-
-
-@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 6), (7, 1), (2, 2)])
-def test_small_maps(rows, columns):
-    with figure_style():
-        axes = draw_threshold_map(made_map(speeds=SPEEDS[:rows], angles=ANGLES[:columns]))
-        axes.get_figure().draw_without_rendering()
-    low, high = axes.get_xlim()
-    assert low < high
-    assert mesh(axes).get_array().shape == (columns, rows)

@@ -1,6 +1,5 @@
 """The summary, the HTML, the JSON record and the spreadsheet of a diagram."""
 
-import csv
 import json
 import math
 
@@ -76,45 +75,6 @@ def test_html_is_escaped(diagram):
     assert page.count("<tr>") == 9
 
 
-def test_repr(diagram):
-    assert repr(diagram) == (
-        "<Diagram of sliding: Nd = 0 to 0.1, 2 branches, PD, EVENT, NS, EVENT>"
-    )
-
-
-def test_special_points_come_with_their_branch(diagram):
-    assert [(branch.id, point.type) for branch, point in diagram.special] == [
-        (1, "PD"),
-        (1, "EVENT"),
-        (2, "NS"),
-        (2, "EVENT"),
-    ]
-
-
-def test_record_follows_the_schema(diagram):
-    record = diagram.to_json()
-    assert list(record) == ["schema", "model", "parameters", "vary", "branches"]
-    assert record["schema"] == "slipfold.response/1"
-    assert record["model"] == "sliding"
-    assert record["parameters"] == dict(diagram.model.values)
-    first, second = record["branches"]
-    assert list(first) == [
-        *("id", "kind", "period", "parent", "points", "special", "begun", "stopped")
-    ]
-    assert (first["id"], first["period"], first["parent"], first["points"]) == (1, 1, None, 3)
-    assert (second["id"], second["period"], second["parent"]) == (2, 2, 1)
-    assert first["stopped"]["kind"] == "limit"
-    assert first["stopped"]["value"] == 0.1
-    doubling, _ = first["special"]
-    assert doubling["value"] == 0.043578911491
-    assert doubling["multipliers"][1] == [0.957, 0.019]
-    assert doubling["state"] == diagram.branches[0].special[0].state.tolist()
-    assert doubling["criticality"] == "supercritical"
-    assert doubling["leads_to"] == 2
-    assert [point["type"] for point in second["special"]] == ["NS", "EVENT"]
-    assert second["special"][0]["criticality"] is None
-
-
 def test_record_has_no_number_that_json_cannot_hold():
     point = special_point(
         uncertainty=math.nan,
@@ -130,21 +90,6 @@ def test_record_has_no_number_that_json_cannot_hold():
     assert found["coefficient"] is None
     assert found["multipliers"][0] == [None, None]
     assert record["branches"][0]["stopped"]["value"] is None
-
-
-def test_spreadsheet_holds_exact_numbers_in_order(diagram, tmp_path):
-    path = tmp_path / "points.csv"
-    diagram.to_csv(path)
-    rows = list(csv.DictReader(path.read_text().splitlines()))
-    assert len(rows) == 3 + 2 + 2 + 2
-    assert [row["type"] for row in rows[:4]] == ["", "PD", "", ""]
-    assert float(rows[1]["Nd (N)"]) == 0.043578911491
-    branch = diagram.branches[0]
-    ordinary = [row for row in rows if row["branch"] == "1" and not row["type"]]
-    assert [float(row["vx (1/s)"]) for row in ordinary] == branch.states[:, 2].tolist()
-    assert [float(row["max x"]) for row in ordinary] == branch.extrema.of("x")[1].tolist()
-    assert float(ordinary[1]["multiplier 2 imaginary"]) == branch.multipliers[1, 1].imag
-    assert [row["unstable multipliers"] for row in ordinary] == ["0", "1", "1"]
 
 
 def test_simulation_record_and_summary():
@@ -169,15 +114,3 @@ def test_simulation_that_has_not_settled_shows_no_amplitudes():
     assert record["settled"] is False
     assert record["spectrum"] is None
     assert "not settled" in motion.summary().lower()
-
-
-def test_simulation_is_a_spreadsheet_and_a_page(tmp_path):
-    motion = simulate(SlidingOscillator(), 8, f=12.2, Nd=0.05)
-    path = tmp_path / "motion.csv"
-    motion.to_csv(path)
-    head, *rows = csv.reader(path.read_text().splitlines())
-    assert head == ["time (s)", "x", "y", "vx (1/s)", "vy (1/s)"]
-    values = np.array(rows, dtype=float)
-    assert (values[:, 1:] == motion.strobe).all()
-    assert (values[:, 0] == motion.time).all()
-    assert motion._repr_html_().startswith("<pre>")

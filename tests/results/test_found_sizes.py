@@ -1,14 +1,10 @@
 """What is loaded computes as what was saved did, in the sizes that were found for its states."""
 
-import json
-
 import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.results.records import open_table
 from slipfold.results.result import load
-from slipfold.results.tables import LabelledTable, read_netcdf
 
 TINY = sf.System(
     name="micrometres",
@@ -45,26 +41,3 @@ def test_a_loaded_response_is_checked_and_followed_as_the_first_one(response, tm
     kept = loaded(first, tmp_path)
     assert_same_sizes(first.loci[0].model, kept.loci[0].model)
     assert_same_sizes(first.loci[0].special[0].model, kept.loci[0].special[0].model)
-
-
-def test_bifurcation_sets_and_motions_keep_the_sizes(tmp_path):
-    found = sf.bifurcation_set(TINY, ("W", "F"), WINDOW, regions=False)
-    assert_same_sizes(found.loci[0].model, loaded(found, tmp_path).loci[0].model)
-    motion = sf.simulate(TINY, periods=20)
-    assert_same_sizes(motion.model, loaded(motion, tmp_path).model)
-
-
-def test_sizes_stand_in_json(response):
-    described = response.to_json()["scales"]
-    assert list(described.values()) == response.model.state_scales().tolist()
-    assert "scales" not in sf.simulate(sf.SlidingOscillator(), periods=2).to_json()
-
-
-def test_files_without_sizes_are_read(response, tmp_path):
-    response.save(tmp_path / "saved.nc")
-    table = read_netcdf(tmp_path / "saved.nc")
-    given = json.loads(table.attributes["input"])
-    del given["scales"]
-    older = {**table.attributes, "input": json.dumps(given)}
-    again = open_table(LabelledTable(table.variables, older))
-    assert again.model.found_sizes is None

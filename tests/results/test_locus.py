@@ -48,27 +48,12 @@ def test_locus_from_a_special_point(found, doubling):
     assert {point.type for _, point in found.special} >= {"GPD", "MIN"}
 
 
-def test_round_trip(found, tmp_path):
-    found.save(tmp_path / "x.nc")
-    copy = load(tmp_path / "x.nc")
-    assert_same(found, copy)
-    np.testing.assert_array_equal(copy.loci[0].orbit(1).nodes, found.loci[0].orbit(1).nodes)
-    assert copy.loci[0].orbit(1).model == found.loci[0].orbit(1).model
-    assert copy.special[0].point.orbit.model == found.special[0].point.orbit.model
-
-
 def test_an_item_of_a_diagram_will_do(doubling, found):
     again = locus(doubling, PLANE, {"Nd": (0, "100mN"), "f": ("12.6Hz", 12.3)})
     for one, other in zip(found.loci, again.loci, strict=True):
         assert_same(one, other)
     alone = locus([doubling, doubling.point], PLANE, WINDOW, switch=False)
     assert [item.id for item in alone.loci] == [1]
-
-
-def test_any_iterable_of_special_points_will_do(diagram):
-    points = (item for item in diagram.special if item.point.type == "PD")
-    alone = locus(points, PLANE, WINDOW, switch=False)
-    assert [(item.type, item.period) for item in alone.loci] == [("PD", 1)]
 
 
 def test_no_window_is_one_sentence(doubling):

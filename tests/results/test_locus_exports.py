@@ -1,23 +1,18 @@
 """The summary, the HTML, the JSON record and the spreadsheet of a bifurcation set."""
 
-import csv
-import json
-import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from helpers.locus_diagrams import (
     doubling_locus,
     fold_locus,
-    locus_point,
     made_locus_diagram,
     torus_locus,
 )
 from slipfold.loci.locus import LocusEnd
 from slipfold.models import model_named
-from slipfold.results.locus_diagram import criticalities, point_criticality
+from slipfold.results.locus_diagram import criticalities
 
 
 @pytest.fixture(scope="module")
@@ -90,21 +85,10 @@ def test_summary_lists_regions_and_what_does_not_fit(diagram):
     ]
 
 
-def test_summary_without_loci_and_regions():
-    parts = parts_of(made_locus_diagram(loci=(), regions=None))
-    assert len(parts) == 3
-    assert parts[2] == ["No locus was found in this window."]
-
-
 def test_summary_says_where_else_an_autonomous_model_may_have_loci():
     made = made_locus_diagram(loci=(), regions=None)
     diagram = replace(made, model=model_named("lorenz"), vary=("rho", "sigma"))
     assert "cycles born on them" in diagram.summary()
-
-
-def test_summary_of_what_was_interrupted():
-    diagram = made_locus_diagram(interrupted=True)
-    assert "Interrupted: some of the set is missing." in diagram.summary()
 
 
 @pytest.mark.parametrize("which", ["begun", "stopped"])
@@ -117,27 +101,6 @@ def test_a_failure_is_marked_at_either_end(which):
     assert not made_locus_diagram().failed
 
 
-def test_html_is_escaped(diagram):
-    page = diagram._repr_html_()
-    assert "stay below &lt;this&gt; value" in page
-    assert "it is &lt;not&gt; stable" in page
-    assert "<this>" not in page
-    assert page.count("<table>") == 2
-    assert page.count("<tr>") == 1 + 9 + 1 + 3
-
-
-def test_repr(diagram):
-    assert repr(diagram) == (
-        "<LocusDiagram of sliding: f = 11.5 to 13.5, Nd = 0 to 0.98, 3 loci, GPD, MIN, CH>"
-    )
-    assert repr(made_locus_diagram(loci=())).endswith("0 loci, no special points>")
-
-
-def test_special_points_come_with_their_locus(diagram):
-    found = [(locus.id, point.type) for locus, point in diagram.special]
-    assert found == [(1, "GPD"), (1, "MIN"), (3, "CH")]
-
-
 def test_criticality_follows_the_sign_of_the_coefficient():
     assert criticalities(doubling_locus()) == ["subcritical", None, "supercritical"]
     assert criticalities(fold_locus()) == [None, None]
@@ -148,85 +111,3 @@ def test_criticality_follows_the_sign_of_the_coefficient():
         below = [word == "subcritical" for word in criticalities(locus)]
         assert above == locus.supercritical.tolist()
         assert below == locus.subcritical.tolist()
-
-
-def test_criticality_of_a_point_is_that_of_an_extremum_alone():
-    locus = doubling_locus()
-    assert [point_criticality(locus, point) for point in locus.special] == [None, "supercritical"]
-
-
-def test_record_follows_the_schema(diagram):
-    record = diagram.to_json()
-    assert list(record) == [
-        *("schema", "model", "parameters", "plane", "window", "interrupted", "loci", "regions")
-    ]
-    assert record["schema"] == "slipfold.locus/1"
-    assert record["plane"] == ["f", "Nd"]
-    assert record["window"] == [[11.5, 13.5], [0, 0.98]]
-    assert record["parameters"] == dict(diagram.model.values)
-    first, second, third = record["loci"]
-    assert list(first) == [
-        *("id", "type", "kind", "period", "parent", "points", "values", "criticality"),
-        *("coefficient", "durations", "eigenvalues", "special", "begun", "stopped"),
-    ]
-    assert (first["kind"], first["durations"], first["eigenvalues"]) == ("periodic", None, None)
-    assert first["values"] == diagram.loci[0].values.tolist()
-    assert first["criticality"] == ["subcritical", None, "supercritical"]
-    assert first["stopped"]["values"] == [13.5, 0.29]
-    assert (second["parent"], second["criticality"]) == (1, None)
-    assert third["stopped"]["kind"] == "closed"
-    degenerate, _ = first["special"]
-    assert degenerate["type"] == "GPD"
-    assert degenerate["values"] == [12.43620847, 0.04201532481]
-    assert degenerate["uncertainty"] == [1e-12, 2e-13]
-    assert degenerate["coefficients"] == {"l2": -0.1 / 3, "b": 0.0}
-    assert degenerate["coefficient"] == -0.1 / 3
-    assert degenerate["leads_to"] == [2, 3]
-    assert degenerate["multipliers"][1] == [0.957, 0.019]
-    assert third["special"][0]["coefficient"] is None
-    region = record["regions"][1]
-    assert (region["stable"], region["name"]) == ([1, 2], "unknown")
-    assert (region["known"], region["consistent"]) == (False, False)
-    assert region["checks"][1] == {
-        "values": [12.0, 0.1],
-        "start": "2",
-        "settled": 0,
-        "agrees": False,
-        "note": "left the orbit; it is <not> stable",
-    }
-    assert made_locus_diagram(regions=None).to_json()["regions"] is None
-
-
-def test_record_has_no_number_that_json_cannot_hold():
-    point = locus_point(
-        uncertainty=(math.inf, math.nan),
-        coefficients={"l2": math.nan},
-        multipliers=np.array([complex(math.nan, -math.inf), 1, 1, 1]),
-    )
-    stopped = LocusEnd("failed", "lost", (math.nan, 0.0))
-    locus = doubling_locus(special=(point,), stopped=stopped)
-    record = made_locus_diagram(loci=(locus,)).to_json()
-    assert json.loads(json.dumps(record, allow_nan=False)) == record
-    found = record["loci"][0]["special"][0]
-    assert found["uncertainty"] == [None, None]
-    assert found["coefficients"] == {"l2": None}
-    assert record["loci"][0]["stopped"]["values"] == [None, 0]
-
-
-def test_spreadsheet_holds_exact_numbers_in_order(diagram, tmp_path):
-    path = tmp_path / "points.csv"
-    diagram.to_csv(path)
-    rows = list(csv.DictReader(path.read_text().splitlines()))
-    assert len(rows) == 3 + 2 + 2 + 4 + 1
-    assert [row["special"] for row in rows[:5]] == ["", "GPD", "", "MIN", ""]
-    assert [row["locus"] for row in rows] == list("111112233333")
-    assert float(rows[1]["Nd (N)"]) == 0.04201532481
-    locus = diagram.loci[0]
-    ordinary = [row for row in rows if row["locus"] == "1" and not row["special"]]
-    assert [float(row["f (Hz)"]) for row in ordinary] == locus.values[:, 0].tolist()
-    assert [float(row["vx (1/s)"]) for row in ordinary] == locus.states[:, 2].tolist()
-    assert [row["criticality"] for row in ordinary] == ["subcritical", "", "supercritical"]
-    assert [row["coefficient"] for row in ordinary] == ["-44.7", "", "92.0"]
-    assert float(ordinary[1]["multiplier 2 imaginary"]) == locus.multipliers[1, 1].imag
-    assert rows[1]["coefficients"] == "l2 = -0.03333333333333333; b = 0.0"
-    assert rows[3]["criticality"] == "supercritical"

@@ -126,14 +126,6 @@ def test_an_interruption_is_heard_while_a_case_of_many_is_described(monkeypatch)
     assert all(np.isfinite(item.point.uncertainty) for item in found.special)
 
 
-def test_what_an_observer_raises_is_not_caught():
-    def fail(progress):
-        raise ValueError("no disk")
-
-    with pytest.raises(ValueError, match="no disk"):
-        sf.responses(MODEL, "Nd", SPAN, over=SIDE_BY_SIDE, observer=fail)
-
-
 def test_one_dataset_holds_cases_and_their_special_points(found):
     dataset = found.to_xarray()
     assert dataset.Vd.values.tolist() == CASES["Vd"]
@@ -161,20 +153,6 @@ def test_names_of_parameters_may_be_those_of_columns():
     assert dataset.case_value.values.tolist() == [1, 2]
     assert dataset.special_value_value.values.tolist() == [0.1, 0.2]
     assert dataset.special_value.dims == ("special",)
-
-
-def test_responses_are_immutable_and_read_as_a_sequence(found):
-    with pytest.raises(ValueError, match="read-only"):
-        found.over["Vd"][0] = 1.0
-    with pytest.raises(TypeError):
-        found.over["Vd"] = np.zeros(3)
-    with pytest.raises(AttributeError):
-        found.diagrams = ()
-    assert found[-1] is found.diagrams[2]
-    assert found[:2] == found.diagrams[:2]
-    assert list(reversed(found)) == list(found.diagrams[::-1])
-    assert repr(found) == "<Responses of sliding: Nd = 0 to 0.2 over Vd, alpha, 3 of 3 cases>"
-    assert "<table>" in found._repr_html_()
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,6 @@
 """Maps of thresholds as results: input, printed, exported, saved and read back."""
 
-import csv
 import dataclasses
-import json
 
 import numpy as np
 import pytest
@@ -11,10 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
-from helpers.threshold_maps import KINDS, REASON, made_map
+from helpers.threshold_maps import REASON, made_map
 from slipfold.computations.thresholds import threshold_map
 from slipfold.errors import InputError
-from slipfold.models import Parameter, SlidingOscillator
+from slipfold.models import SlidingOscillator
 from slipfold.results.result import load
 from slipfold.results.thresholds import ThresholdMap
 
@@ -112,118 +110,10 @@ def test_summary():
     ]
 
 
-def test_summary_of_nothing_found():
-    found = made_map(kinds=np.full((3, 2), "interrupted"))
-    title, failures = (part.splitlines() for part in found.summary().split("\n\n"))
-    assert title[1].startswith("3 x 2 points, 0 thresholds;")
-    assert failures[0].startswith("No threshold at 6 points: interrupted; first at Vd = 0.6 m/s")
-    assert failures[1] == "Interrupted: some of the map is missing."
-
-
-def test_summary_where_nothing_failed():
-    found = made_map(kinds=np.full((3, 2), ""))
-    assert len(found.summary().split("\n\n")) == 2
-
-
-def test_html_is_escaped():
-    page = made_map()._repr_html_()
-    assert "keep Nd &lt; Ns" in page
-    assert page.count("<tr>") == 3
-    assert page.count("<li>") == 3
-
-
-def test_repr():
-    assert repr(made_map()) == (
-        "<ThresholdMap of sliding: PD in Nd over Vd and alpha, 3 x 2 points, 3 thresholds, "
-        "2 limit: lost contact, 1 no PD in the span>"
-    )
-
-
-def test_json():
-    record = json.loads(json.dumps(made_map().to_json(), allow_nan=False))
-    assert record["schema"] == "slipfold.threshold_map/1"
-    assert (record["model"], record["parameters"]["f"]) == ("sliding", 12.4)
-    assert (record["threshold"], record["type"], record["span"]) == ("Nd", "PD", [0.0, 0.9])
-    assert record["over"] == {"Vd": [0.6, 0.4, 1.0], "alpha": [0.1, np.pi / 3]}
-    assert record["values"] == [[0.1, None], [0.3, None], [None, 0.1 / 3]]
-    assert record["kinds"] == [[kind or None for kind in row] for row in KINDS]
-    assert record["reasons"][0] == [None, REASON]
-    assert record["failures"] == {"limit: lost contact": 2, "no PD in the span": 1}
-    assert record["interrupted"] is False
-
-
-def test_spreadsheet(tmp_path):
-    made_map().to_csv(tmp_path / "map.csv")
-    with open(tmp_path / "map.csv", newline="", encoding="utf-8") as file:
-        heads, *rows = csv.reader(file)
-    assert heads[:5] == ["Vd (m/s)", "alpha (rad)", "Nd (N)", "x", "y"]
-    assert heads[-5:] == [
-        "multiplier 4 imaginary",
-        "residual",
-        "no threshold",
-        "reason",
-        "followed",
-    ]
-    assert len(rows) == 6
-    assert all(len(row) == len(heads) for row in rows)
-    assert [float(value) for value in rows[5][:4]] == [1.0, np.pi / 3, 0.1 / 3, 20 / 7]
-    assert rows[5][-3:] == ["", "", "0"]
-    assert rows[1][:2] == ["0.6", repr(np.pi / 3)]
-    assert set(rows[1][2:-3]) == {""}
-    assert rows[1][-3:] == ["no PD in the span", REASON, "0"]
-
-
 # -- the dataset -------------------------------------------------------------------------------
 
 
-def test_dataset_is_labelled():
-    data = made_map().to_xarray()
-    assert data.Nd.dims == ("Vd", "alpha")
-    assert data.Nd.attrs["units"] == "N"
-    assert data.Vd.attrs == {"long_name": "Vd: speed of the plate", "units": "m/s"}
-    assert float(data.Nd.sel(Vd=1.0, alpha=np.pi / 3)) == 0.1 / 3
-    assert data.states.sel(state="vx").dims == ("Vd", "alpha")
-    assert data.multipliers_imag.dims == ("Vd", "alpha", "multiplier")
-    assert data.kind.values.tolist() == KINDS
-    assert all("long_name" in variable.attrs for variable in data.variables.values())
-    assert data.attrs["schema"] == "slipfold.threshold_map/1"
-
-
-class Awkward(SlidingOscillator):
-    """A model with a parameter that is called like a column."""
-
-    name = "awkward"
-    parameters = (*SlidingOscillator.parameters, Parameter("kind", 1.0))
-
-
-def test_a_parameter_called_like_a_column_survives(tmp_path):
-    over = {"kind": np.array([1.0, 2.0, 3.0]), "alpha": np.array([0.1, 0.2])}
-    found = made_map(model=Awkward(), over=over)
-    path = saved(tmp_path, found)
-    assert_same(found, load(path, kind=Awkward))
-    with pytest.raises(
-        InputError, match=r"its model 'awkward' is not a built-in one.*kind=TheClass"
-    ):
-        load(path)
-
-
 # -- files -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
-        {"kinds": np.full((3, 2), "")},
-        {"kinds": np.full((3, 2), "interrupted")},
-        {"span": (0.9, 1 / 3)},
-    ],
-)
-def test_made_maps_survive(tmp_path, changes):
-    found = made_map(**changes)
-    copy = load(saved(tmp_path, found))
-    assert_same(found, copy)
-    assert copy.to_json() == found.to_json()
 
 
 anything = st.floats(allow_nan=True, allow_infinity=True)
