@@ -13,8 +13,8 @@ import record
 from batch import AMPLITUDE, COMPARED, COUNT, PERIODS, compared, starts
 
 import slipfold as sf
+from slipfold.flow.ensembles import strobe_many
 from slipfold.flow.flow import flow_of
-from slipfold.flow.strobes import strobe_many
 from slipfold.version import package_version
 
 

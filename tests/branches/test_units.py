@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.flow.scales import measured
 
 UNITS = [(1e-9, 1e3), (1e6, 1e-5)]
 """Metres and seconds in a unit of length and of time."""

@@ -7,7 +7,7 @@ import pytest
 import slipfold as sf
 from slipfold.checks.checked import Checked
 from slipfold.checks.motions import check_motion
-from slipfold.flow.settling.settlement import Settlement
+from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
 

@@ -19,7 +19,7 @@ from slipfold.checks.orbit_difference import (
     retraced_difference,
 )
 from slipfold.flow import simulate
-from slipfold.flow.settling.settlement import Settlement
+from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of

@@ -8,8 +8,8 @@ import stat
 import numpy as np
 import pytest
 
-from slipfold.flow import cache
-from slipfold.flow.cache import cache_directory, cached
+from slipfold.flow import compiled_code
+from slipfold.flow.compiled_code import cache_directory, cached
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow
 from slipfold.models import SlidingOscillator
@@ -57,7 +57,7 @@ def only_entry(folder):
 
 def seal(entry, payload, key_digest=None):
     """Write an entry as the cache itself would."""
-    header = cache._MAGIC + (key_digest or entry.stem).encode()
+    header = compiled_code._MAGIC + (key_digest or entry.stem).encode()
     entry.write_bytes(header + hashlib.sha256(header + payload).digest() + payload)
 
 
@@ -77,13 +77,13 @@ def test_another_key_is_another_entry(folder):
 @pytest.mark.parametrize("function", ["_machine", "_processor"])
 def test_another_machine_is_another_entry(folder, monkeypatch, function):
     fetch("a", Builder("here"))
-    cache._machine.cache_clear()
-    monkeypatch.setattr(cache, function, lambda: "another")
+    compiled_code._machine.cache_clear()
+    monkeypatch.setattr(compiled_code, function, lambda: "another")
     try:
         assert fetch("a", Builder("there")) == "there"
     finally:
         monkeypatch.undo()
-        cache._machine.cache_clear()
+        compiled_code._machine.cache_clear()
 
 
 @posix
@@ -106,7 +106,7 @@ def damage_flip(content):
 
 
 def damage_seal(content):
-    position = len(cache._MAGIC) + 64 + 3
+    position = len(compiled_code._MAGIC) + 64 + 3
     return content[:position] + bytes([content[position] ^ 1]) + content[position + 1 :]
 
 
@@ -146,7 +146,7 @@ def test_entry_with_a_wrong_digest_is_never_opened(folder, tmp_path):
     entry = only_entry(folder)
     payload = pickle.dumps(Trap(tmp_path / "sprung"))
     content = entry.read_bytes()
-    head = len(cache._MAGIC) + 64 + 32
+    head = len(compiled_code._MAGIC) + 64 + 32
     entry.write_bytes(content[:head] + payload)
     assert fetch("a", Builder("rebuilt")) == "rebuilt"
     assert not (tmp_path / "sprung").exists()
@@ -238,7 +238,9 @@ def test_full_disk_costs_time_only(folder, monkeypatch, broken):
     def full(*args, **kwargs):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(cache.tempfile if broken == "mkstemp" else cache.os, broken, full)
+    monkeypatch.setattr(
+        compiled_code.tempfile if broken == "mkstemp" else compiled_code.os, broken, full
+    )
     assert fetch("a", Builder()) == "made"
     assert not list(folder.iterdir())
 
@@ -249,7 +251,7 @@ def test_no_home_directory_costs_time_only(monkeypatch):
 
     monkeypatch.delenv("SLIPFOLD_CACHE_DIR", raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(cache.Path, "home", homeless)
+    monkeypatch.setattr(compiled_code.Path, "home", homeless)
     assert fetch("a", Builder()) == "made"
 
 

@@ -7,8 +7,7 @@ from scipy.integrate import solve_ivp
 import slipfold as sf
 from slipfold.collocation_points import radau_points
 from slipfold.flow import flow_of
-from slipfold.flow.implicit.steps import End, implicit_motion
-from slipfold.flow.implicit.takeover import Takeover
+from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
 
 FORCE, DAMPING, SPRING = 300.0, 0.1, 100.0
 

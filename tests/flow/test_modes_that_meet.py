@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow.sizes.typical_sizes import measured_within
+from slipfold.flow.scales import measured_within
 
 
 def rotor():

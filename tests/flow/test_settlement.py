@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipfold.flow.settling.settlement import judge_settlement
+from slipfold.flow.settlement import judge_settlement
 
 
 def judge(sequence, tolerance=1e-9):

@@ -9,7 +9,7 @@ import slipfold as sf
 from slipfold.branches.method import forced_orbits
 from slipfold.branches.response import measured_over
 from slipfold.flow import flow_of
-from slipfold.flow.linear_response import linear_response
+from slipfold.flow.scales import linear_response
 from slipfold.models.equilibria import damped_newton
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.shooting import Shooting

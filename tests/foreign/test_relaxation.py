@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation import search
-from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.flow.scales import measured
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=1)
 

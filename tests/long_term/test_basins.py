@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import den_hartog
+from slipfold.flow.ensembles import released
 from slipfold.flow.flow import flow_of
-from slipfold.flow.strobes.released import released
 
 # The hard onset of tests of attractors: rest wins inside the circle of radius 1, else the cycle.
 HARD = """

@@ -9,8 +9,7 @@ from scipy.integrate import solve_ivp
 import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
-from slipfold.flow.strobes.crowd import Crowd
-from slipfold.flow.strobes.strobe_many import models_with, strobe_many
+from slipfold.flow.ensembles import Crowd, models_with, strobe_many
 from slipfold.long_term import places
 from slipfold.long_term.open_motions import tell_open
 from slipfold.long_term.repeats import repeats_of

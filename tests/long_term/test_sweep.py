@@ -9,7 +9,7 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import den_hartog
 from slipfold.errors import InputError
-from slipfold.flow.strobes.own_motion import OwnMotion
+from slipfold.flow.ensembles import OwnMotion
 from slipfold.long_term.repeats import reached, repeats_of
 from slipfold.plots.trajectories import dots_of
 

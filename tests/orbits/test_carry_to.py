@@ -5,8 +5,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation.walk import Failure
-from slipfold.flow import patience
-from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.flow import batches
+from slipfold.flow.scales import measured
 from slipfold.orbits.continued import Straight, carry_to
 from slipfold.orbits.first_orbits import guess_orbit
 from slipfold.orbits.kinds import ForcedOrbits
@@ -90,7 +90,7 @@ def test_where_the_linear_response_is_far_off_the_motion_is_given_time_to_settle
 def test_a_hopeless_start_is_given_up_soon(monkeypatch):
     """So slow a plate that the tip would stick at once: orbits found by creeping lead nowhere."""
     calls = []
-    arrive = patience.arrive
+    arrive = batches.arrive
     monkeypatch.setattr("slipfold.flow.flow.arrive", lambda *some: calls.append(arrive(*some)))
     with pytest.raises(sf.InputError, match=r"no response of period 1 was found at Nd = 0\.9"):
         sf.response(sf.SlidingOscillator(Vd=1e-6), "Nd", (0.9, 0.1))

@@ -6,8 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold.collocation_points import gauss_points, radau_points
 from slipfold.flow import flow_of
-from slipfold.flow.implicit.jacobians import Jacobians
-from slipfold.flow.implicit.stage_equations import Inverted, LinearPart
+from slipfold.flow.stage_equations import Inverted, Jacobians, LinearPart
 
 INTERVALS, STAGES, STATES = 4, 6, 14
 

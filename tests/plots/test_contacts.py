@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
 from slipfold.errors import InputError
-from slipfold.flow.switched.mode import Status
+from slipfold.flow.modes import Status
 from slipfold.long_term.contacts import find_contacts
 from slipfold.plots import (
     draw_friction_force,

@@ -9,9 +9,9 @@ import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
 from slipfold.checks.motions import check_switched_motion
 from slipfold.checks.switched import hold_legs, switched_difference
+from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.sampled import dense_legs
-from slipfold.flow.switched.switched_flow import switched_flow_of
+from slipfold.flow.switched_flow import switched_flow_of
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.branches import trace_response
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode import Status
-from slipfold.flow.switched.switched_flow import switched_flow_of
+from slipfold.flow.modes import Status
+from slipfold.flow.switched_flow import switched_flow_of
 
 BELT = """
 name = "belt"

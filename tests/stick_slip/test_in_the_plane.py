@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.dry_friction import den_hartog, sliding
-from slipfold.flow.switched.linearised_motion import linearised_motion
-from slipfold.flow.switched.mode import Status, shown
-from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
+from slipfold.flow.linearised_motion import linearised_motion
+from slipfold.flow.modes import Status, shown
+from slipfold.flow.switched_motion import SwitchedMotion, legs
 
 # Found by two methods that share no code.
 ROWS = [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow.switched.switched_motion import SwitchedMotion
+from slipfold.flow.switched_motion import SwitchedMotion
 
 PERIODS = 24
 

@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.events import Ending
-from slipfold.flow.switched.linearised_motion import linearised_motion
-from slipfold.flow.switched.switched_flow import switched_flow_of
-from slipfold.flow.switched.switched_motion import first_mode, legs
+from slipfold.flow.linearised_motion import linearised_motion
+from slipfold.flow.modes import Ending
+from slipfold.flow.switched_flow import switched_flow_of
+from slipfold.flow.switched_motion import first_mode, legs
 from slipfold.models.equilibria import check_followed
 
 

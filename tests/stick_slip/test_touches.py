@@ -8,8 +8,8 @@ import pytest
 import slipfold as sf
 from helpers.dry_friction import sliding
 from slipfold.continuation.newton import correct
-from slipfold.flow import last_round
-from slipfold.flow.switched.sampled import dense_legs
+from slipfold.flow import trajectory
+from slipfold.flow.contact_motion import dense_legs
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.grazing import GrazingShooting
 from slipfold.orbits.kinds import orbits_of
@@ -102,7 +102,7 @@ def test_extrema_at_the_touch_go_on_from_those_in_slip(touched, side):
 
 
 def test_extrema_of_part_of_a_round_are_not_said(touched, monkeypatch):
-    monkeypatch.setattr(last_round, "dense_legs", lambda *args: list(dense_legs(*args))[:-1])
+    monkeypatch.setattr(trajectory, "dense_legs", lambda *args: list(dense_legs(*args))[:-1])
     extrema = replace(touched.special[0].orbit).extrema
     assert np.isnan([extrema.minimum, extrema.maximum]).all()
 

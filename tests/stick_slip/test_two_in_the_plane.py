@@ -6,8 +6,8 @@ import numpy as np
 
 import slipfold as sf
 from slipfold.checks.switched import hold_legs
-from slipfold.flow.switched.mode import Status
-from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
+from slipfold.flow.modes import Status
+from slipfold.flow.switched_motion import SwitchedMotion, legs
 
 
 def two_masses():

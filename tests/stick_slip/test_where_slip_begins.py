@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import sliding
-from slipfold.flow.switched.sampled import sample_switched
+from slipfold.flow.contact_motion import sample_switched
 
 LAW = sf.Coulomb(mu_s=0.5, mu_k=0.25)
 

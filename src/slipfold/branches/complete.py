@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from slipfold.branches.branch import Branch
+from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
-from slipfold.flow.precision import LANES
 from slipfold.orbits.extrema import TOGETHER, Extrema, find_extrema
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 

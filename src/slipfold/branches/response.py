@@ -21,8 +21,8 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow import flow_of
-from slipfold.flow.sizes.typical_sizes import measured_within
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.orbits.collocation import Collocation

@@ -23,7 +23,7 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
 from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow.switched.mode import Mode, Status
+from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting

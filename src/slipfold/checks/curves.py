@@ -25,7 +25,7 @@ from slipfold.checks.orbit_difference import (
 )
 from slipfold.checks.switched import switched_difference
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.orbits.check import rests
 from slipfold.orbits.grazing import MET
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit

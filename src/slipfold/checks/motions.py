@@ -15,14 +15,12 @@ from slipfold.checks.orbit_difference import ALLOWED, PIECES
 from slipfold.checks.retraced import Motion, retrace
 from slipfold.checks.switched import FORCES, elsewhere, hold_legs
 from slipfold.collocation_points import radau_points
-from slipfold.flow.equilibrium import PUSH
+from slipfold.flow.batches import LANES
+from slipfold.flow.contact_motion import dense_legs
+from slipfold.flow.equilibrium import PUSH, own_sizes, unfed_states
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit.steps import End, implicit_motion
-from slipfold.flow.implicit.takeover import Takeover
-from slipfold.flow.precision import LANES
-from slipfold.flow.sizes.own_sizes import own_sizes, unfed_states
-from slipfold.flow.switched.sampled import dense_legs
-from slipfold.flow.switched.switched_flow import switched_flow_of
+from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
+from slipfold.flow.switched_flow import switched_flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
 

@@ -13,10 +13,9 @@ from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retr
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit.intervals import Field, newton_step
-from slipfold.flow.implicit.stage_equations import LinearPart
-from slipfold.flow.implicit.steps import End, implicit_motion
-from slipfold.flow.implicit.takeover import Takeover
+from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
+from slipfold.flow.intervals import Field, newton_step
+from slipfold.flow.stage_equations import LinearPart
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.check import SINGULAR, is_singular, rests

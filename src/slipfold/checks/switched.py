@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.checks.orbit_difference import ALLOWED, Difference
 from slipfold.collocation_points import gauss_points
+from slipfold.flow.contact_motion import dense_legs
+from slipfold.flow.contact_state import ContactsNow, friction_in
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.at_the_limit import at_rest
-from slipfold.flow.switched.contact_quantities import ContactsNow
-from slipfold.flow.switched.events import Ending
-from slipfold.flow.switched.mode import Mode, Status, shown
-from slipfold.flow.switched.sampled import dense_legs
-from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow, switched_flow_of
-from slipfold.flow.switched.switched_motion import Broken, legs
-from slipfold.flow.switched.transition import friction_in
+from slipfold.flow.modes import Ending, Mode, Status, shown
+from slipfold.flow.release import at_rest
+from slipfold.flow.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.turns import without_turns
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit

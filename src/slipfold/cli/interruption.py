@@ -25,7 +25,7 @@ KEEPING = frozenset(
         "slipfold.continuation.atlas.Atlas.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.integrated",
-        "slipfold.flow.switched.simulate.simulate_switched",
+        "slipfold.flow.simulate.simulate_switched",
         "slipfold.loci.bifurcation_set.found_until_interrupted",
         "slipfold.loci.make_locus.describe_in_turn",
         "slipfold.loci.regions.map_regions",

@@ -90,7 +90,7 @@ def _record(model: Model) -> dict[str, Any]:
 
 
 def _details(model: Model) -> str:
-    from slipfold.flow.switched.mode_equations import contacts_of
+    from slipfold.flow.modes import contacts_of
 
     parameters = [
         (

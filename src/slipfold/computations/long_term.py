@@ -21,8 +21,8 @@ from slipfold.computations.given import (
     starts_given,
 )
 from slipfold.errors import InputError
+from slipfold.flow.scales import measured
 from slipfold.flow.simulate import checked_periods, checked_tolerance, initial_state
-from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.options import (
@@ -91,7 +91,7 @@ def simulate(
     >>> cycle.kind, round(cycle.duration, 6)
     ('cycle', 6.663287)
     """
-    from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+    from slipfold.flow.simulate import simulate_smooth_or_switched
     from slipfold.results.simulation import Simulation
 
     changed = checked_model(model).replace(**parameters)

@@ -14,7 +14,7 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.explorer.messages import LONGEST_NAME, UNNAMED, ViewRequest
 from slipfold.explorer.plain import axis_of
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter

@@ -14,23 +14,21 @@ from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, MotionRequest, SimulationRequest
 from slipfold.explorer.plain import now_and_then, number, short
 from slipfold.flow import flow_of
+from slipfold.flow.contact_motion import ContactPiece, sample_switched
+from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import Flow
 from slipfold.flow.guarded_flow import CHUNK
-from slipfold.flow.last_round import LastRound, last_round
-from slipfold.flow.pace import paced
-from slipfold.flow.simulate import Motion, initial_state
-from slipfold.flow.switched.contact_motion import ContactPiece
-from slipfold.flow.switched.mode import Status
-from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.switched.sampled import sample_switched
-from slipfold.flow.switched.simulate import (
+from slipfold.flow.modes import Status, contacts_of
+from slipfold.flow.simulate import (
+    Motion,
     begun,
     comes_to_rest,
     ends_of,
+    initial_state,
     slips_at_first,
     trajectory_of,
 )
-from slipfold.flow.trajectory import Trajectory
+from slipfold.flow.trajectory import LastRound, Trajectory, last_round
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.evaluation import evaluation_of

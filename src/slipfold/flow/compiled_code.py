@@ -1,24 +1,166 @@
-"""Integrators and functions compiled from a model's equations, each when it is first needed."""
+"""Integrators and functions compiled from equations, kept on disk, a copy for each thread."""
 
 from __future__ import annotations
 
+import copy
+import hashlib
+import os
+import pickle
+import platform
+import stat
+import tempfile
+import threading
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache as memoise
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.flow.cache import cached
-from slipfold.flow.derivatives import with_derivatives, with_tangent
-from slipfold.flow.equations import Equations
-from slipfold.flow.own_copies import OwnCopies
-from slipfold.flow.perturbed import perturbed_system
-from slipfold.flow.precision import LANES, OPTIMISATION
-from slipfold.flow.scaled import Scaled
+from slipfold.arrays import Array
+from slipfold.flow.batches import LANES, OPTIMISATION
+from slipfold.flow.equations import (
+    Constants,
+    Equations,
+    Scaled,
+    perturbed_system,
+    with_derivatives,
+    with_tangent,
+)
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.evaluation import COLUMNS, compiled_function
+
+
+class OwnCopies:
+    """Integrators by name, one of each a thread.
+
+    They release Python's lock while they run, so threads run side by side; a copy takes a
+    millisecond. The originals are never run: what runs cannot be copied.
+    """
+
+    def __init__(self) -> None:
+        self._originals: dict[str, Any] = {}
+        self._building = threading.Lock()
+        self._own = threading.local()
+
+    def get(self, name: str, build: Callable[[], Any]) -> Any:
+        """Return this thread's copy."""
+        own = self._own.__dict__
+        if name not in own:
+            with self._building:
+                if name not in self._originals:
+                    self._originals[name] = build()
+            own[name] = copy.copy(self._originals[name])
+        return own[name]
+
+
+_MAGIC = b"slipfold-flow-1\n"
+_DIGEST_SIZE = hashlib.sha256().digest_size
+
+
+def cache_directory() -> Path:
+    """Return where compiled flows are kept.
+
+    ``$SLIPFOLD_CACHE_DIR`` if set, else ``$XDG_CACHE_HOME/slipfold`` or ``~/.cache/slipfold``.
+    """
+    chosen = os.environ.get("SLIPFOLD_CACHE_DIR")
+    if chosen:
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "slipfold"
+
+
+def cached(key: str, build: Callable[[], Any]) -> Any:
+    """Return what `build` makes, from disk if it was made before on this machine.
+
+    An entry is a pickle, so it is opened only if the directory and the file belong to this user
+    and nobody else may write to them, and if its digest fits its content and its key. Anything
+    else is rebuilt and overwritten. Where the directory cannot be made safe, nothing is stored.
+    """
+    digest = hashlib.sha256(f"{key}\n{_machine()}".encode()).hexdigest()
+    directory = _safe_directory()
+    if directory is None:
+        return build()
+    path = directory / f"{digest}.flow"
+    found = _read(path, digest)
+    if found is not None:
+        return found
+    made = build()
+    _write(path, digest, made)
+    return made
+
+
+@memoise
+def _machine() -> str:
+    """What compiled code depends on: heyoka, Python, and the processor's instruction set."""
+    return "\n".join([hy.__version__, platform.python_version(), platform.platform(), _processor()])
+
+
+def _processor() -> str:
+    """Return the model and instruction sets of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:  # not Linux
+        return f"{platform.machine()} {platform.processor()}"
+    return "\n".join(sorted({line for line in lines if line.startswith(("model name", "flags"))}))
+
+
+def _safe_directory() -> Path | None:
+    try:
+        directory = cache_directory()
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        status = directory.lstat()
+    except (OSError, RuntimeError):  # RuntimeError: the user has no home directory
+        return None
+    if not stat.S_ISDIR(status.st_mode) or not _is_private(status):
+        return None
+    return directory
+
+
+def _is_private(status: os.stat_result) -> bool:
+    if not hasattr(os, "getuid"):  # Windows keeps the profile directory private itself
+        return True
+    return status.st_uid == os.getuid() and not status.st_mode & 0o022
+
+
+def _read(path: Path, digest: str) -> Any:
+    try:
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        with open(descriptor, "rb") as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode) or not _is_private(status):
+                return None
+            content = file.read()
+    except OSError:
+        return None
+    header = _MAGIC + digest.encode()
+    payload = content[len(header) + _DIGEST_SIZE :]
+    seal = content[len(header) : len(header) + _DIGEST_SIZE]
+    if not content.startswith(header) or hashlib.sha256(header + payload).digest() != seal:
+        return None
+    try:
+        return pickle.loads(payload)
+    except Exception:  # a stale pickle may fail in any way; it is rebuilt
+        return None
+
+
+def _write(path: Path, digest: str, made: Any) -> None:
+    header = _MAGIC + digest.encode()
+    payload = pickle.dumps(made, protocol=pickle.HIGHEST_PROTOCOL)
+    content = header + hashlib.sha256(header + payload).digest() + payload
+    temporary = None
+    try:
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=".flow-")
+        with open(descriptor, "wb") as file:
+            file.write(content)
+        os.replace(temporary, path)
+    except OSError:  # a full or read-only disk costs time, never a result
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)
+
 
 JET_ORDER = 3
 
@@ -351,3 +493,97 @@ def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> NDArray[Any]:
         found = [hy.diff(form, symbol) for form in forms for symbol in symbols]
         return np.array(found, dtype=object).reshape(len(forms), len(symbols))
     return np.asarray(hy.diff_tensors(list(forms), diff_args=list(symbols), diff_order=1).jacobian)
+
+
+class Evaluated:
+    """What equations say at a state and a phase, nothing integrated."""
+
+    def __init__(self, code: CompiledCode, dimension: int) -> None:
+        self._code = code
+        self.dimension = dimension
+
+    def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate dq/dphase. Shapes: states (m, n); phases (m,); returns (m, n)."""
+        return self._evaluate(self._code.rates, states, phases, constants)
+
+    def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate the Jacobian of dq/dphase with respect to the states.
+
+        Shapes: states (m, n); phases (m,); returns (m, n, n).
+        """
+        n = self.dimension
+        return self._evaluate(self._code.jacobian, states, phases, constants).reshape(-1, n, n)
+
+    def changing_jacobians(
+        self, states: Array, phases: Array, constants: Constants
+    ) -> tuple[Array, NDArray[np.intp], Array]:
+        """Evaluate the first Jacobian, and of all those columns that states or phase change.
+
+        Shapes: states (m, n); phases (m,); returns (n, n), places (c,), columns (m, n, c).
+        """
+        first = self.jacobians(states[:1], phases[:1], constants)[0]
+        changing, places = self._code.changing_slopes
+        rows, where = np.divmod(places, self.dimension)
+        columns, own = np.unique(where, return_inverse=True)
+        found = np.empty((len(states), self.dimension, len(columns)))
+        found[:] = first[:, columns]
+        if changing is not None:
+            found[:, rows, own] = self._evaluate(changing, states, phases, constants)
+        return first, columns, found
+
+    def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate all outputs, the states first.
+
+        Shapes: states (m, n); phases (m,); returns (m, n_outputs).
+        """
+        return self._evaluate(self._code.outputs, states, phases, constants)
+
+    def curvatures(
+        self,
+        states: Array,
+        phases: Array,
+        constants: Constants,
+        vectors: Array,
+        directions: Array,
+    ) -> tuple[Array, Array]:
+        """Differentiate the slopes of the rates along vectors, each at a state of its own.
+
+        Shapes: states, vectors (m, n); phases (m,); directions (n_c, k); returns second (m, n, n),
+        mixed (m, n, k).
+        """
+        m, n, k = len(states), self.dimension, directions.shape[1]
+        more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (m, 1))], 1)
+        rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
+        found = self._evaluate(self._code.curvature, rows, at, constants, more)
+        found = found.reshape(m, k, n * n + n)
+        mixed = np.swapaxes(found[:, :, n * n :], 1, 2)
+        return found[:, 0, : n * n].reshape(m, n, n), mixed
+
+    def pulls(self, states: Array, phases: Array, constants: Constants, directions: Array) -> Array:
+        """Return the derivatives of the rates along changes of the coefficients.
+
+        Shapes: states (m, n); phases (m,); directions (n_c, k); returns (m, n, k).
+        """
+        m, k = len(states), directions.shape[1]
+        rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
+        along = np.tile(directions.T, (m, 1))
+        found = self._evaluate(self._code.pull, rows, at, constants, along)
+        return found.reshape(m, k, -1).transpose(0, 2, 1)
+
+    def powers(
+        self, states: Array, phases: Array, constants: Constants, vectors: Array
+    ) -> tuple[Array, Array]:
+        """Return second and third derivatives of the rates along vectors.
+
+        Shapes: states, vectors (m, n); phases (m,); returns second, third (m, n).
+        """
+        found = self._evaluate(self._code.powers, states, phases, constants, vectors)
+        return found[:, : self.dimension], found[:, self.dimension :]
+
+    def _evaluate(
+        self, function: Any, states: Array, phases: Array, c: Constants, more: Array | None = None
+    ) -> Array:
+        one = c.values.ndim == 1
+        values = np.repeat(c.values[:, None], len(states), axis=1) if one else c.values.T
+        rows = [states.T, phases[None], values, *([] if more is None else [more.T])]
+        return function(np.ascontiguousarray(np.concatenate(rows))).T

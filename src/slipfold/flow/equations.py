@@ -1,19 +1,20 @@
-"""A model's equations as the integrators take them: phase as time, coefficients as constants."""
+"""Equations of motion in symbols: in scaled states, with derivatives, with perturbations."""
 
 from __future__ import annotations
 
 import hashlib
 import pickle
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.lanes import by_lane
+from slipfold.flow.batches import by_lane
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Symbols
@@ -162,3 +163,140 @@ class Constants:
     def of(self, some: slice) -> tuple[Array, Array]:
         """Return what is known and the scales of some trajectories, by lane of an integrator."""
         return by_lane(self.known, some), by_lane(self.scales, some)
+
+
+FAR = 16.0
+"""Length of a direction beyond which its third power hides the first one from the tolerance."""
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A model's equations for ``y = q / s``, the scales s being symbols: one code serves all."""
+
+    scales: tuple[Expression, ...]  # symbols of the scales, length n
+    rates: tuple[Expression, ...]  # ``dy/dphase`` in y, under the names of the states q, length n
+    _states: dict[str, Expression]
+
+    @classmethod
+    def of(cls, equations: Equations) -> Scaled:
+        """Write equations in scaled states."""
+        scales = tuple(hy.expression(f"scale of {name}") for name in equations.names)
+        states = {
+            name: scale * state
+            for name, scale, state in zip(equations.names, scales, equations.states, strict=True)
+        }
+        rates = hy.subs(list(equations.rates), states)
+        scaled = (rate / scale for rate, scale in zip(rates, scales, strict=True))
+        return cls(scales, tuple(scaled), states)
+
+    def express(self, expressions: Sequence[Expression]) -> list[Expression]:
+        """Write expressions of the states q in y and the scales."""
+        return list(hy.subs(list(expressions), self._states))
+
+
+def power_of_two(sizes: Array) -> Array:
+    """Return the powers of two nearest to sizes: scaling by them rounds nothing."""
+    return np.asarray(np.exp2(np.round(np.log2(sizes))))
+
+
+def of_order_one(directions: Array) -> tuple[Array, Array]:
+    """Return directions over powers of two, so that no jet of theirs hides another, and these."""
+    lengths = np.abs(directions).max(axis=1)
+    far = (lengths > FAR) | ((lengths > 0) & (lengths < 1 / FAR))
+    lengths = power_of_two(np.where(far & np.isfinite(lengths), lengths, 1.0))
+    return directions / lengths[:, None], lengths
+
+
+def with_derivatives(
+    equations: Equations, scaled: Scaled, starts: int, directions: int, first: int
+) -> list[tuple[Any, Any]]:
+    r"""Add derivatives with respect to the first states' start, and along changes of coefficients.
+
+    In scaled states :math:`y = q / s` each column v of them satisfies, d being its change,
+
+    .. math:: s_i v_i' = T \sum_j \partial_j f_i \, (s_j v_j)
+              + T \sum_k \partial_{c_k} f_i \, d_k + d_T f_i
+
+    and only those along a change have the last terms; the changes are parameters of the integrator
+    from the given one on. Numbers are applied one after the other: multiplied by each other they
+    would be series to the integrator, and a product of series takes ten times as long as one by a
+    number.
+    """
+    states, coefficients, scales = equations.states, equations.coefficients, scaled.scales
+    count, zero = len(coefficients), hy.expression(0.0)
+    slopes = hy.diff_tensors(
+        list(equations.field), diff_args=[*states, *coefficients], diff_order=1
+    ).jacobian
+    field = scaled.express(equations.field)
+    own = [scaled.express(row) for row in slopes.tolist()]
+    columns = [
+        [hy.expression(f"derivative {column} of {state}") for state in states]
+        for column in range(starts + directions)
+    ]
+    system = list(zip(states, scaled.rates, strict=True))
+    for i, row in enumerate(own):
+        for column, symbols in enumerate(columns):
+            along = [scale * symbol for scale, symbol in zip(scales, symbols, strict=True)]
+            if column >= starts:
+                begin = first + (column - starts) * count
+                along += [hy.par[begin + k] for k in range(count)]
+            terms = [slope * each for slope, each in zip(row, along, strict=False) if slope != zero]
+            rate = coefficients[-1] * hy.sum(terms) if terms else zero
+            if column >= starts:
+                rate += along[-1] * field[i]
+            system.append((symbols[i], rate / scales[i]))
+    return system
+
+
+def with_tangent(equations: Equations) -> Equations:
+    """Add one perturbation of the states, which the linearised equations carry along."""
+    carried = [hy.expression(f"carried_{state}") for state in equations.states]
+    slopes = [
+        hy.sum(
+            [
+                hy.diff(item, state) * along
+                for state, along in zip(equations.states, carried, strict=True)
+            ]
+        )
+        for item in equations.field
+    ]
+    return replace(
+        equations,
+        names=(*equations.names, *map(str, carried)),
+        states=(*equations.states, *carried),
+        field=(*equations.field, *slopes),
+    )
+
+
+def perturbed_system(
+    states: Sequence[Expression],
+    rates: Sequence[Expression],
+    changing: Sequence[Expression],
+    columns: int,
+    *,
+    first: int,
+) -> list[tuple[Any, Any]]:
+    r"""Add perturbations to a system.
+
+    Each column is one derivative of the motion, with respect to its start or along a change
+    :math:`d_j` of coefficients,
+
+    .. math:: v_j' = \partial_x f \, v_j + \partial_c f \, d_j,
+
+    so a system with few of them serves any number, one group after the other: its size grows with
+    the number of states and not with its square.
+    """
+    count = len(changing)
+    slopes = hy.diff_tensors(list(rates), diff_args=[*states, *changing], diff_order=1).jacobian
+    zero = hy.expression(0.0)
+    symbols, expressions = list(states), list(rates)
+    for column in range(columns):
+        carried = [hy.expression(f"perturbed_{column}_{state}") for state in states]
+        symbols += carried
+        carried += [hy.par[first + column * count + i] for i in range(count)]
+        for row in slopes:
+            terms = [
+                slope * along for slope, along in zip(row, carried, strict=True) if slope != zero
+            ]
+            expressions.append(hy.sum(terms) if terms else zero)
+    return list(zip(symbols, expressions, strict=True))

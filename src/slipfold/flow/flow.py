@@ -11,15 +11,31 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.compiled_code import JET_ORDER, CompiledCode
-from slipfold.flow.dense_motion import DenseMotion
-from slipfold.flow.equations import Constants, Equations, build_equations
-from slipfold.flow.evaluated import Evaluated
-from slipfold.flow.implicit.takeover import Takeover
-from slipfold.flow.lanes import by_lane, carried, chunks, forget, joined, padded, set_out
-from slipfold.flow.patience import STEP_LIMIT, arrive, pass_through, sampled
-from slipfold.flow.precision import LANES, TOLERANCE
-from slipfold.flow.scaled import of_order_one, power_of_two
+from slipfold.flow.batches import (
+    LANES,
+    STEP_LIMIT,
+    TOLERANCE,
+    arrive,
+    by_lane,
+    carried,
+    chunks,
+    forget,
+    joined,
+    padded,
+    pass_through,
+    sampled,
+    set_out,
+)
+from slipfold.flow.compiled_code import JET_ORDER, CompiledCode, Evaluated
+from slipfold.flow.equations import (
+    Constants,
+    Equations,
+    build_equations,
+    of_order_one,
+    power_of_two,
+)
+from slipfold.flow.implicit_steps import Takeover
+from slipfold.flow.polynomials import DenseMotion
 from slipfold.models.evaluation import COLUMNS, carried_whole
 from slipfold.models.model import Kind, Model
 

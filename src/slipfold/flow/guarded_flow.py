@@ -13,15 +13,11 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.cache import cached
-from slipfold.flow.equations import Constants, build_equations
+from slipfold.flow.batches import CALL, LONGEST, OPTIMISATION, STEEP, STEP_LIMIT, TOLERANCE, go_on
+from slipfold.flow.compiled_code import OwnCopies, cached
+from slipfold.flow.equations import Constants, Scaled, build_equations
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit.steps import MOST, End, Watch
-from slipfold.flow.implicit.takeover import Takeover
-from slipfold.flow.own_copies import OwnCopies
-from slipfold.flow.patience import CALL, LONGEST, STEEP, STEP_LIMIT, go_on
-from slipfold.flow.precision import OPTIMISATION, TOLERANCE
-from slipfold.flow.scaled import Scaled
+from slipfold.flow.implicit_steps import MOST, End, Takeover, Watch
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
 from slipfold.models.model import Kind, Model
 from slipfold.models.turns import without_turns

@@ -1,26 +1,196 @@
-"""Where formulas turn sharply after being flat: events that end Taylor steps in time for it.
+"""What an integrator must watch beside the states: sharp functions and small states.
 
-The length of a Taylor step follows from the last coefficients of the series. A saturated tanh is
-exactly 1 in double precision and its coefficients are exactly 0; those of 1/(1 + (v/e)^2) far from
-v = 0 are below any tolerance. The step is then chosen as if nothing were to come and leads past
-the turn. But the arguments are smooth, so that events know when they come near.
+Functions that turn sharply are watched by events. States that nothing feeds stay zero once they are
+zero, and else they grow from what there is: populations, infections, modes of a symmetry. Between
+two outbreaks they may fall far below the error of a step of states of order one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.elementary import COMPARED, Operation, take_apart
-from slipfold.flow.equations import Equations
-from slipfold.flow.scaled import Scaled
-from slipfold.flow.sizes.unfed import FASTER, relative_sizes
+from slipfold.flow.equations import Equations, Scaled
+from slipfold.models.evaluation import compiled_function
 from slipfold.models.output import Expression
+
+COMPARED = "?"
+"""Name of all comparisons but ``"<"``."""
+
+
+@dataclass(frozen=True)
+class Operand:
+    """What an operation acts on."""
+
+    # Which operation it is the result of; None for what is constant along a motion
+    index: int | None
+    exponent: float = 1.0  # power to which it is raised; NaN if that is a parameter
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One elementary operation."""
+
+    # ``"+"``, ``"*"``, ``"-"``, ``"/"``, ``"<"``, ``"power"``, a function's name, empty for a state
+    name: str
+    operands: tuple[Operand, ...]  # what it acts on, in order
+    needed: tuple[int, ...]  # operations that its series needs beside those it acts on
+    expression: Expression  # its value in the symbols of the equations
+    moves: bool  # whether it changes along a motion
+
+
+def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tuple[Operation, ...]:
+    """Return the elementary operations of the rates, each after those it acts on."""
+    states = [*equations.states, *(hy.expression(f"output {i}") for i in range(len(outputs)))]
+    there: dict[Any, Any] = {c: hy.par[i] for i, c in enumerate(equations.coefficients)}
+    there[equations.phase] = hy.time
+    back = {inner: symbol for symbol, inner in there.items()}
+    rates = hy.subs([*equations.rates, *outputs], there)
+    count = len(states)
+    found = [Operation("", (), (), state, True) for state in states]
+    for item, needed in _decomposed(states, rates)[count:-count]:
+        inner = {name: found[int(name.removeprefix("u_"))] for name in hy.get_variables(item)}
+        name, operands = _read(str(item))
+        operands = tuple(
+            operand if operand.index is None or found[operand.index].moves else Operand(None)
+            for operand in operands
+        )
+        moves = name == "time" or any(operation.moves for operation in inner.values())
+        values = {hy.expression(key): operation.expression for key, operation in inner.items()}
+        expression = hy.subs(item, {**values, **back})
+        found.append(Operation(name, operands, tuple(needed), expression, moves))
+    return tuple(found)
+
+
+def _decomposed(states: Sequence[Any], rates: Sequence[Any]) -> list[tuple[Any, list[int]]]:
+    # Compiled for its decomposition alone: of low order, and nothing is optimised.
+    return hy.taylor_adaptive(
+        list(zip(states, rates, strict=True)),
+        state=[0.0] * len(states),
+        tol=0.5,
+        compact_mode=True,
+        opt_level=0,
+    ).decomposition
+
+
+def _read(text: str) -> tuple[str, tuple[Operand, ...]]:
+    """Read an elementary operation as heyoka prints it; its arguments are names and numbers."""
+    if text == "t":
+        return "time", ()
+    if match := re.fullmatch(r"\((.*)\)", text):
+        sign = next((sign for sign in "-+*/<" if f" {sign} " in text), COMPARED)
+        return sign, _operands(match[1].split(f" {sign} "))
+    if match := re.fullmatch(r"(\w+)\((.*)\)", text):
+        name = {"div": "/", "sub": "-"}.get(match[1], match[1])
+        return name, _operands(match[2].split(", "))
+    if "**" in text:
+        return "power", _operands([text])
+    return "-", _operands([text.removeprefix("-")])
+
+
+def _operands(texts: Sequence[str]) -> tuple[Operand, ...]:
+    return tuple(_operand(text) for text in texts)
+
+
+def _operand(text: str) -> Operand:
+    base, _, exponent = text.partition("**")
+    match = re.fullmatch(r"u_(\d+)", base)
+    if match is None:
+        return Operand(None)
+    try:
+        return Operand(int(match[1]), float(exponent or 1.0))
+    except ValueError:
+        return Operand(int(match[1]), math.nan)
+
+
+Group = tuple[int, ...]
+
+MEMBERS = 4
+"""States of a group at most: a susceptible is exposed, infected, in hospital, dead."""
+
+PLACES = 2
+"""Random places at which a rate must vanish to be one that vanishes everywhere."""
+
+FASTER = 1.5
+"""Factor by which what is watched changes faster than the state does: it is of order one where
+other states may be a thousand scales large, and errors are relative to the largest."""
+
+LEAST = 1e-300
+"""Squared size below which a state counts as zero; the least numbers have no digits left."""
+
+
+def relative_sizes(equations: Equations) -> list[Expression]:
+    """Return functions between 0 and 1 that change as unfed states do relative to their size.
+
+    Series of the sine of a logarithm are those of a power of the state: watched by an integrator,
+    they have it leave errors that are small beside a state that is itself small.
+    """
+    arguments = [*equations.states, equations.phase, *equations.coefficients]
+    compiled = compiled_function(equations.rates, arguments)
+    more = len(arguments) - equations.dimension
+    rest = np.random.default_rng(1).uniform(0.5, 1.5, more)
+
+    def rates(states: Array) -> Array:
+        inputs = np.column_stack([states, np.tile(rest, (len(states), 1))])
+        return np.asarray(compiled(np.ascontiguousarray(inputs.T)).T)
+
+    groups = unfed_groups(rates, equations.dimension)
+    return [_relative_size([equations.states[i] for i in group]) for group in groups]
+
+
+def unfed_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
+    """Return the smallest groups of states that stay zero where all of a group are.
+
+    Shapes: states (m, n) of `rates`, which returns (m, n).
+
+    >>> def epidemic(q):
+    ...     s, e, i = q.T
+    ...     return np.column_stack([1 - s - s * i, s * i - e, e - i])
+    >>> unfed_groups(epidemic, 3)
+    [(1, 2)]
+    """
+    groups = set[Group]()
+    level: set[tuple[Group, int]] = {((first,), first) for first in range(count)}
+    for size in range(1, MEMBERS + 1):
+        tried, level = sorted(level), set()
+        if not tried:
+            break
+        zero = _vanishes(rates, count, [group for group, _ in tried])
+        for (group, member), vanishing in zip(tried, zero, strict=True):
+            fed = [i for i in group if not vanishing[i]]
+            if not fed:
+                # All states together at rest are an equilibrium and no group of their own.
+                groups.update({group} if size == 1 or size < count else ())
+            elif size == 1 or vanishing[member]:
+                others = set(range(count)).difference(group)
+                level |= {(tuple(sorted((*group, i))), fed[0]) for i in others}
+    return sorted(group for group in groups if not any(set(g) < set(group) for g in groups))
+
+
+def _vanishes(
+    rates: Callable[[Array], Array], count: int, groups: list[Group]
+) -> NDArray[np.bool_]:
+    """Whether each rate vanishes where a group does, shape (number of groups, n)."""
+    states = np.random.default_rng(2).uniform(0.5, 1.5, (len(groups), PLACES, count))
+    for place, group in enumerate(groups):
+        states[place, :, list(group)] = 0.0
+    found = rates(states.reshape(-1, count)).reshape(states.shape)
+    return np.asarray((found == 0).all(axis=1))
+
+
+def _relative_size(states: list[Expression]) -> Expression:
+    squares = hy.sum([state * state for state in states])
+    return 0.5 + 0.4 * hy.sin(FASTER / 2 * hy.log(squares + LEAST))
+
 
 FLAT = 36.0
 """exp(-36) is rounding: an exponential is not seen beside 1."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import follow_found
 from slipfold.loci.into_stick.copies import without_copies

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 from slipfold.errors import InputError
-from slipfold.flow.sizes.typical_sizes import measured_within
+from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
 
 Window = tuple[tuple[float, float], tuple[float, float]]

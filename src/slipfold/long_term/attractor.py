@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate_smooth_or_switched
 from slipfold.long_term.exponents import Exponents
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.flow.contact_motion import ContactMotion, ContactPiece, contact_motions
 from slipfold.flow.flow import flow_of
-from slipfold.flow.switched.contact_motion import ContactMotion, ContactPiece, contact_motions
-from slipfold.flow.switched.mode import Mode
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import Mode, contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.switched.simulate import comes_to_rest
+from slipfold.flow.simulate import comes_to_rest
 from slipfold.long_term.birkhoff import average
 from slipfold.long_term.growth import Growth, growth_from, growth_through_stick
 from slipfold.long_term.rotation import rotation_of

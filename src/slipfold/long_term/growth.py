@@ -8,14 +8,13 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
-from slipfold.flow.pace import paced
-from slipfold.flow.settling.settlement import Settlement
-from slipfold.flow.simulate import Motion
-from slipfold.flow.switched.linearised_motion import linearised_motion
-from slipfold.flow.switched.simulate import begun, slips_at_first, trajectory_of
-from slipfold.flow.switched.switched_motion import SwitchedMotion, legs
+from slipfold.flow.linearised_motion import linearised_motion
+from slipfold.flow.settlement import Settlement
+from slipfold.flow.simulate import Motion, begun, slips_at_first, trajectory_of
+from slipfold.flow.switched_motion import SwitchedMotion, legs
 from slipfold.models.model import Model
 
 PILOT = 8

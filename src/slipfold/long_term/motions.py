@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.ensembles import strobe_many
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
-from slipfold.flow.strobes import strobe_many
 from slipfold.models.model import Model
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.strobes.crowd import Crowd
+from slipfold.flow.ensembles import Crowd
 from slipfold.long_term.birkhoff import average, bump
 from slipfold.long_term.repeats import NEAR, repeats_of
 from slipfold.long_term.verdict import SURE

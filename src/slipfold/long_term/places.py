@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.ensembles import Crowd, models_with
 from slipfold.flow.equilibrium import PUSH
-from slipfold.flow.strobes.crowd import Crowd
-from slipfold.flow.strobes.strobe_many import models_with
 from slipfold.long_term.open_motions import (
     PERIODIC,
     PERIODS,

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.strobes.released import released
+from slipfold.flow.ensembles import released
 from slipfold.long_term.known import Known
 from slipfold.long_term.search import ENDED, Searched, search
 from slipfold.models.model import Model

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.ensembles import TOGETHER, March
 from slipfold.flow.flow import flow_of
-from slipfold.flow.strobes.march import TOGETHER, March
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 

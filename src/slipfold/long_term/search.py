@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.pace import paced
-from slipfold.flow.sizes.typical_sizes import measured
+from slipfold.flow.equilibrium import paced
+from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.known import Known
 from slipfold.long_term.motions import Motions

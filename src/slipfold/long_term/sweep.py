@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.ensembles import OwnMotion, models_with, strobe_many
 from slipfold.flow.flow import flow_of
-from slipfold.flow.strobes.own_motion import OwnMotion
-from slipfold.flow.strobes.strobe_many import models_with, strobe_many
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.settling.settlement import Settlement
+from slipfold.flow.settlement import Settlement
 from slipfold.long_term.rotation import Rotation
 
 SURE = 3.0

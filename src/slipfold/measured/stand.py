@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate_smooth_or_switched
 from slipfold.flow.trajectory import Trajectory
 from slipfold.measured.measurement import Measurement
 from slipfold.measured.quantity import Quantity, read_off

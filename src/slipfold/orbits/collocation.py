@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
-from slipfold.flow.implicit.intervals import Field, Solved, solve_intervals
-from slipfold.flow.implicit.stage_equations import MANY, LinearPart
+from slipfold.flow.intervals import Field, Solved, solve_intervals
+from slipfold.flow.stage_equations import MANY, LinearPart
 from slipfold.models.model import Model
 from slipfold.orbits.discretisation import GAUSS, Cut, Scheme, Segments
 

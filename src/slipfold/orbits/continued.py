@@ -12,7 +12,7 @@ from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.orbits.collocation import INTERVALS, Collocation
 from slipfold.orbits.discretisation import STAGES, Segments
 from slipfold.orbits.kinds import STANDING

@@ -13,13 +13,13 @@ from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow import flow_of, simulate
+from slipfold.flow.equilibrium import paced
 from slipfold.flow.guarded_flow import guarded_flow_of
-from slipfold.flow.pace import paced
-from slipfold.flow.simulate import initial_state
-from slipfold.flow.sizes.typical_sizes import measured
-from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.switched.simulate import (
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import measured
+from slipfold.flow.simulate import (
     comes_to_rest,
+    initial_state,
     simulate_smooth_or_switched,
     simulate_switched,
 )

@@ -15,11 +15,10 @@ from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
-from slipfold.flow.dense_motion import DenseMotion
-from slipfold.flow.implicit.takeover import Takeover
-from slipfold.flow.linear_response import linear_response
+from slipfold.flow.implicit_steps import Takeover
+from slipfold.flow.polynomials import DenseMotion
+from slipfold.flow.scales import linear_response, measured
 from slipfold.flow.simulate import simulate
-from slipfold.flow.sizes.typical_sizes import measured
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import TURN, without_turns

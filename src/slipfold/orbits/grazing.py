@@ -11,13 +11,11 @@ from typing import Any, Self
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
-from slipfold.flow.switched.events import Ending, Event
-from slipfold.flow.switched.mode import Mode, shown
-from slipfold.flow.switched.mode_equations import Undetermined
-from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
-from slipfold.flow.switched.switched_motion import Broken, legs
-from slipfold.flow.switched.transition import Undecided
+from slipfold.flow.modes import Ending, Event, Mode, Undetermined, shown
+from slipfold.flow.switched_flow import Leg, SwitchedFlow
+from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
 

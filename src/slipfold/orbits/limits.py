@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow import Flow
+from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
-from slipfold.flow.switched.mode_equations import Undetermined
-from slipfold.flow.switched.switched_motion import Broken
-from slipfold.flow.switched.transition import Undecided
+from slipfold.flow.modes import Undetermined
+from slipfold.flow.switched_motion import Broken
 from slipfold.models.output import Limit
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
-from slipfold.flow import flow_of, precision
-from slipfold.flow.scaled import power_of_two
-from slipfold.flow.strobes.linearised_steps import TOLERANCE, Carried, LinearisedSteps
+from slipfold.flow import batches, flow_of
+from slipfold.flow.equations import power_of_two
+from slipfold.flow.explicit_steps import TOLERANCE, Carried, LinearisedSteps
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, correct_many, solve_each
@@ -30,7 +30,7 @@ TESTS = ("PD", "fold", "NS", "LP")
 
 ITERATIONS = 6
 
-EXACTLY = precision.TOLERANCE
+EXACTLY = batches.TOLERANCE
 """Error of a step of the flow itself; a larger one may be made by explicit steps."""
 
 TOGETHER = 512

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow import flow_of
-from slipfold.flow.last_round import LastRound, StickTime, round_with_stick
-from slipfold.flow.switched.mode import Mode, shown
-from slipfold.flow.switched.sampled import Samples, sample_switched
-from slipfold.flow.switched.switched_flow import switched_flow_of
-from slipfold.flow.switched.switched_motion import first_mode
+from slipfold.flow.contact_motion import Samples, sample_switched
+from slipfold.flow.modes import Mode, shown
+from slipfold.flow.switched_flow import switched_flow_of
+from slipfold.flow.switched_motion import first_mode
+from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.model import Model
 from slipfold.models.turns import turns_between, turns_by_name, without_turns
 from slipfold.orbits.check import OrbitCheck, orbit_by_collocation

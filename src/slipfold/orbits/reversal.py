@@ -10,9 +10,8 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
-from slipfold.flow.switched.events import Ending, Event
-from slipfold.flow.switched.mode import Mode, Status, shown
-from slipfold.flow.switched.switched_flow import Leg, SwitchedFlow
+from slipfold.flow.modes import Ending, Event, Mode, Status, shown
+from slipfold.flow.switched_flow import Leg, SwitchedFlow
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.grazing import CLEAR, LONGEST, SHORT, MarginalShooting
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting

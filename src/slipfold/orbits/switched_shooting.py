@@ -7,14 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
-from slipfold.flow.switched.linearised_motion import linearised_motion
-from slipfold.flow.switched.mode import Mode, Status, shown
-from slipfold.flow.switched.mode_equations import Undetermined
-from slipfold.flow.switched.slow_slip import left_to_touch
-from slipfold.flow.switched.switched_flow import Leg, switched_flow_of
-from slipfold.flow.switched.switched_motion import Broken, first_mode, legs
-from slipfold.flow.switched.transition import Undecided
+from slipfold.flow.linearised_motion import left_to_touch, linearised_motion
+from slipfold.flow.modes import Mode, Status, Undetermined, shown
+from slipfold.flow.switched_flow import Leg, switched_flow_of
+from slipfold.flow.switched_motion import Broken, first_mode, legs
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 

@@ -13,8 +13,8 @@ from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.switched.contact_motion import ContactMotion, ContactPiece
-from slipfold.flow.switched.mode import Status
+from slipfold.flow.contact_motion import ContactMotion, ContactPiece
+from slipfold.flow.modes import Status
 from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.models.friction import FrictionLaw

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.checks.checked import Checked
-from slipfold.flow.last_round import LastRound, last_round
-from slipfold.flow.switched.history import Interval
-from slipfold.flow.switched.mode import Status
-from slipfold.flow.switched.mode_equations import contacts_of
-from slipfold.flow.trajectory import Sticking, Trajectory
+from slipfold.flow.modes import Status, contacts_of
+from slipfold.flow.switched_motion import Interval
+from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, Field, Part, Table

@@ -21,9 +21,8 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
-from slipfold.flow.simulate import initial_state
-from slipfold.flow.sizes.typical_sizes import measured
-from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.scales import measured
+from slipfold.flow.simulate import initial_state, simulate_smooth_or_switched
 from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
 from slipfold.loci.window import measured_across
 from slipfold.long_term.box import Box, box_around, checked_box

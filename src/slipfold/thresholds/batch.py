@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow.linear_response import linear_response
-from slipfold.flow.strobes.linearised_steps import linearised_steps_of
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.explicit_steps import linearised_steps_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import linear_response
 from slipfold.models.evaluation import carried_whole
 from slipfold.models.model import Model
 from slipfold.newton import Rule, correct_many, solve_each

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.sizes.typical_sizes import measured_within
+from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 from slipfold.read_only import ReadOnly

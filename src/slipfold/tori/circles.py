@@ -16,9 +16,8 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.point import Point
 from slipfold.continuation.whole_matrix import FactoredMatrix
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow.equations import Constants
+from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import flow_of
-from slipfold.flow.scaled import power_of_two
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 

@@ -6,7 +6,7 @@ from scipy.linalg import expm
 
 import slipfold as sf
 from slipfold.flow import flow_of
-from slipfold.flow.strobes.linearised_steps import TOLERANCE, linearised_steps_of
+from slipfold.flow.explicit_steps import TOLERANCE, linearised_steps_of
 
 LENGTH = 1 / 8
 

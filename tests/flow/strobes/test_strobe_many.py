@@ -6,8 +6,8 @@ import pytest
 import slipfold as sf
 from slipfold.errors import InputError
 from slipfold.flow import simulate
-from slipfold.flow.strobes import strobe_many
-from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.ensembles import strobe_many
+from slipfold.flow.simulate import simulate_smooth_or_switched
 from slipfold.models import model_named
 
 OSCILLATOR = sf.SlidingOscillator(f=12.5)

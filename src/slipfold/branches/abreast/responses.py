@@ -34,9 +34,9 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow import flow_of
-from slipfold.flow.linear_response import linear_response
-from slipfold.flow.strobes.linearised_steps import LinearisedSteps, linearised_steps_of
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.explicit_steps import LinearisedSteps, linearised_steps_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import linear_response
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.first_orbits import NEAR

@@ -34,7 +34,7 @@ from slipfold.continuation.step_length import (
 )
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 from slipfold.continuation.walk import SLACK
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 
 CLOSE = 1e-5

@@ -10,8 +10,8 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.last_round import last_round
-from slipfold.flow.switched.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate_smooth_or_switched
+from slipfold.flow.trajectory import last_round
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.stable_spans import ONE_ORBIT
 from slipfold.models.model import Model

@@ -11,7 +11,7 @@ from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.loci.fan import FanLine, follow_line
 from slipfold.loci.into_stick.touches import ends_in_stick, is_dear, slips_in_planes
 from slipfold.loci.locus import Locus

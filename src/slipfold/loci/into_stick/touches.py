@@ -12,7 +12,7 @@ from slipfold.branches.seams import NAMES
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow.switched.mode_equations import contacts_of
+from slipfold.flow.modes import contacts_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.window import Window
 from slipfold.models.model import Model

@@ -1,0 +1,204 @@
+"""Batches of trajectories in the lanes of one integrator, and how many steps they may take.
+
+Tests set tolerance, lanes and optimisation by the environment, to see that no result depends on
+them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, Protocol
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+
+TOLERANCE = float(os.environ.get("SLIPFOLD_TOLERANCE", "1e-13"))
+"""Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
+than 1e-12 takes."""
+
+LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
+"""Trajectories integrated together: two registers of AVX2, one of AVX-512."""
+
+OPTIMISATION = int(os.environ.get("SLIPFOLD_OPTIMISATION", "3"))
+"""LLVM's level for integrators but that of many motions: at 0 they are compiled in a quarter of the
+time and run half as fast, which pays where a model is integrated once, as in most tests."""
+
+
+CALL = 500
+"""Steps taken at a time, milliseconds: between them Ctrl-C is heard. A segment takes about 5, and
+80 where it passes a singularity at 1e-5."""
+
+STEEP = 50_000
+"""Steps that a motion may take without getting on where formulas turn sharply: while a contact
+creeps, the steps are as short as its rise is steep."""
+
+LONGEST = 2_000_000
+"""Steps that one motion may take to its end: two hundred thousand vibrations, or bristles a hundred
+thousand times as stiff as the load in fast slip; a few seconds."""
+
+LONGEST_SEGMENT = 4_500
+"""Steps that segments of an orbit may take: eight hundred vibrations on each. Newton's method asks
+for hundreds of them, with derivatives, also where there is no orbit."""
+
+HOPELESS = 1e-5
+"""Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
+steep the formulas are."""
+
+STOPPED = hy.taylor_outcome.step_limit
+STEP_LIMIT = int(STOPPED)
+
+
+class Rest(Protocol):
+    """Another way to go on with one motion."""
+
+    def is_due(self, single: Any) -> bool:
+        """Whether it gets on better from where the integrator is."""
+
+    def through(self, single: Any, times: Array) -> Array:
+        """Return the states of what is left at some times, shape (m, n). Shapes: times (m,)."""
+
+
+def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
+    """Integrate a batch to its ends, unless one of its motions would take too many steps.
+
+    Return which lanes arrived. The steps of one motion are up for all of them.
+    """
+    free, taken = STEEP if _turns(batch) else CALL, 0
+    while True:
+        before = batch.time.copy()
+        batch.propagate_until(ends, max_steps=CALL)
+        # The times are sums of steps, known to rounding.
+        arrived = np.abs(batch.time - ends) <= 4 * np.finfo(float).eps * (1 + np.abs(ends))
+        if arrived.all() or STOPPED not in _outcomes(batch):
+            return arrived
+        taken += CALL
+        left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
+        if np.any(gained < HOPELESS * left):
+            return arrived
+        if taken >= free and not np.all(left * CALL <= gained * (LONGEST_SEGMENT - taken)):
+            return arrived
+
+
+def _turns(integrator: Any) -> bool:
+    """Whether formulas turn sharply: these have terminal events, of which some cool down."""
+    return integrator.with_events and np.size(integrator.te_cooldowns) > 0
+
+
+def _outcomes(batch: Any) -> list[Any]:
+    """Return how the last integration ended in each lane."""
+    return [item[0] for item in batch.propagate_res]
+
+
+def sampled(batch: Any, times: Array) -> Array:
+    """Integrate a batch through given times; return its states there, NaN where it does not come.
+
+    Shapes: times (m, n_lanes); returns (m, n, n_lanes).
+    """
+    start = batch.state.copy()
+    found = batch.propagate_grid(times, max_steps=STEEP if _turns(batch) else CALL)[1]
+    if STOPPED not in _outcomes(batch):
+        return np.asarray(found)
+    states = np.full((len(times), *start.shape), np.nan)
+    batch.set_time(times[0])
+    batch.state[:] = start
+    for place, ends in enumerate(times):
+        arrived = arrive(batch, ends)
+        states[place] = np.where(arrived, batch.state, np.nan)
+        if not arrived.any():
+            break
+    return states
+
+
+def go_on(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
+    """Integrate one motion to its end in the same way; return the last outcome.
+
+    That is None from where the other way is due.
+    """
+    free, taken = STEEP if steep else CALL, 0
+    while True:
+        if rest.is_due(single):
+            return None
+        before = float(single.time)
+        outcome = int(single.propagate_until(end, max_steps=CALL)[0])
+        if outcome != STEP_LIMIT:
+            return outcome
+        taken += CALL
+        left, gained = abs(end - single.time), abs(single.time - before)
+        if gained < HOPELESS * left:
+            return outcome
+        if taken >= free and not left * CALL <= gained * (LONGEST - taken):
+            return outcome
+
+
+def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True) -> Array:
+    """Integrate one motion through given times; return its states there, NaN from where it ends.
+
+    Shapes: times (m,).
+    """
+    states = np.full((len(times), len(single.state)), np.nan)
+    place = 0
+    while place < len(times):
+        left = times[place:]
+        outcome, *_, known = single.propagate_grid(left, max_steps=min(CALL * len(left), STEEP))
+        states[place : place + len(known)] = known
+        place += len(known)
+        if int(outcome) != STEP_LIMIT or place == len(times) or not patient:
+            break
+        outcome = go_on(single, times[place], rest, steep=_turns(single))
+        if outcome is None:
+            states[place:] = rest.through(single, times[place:])
+        if outcome in (None, STEP_LIMIT):
+            break
+    return states
+
+
+@cache
+def chunks(count: int) -> tuple[slice, ...]:
+    """Return which trajectories go into each batch."""
+    return tuple(slice(first, min(first + LANES, count)) for first in range(0, count, LANES))
+
+
+def padded(items: Array) -> Array:
+    """Fill the lanes that are left over with copies of the last item."""
+    if len(items) == LANES:
+        return items
+    return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
+
+
+def by_lane(values: Array, some: slice) -> Array:
+    """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
+    return values[:, None] if values.ndim == 1 else padded(values[some]).T
+
+
+def set_out(batch: Any, start: Array) -> None:
+    """Begin at these phases."""
+    batch.set_time(padded(start))
+    forget(batch)
+
+
+def forget(integrator: Any) -> None:
+    """Forget the events of the last run."""
+    if integrator.with_events:
+        integrator.reset_cooldowns()
+
+
+def carried(batch: Any, end: Array) -> Array:
+    """Integrate a batch; return one row a trajectory, NaN where the integrator did not arrive.
+
+    Shapes: end (m,); returns (m, N).
+    """
+    arrived, count = arrive(batch, padded(end)), len(end)
+    rows = batch.state.T[:count].copy()
+    if not arrived.all():
+        rows[~arrived[:count]] = np.nan
+    return np.asarray(rows)
+
+
+def joined(batches: Sequence[Array]) -> Array:
+    """Return the rows of all batches."""
+    return batches[0] if len(batches) == 1 else np.concatenate(batches)

@@ -1,0 +1,265 @@
+"""One mode compiled: its integrator with the events that end it, and what its contacts hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.batches import OPTIMISATION, TOLERANCE
+from slipfold.flow.compiled_code import cached
+from slipfold.flow.contact_state import Slopes
+from slipfold.flow.equations import Constants, Scaled
+from slipfold.flow.flow import Flow
+from slipfold.flow.modes import (
+    ANGLE,
+    END,
+    LOGARITHM,
+    PHASE,
+    REST,
+    SLOW,
+    STUCK,
+    Ending,
+    Event,
+    Mode,
+    ModeEquations,
+    Status,
+    events_of,
+    is_zero,
+)
+from slipfold.flow.polynomials import UNIT
+from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
+from slipfold.models.evaluation import compiled_function
+from slipfold.models.output import Expression, Limit
+
+BEYOND = 1e-14
+"""How far beyond zero, over its size, something has come that counts as having crossed it. Where a
+mode begins, slip is exactly zero; a root there would be taken for the one that is sought."""
+
+
+class CompiledMode:
+    """What runs in one mode, compiled and kept on disk.
+
+    Parameters of the integrator are coefficients, scales, and one over the sizes of slips, of
+    frictions and of what limits watch; where slip is slow, the phase asked for comes last. States
+    are those of the model, in a mode with slow slip its logarithm, its angle and the phase, then
+    the energies.
+    """
+
+    def __init__(self, mode: ModeEquations, limits: Sequence[Limit]) -> None:
+        self._mode, self._limits = mode, limits
+        count = len(mode.contacts)
+        self.name = str(mode.mode)
+        self.contacts = count
+        equations = mode.equations
+        self._weights = [
+            hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
+        ]
+        self.events = events_of(mode, limits, self._weights[:count])
+        # What follows the outcome of an event, of a contact along a line that is the only one
+        self.follows = _follows(self.events) if count == 1 else {}
+        self.held = [equations.names.index(name) for name in mode.held]
+        # Whether what contacts hold stays as it is: on counter-bodies at a constant speed
+        self.rests = mode.slow is None and all(
+            is_zero(equations.field[place]) for place in self.held
+        )
+        # Whether all rates are constant
+        constant = {str(item) for item in equations.coefficients}
+        self.steady = mode.slow is None and constant.issuperset(
+            hy.get_variables(list(equations.field))
+        )
+        self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
+        self.flow = Flow(equations)
+        self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
+        if mode.held:
+            slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
+            inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
+            found = [*mode.held.values(), *_held_alone(mode)]
+            self.holding: Any = cached(
+                f"held at a phase and by what {self._key}",
+                lambda: compiled_function(found, inputs),
+            )
+
+    @cached_property
+    def held_slopes(self) -> Slopes:
+        """Derivatives of the states that contacts hold, in a mode without slow slip."""
+        return Slopes(list(self._mode.held.values()), self._mode.equations)
+
+    @cached_property
+    def event_slopes(self) -> Slopes:
+        """Derivatives of what is zero at events, in a mode without slow slip."""
+        return Slopes([event.expression for event in self.events], self._mode.equations)
+
+    @cached_property
+    def powers(self) -> Any:
+        """What contacts put into the structure a phase, and heat, in J, compiled."""
+        equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
+        found = [
+            equations.coefficients[-1] * power
+            for powers in _powers(self._mode, ones, ones)
+            for power in powers
+        ]
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        return cached(f"powers {self._key}", lambda: compiled_function(found, inputs))
+
+    def integrator(self) -> Any:
+        """Return the integrator of states and energies."""
+        bounds = [(item.output, item.bound) for item in self._limits]
+        hy.llvm_state.set_diskcache_enabled(False)
+        made = f"tol={TOLERANCE!r} level={OPTIMISATION} {BEYOND, REST, SLOW, UNIT} {VERSION}"
+        return cached(f"switched {made} limits={bounds!r}\n{self._key}", self._build)
+
+    def _build(self) -> Any:
+        mode, equations = self._mode, self._mode.equations
+        scaled, count = Scaled.of(equations), len(mode.contacts)
+        symbols = [*equations.coefficients, *scaled.scales, *self._weights]
+        phase = str(equations.phase)
+        energies = [
+            equations.coefficients[-1] * power
+            for powers in _powers(mode, self._weights[:count], self._weights[count : 2 * count])
+            for power in powers
+        ]
+        rates = [*scaled.rates, *scaled.express(energies)]
+        states = [hy.expression(f"energy {place}") for place in range(2 * count)]
+        watched = scaled.express([self._watched(event, count) for event in self.events])
+        known: dict[str, Any] = {phase: hy.time}
+        if mode.slow is not None:
+            symbols.append(END)
+            known = {phase: PHASE, str(LOGARITHM): UNIT * LOGARITHM}
+            rates = [hy.exp(LOGARITHM) * rate for rate in rates]
+            for name in mode.held:
+                rates[equations.names.index(name)] = hy.expression(0.0)
+            grows, turns = scaled.express(mode.slow)
+            own = [grows / UNIT, turns, hy.exp(LOGARITHM)]
+            rates[equations.dimension : equations.dimension] = own
+            states = [LOGARITHM, ANGLE, PHASE, *states]
+        known |= {str(symbol): hy.par[i] for i, symbol in enumerate(symbols)}
+        events = [
+            hy.t_event(item, direction=RISING if event.rising else FALLING)
+            for item, event in zip(hy.subs(watched, known), self.events, strict=True)
+        ]
+        # Slow slip is no longer where a law is flat.
+        turns_sharply = sharp_turns(equations).scaled(scaled) if mode.slow is None else SharpTurns()
+        return hy.taylor_adaptive(
+            list(zip([*equations.states, *states], hy.subs(rates, known), strict=True)),
+            state=[0.0] * len(rates),
+            pars=[0.0] * len(symbols),
+            tol=TOLERANCE,
+            opt_level=OPTIMISATION,
+            t_events=[*events, *turns_sharply.events(known, batch=False)],
+            nt_events=turns_sharply.passed(known, batch=False),
+        )
+
+    def _watched(self, event: Event, count: int) -> Expression:
+        """Return the function of an event over its size, with its root a little beyond."""
+        if event.scaled:
+            return event.expression
+        which = event.which
+        if event.ending is Ending.LIMIT:
+            which += 2 * count
+        elif event.ending is not Ending.STOPS:
+            which += count
+        return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
+
+
+def _follows(events: Sequence[Event]) -> dict[int, Mode]:
+    after = {Ending.STOPS: STUCK}
+    after_each = {
+        -1 - place: (event.towards,) if event.ending is Ending.YIELDS else after.get(event.ending)
+        for place, event in enumerate(events)
+    }
+    return {outcome: mode for outcome, mode in after_each.items() if mode is not None}
+
+
+def _held_alone(mode: ModeEquations) -> list[Expression]:
+    """Return what a contact along a line that is the only one bears in stick, and can bear."""
+    if mode.mode != (Status.STICK,) or len(mode.friction[0]) > 1:
+        return []
+    return [mode.friction[0][0], mode.normal[0] * hy.subs(mode.contacts[0].holding, mode.held)]
+
+
+RISING, FALLING = hy.event_direction.positive, hy.event_direction.negative
+
+
+def _powers(
+    mode: ModeEquations, slips: Sequence[Expression], forces: Sequence[Expression]
+) -> tuple[list[Expression], list[Expression]]:
+    """Return what each contact puts into the structure, and heat, in units of the weights."""
+    given, heat = [], []
+    for contact, friction, slip, force in zip(
+        mode.contacts, mode.friction, slips, forces, strict=True
+    ):
+        parts = list(zip(friction, contact.plate, contact.slip, strict=True))
+        lost = hy.sum([item * moved for item, _, moved in parts])
+        driven = hy.sum([item * plate for item, plate, _ in parts])
+        given.append(hy.subs(slip * force * (driven - lost), mode.held))
+        heat.append(hy.subs(slip * force * lost, mode.held))
+    return given, heat
+
+
+STEPS = 20_000
+"""Steps of the integrator between two changes at most."""
+
+ARRIVED = int(hy.taylor_outcome.time_limit)
+STEP_LIMIT = int(hy.taylor_outcome.step_limit)
+
+
+class ReadyMode:
+    """An integrator with the places of its states: most pieces of a motion differ in them alone."""
+
+    def __init__(
+        self, compiled: CompiledMode, integrator: Any, constants: Constants, weights: Array
+    ) -> None:
+        known = np.concatenate([constants.values, constants.scales])
+        integrator.pars[: len(known)] = known
+        self.compiled, self.integrator = compiled, integrator
+        self.constants = constants
+        self._weights = integrator.pars[len(known) : len(known) + len(weights)]
+        n, count = len(constants.scales), compiled.contacts
+        own = 0 if compiled.slow is None else 3
+        self.whole = integrator.state
+        self.scaled = self.whole[:n]
+        self.slow = self.whole[n : n + own]  # logarithm and angle of slow slip, and the phase
+        self.energies = self.whole[n + own :]
+        self.dimension = n
+        # Of states in their units, and of energies in J
+        self.units = np.concatenate([constants.scales, np.ones(own + 2 * count)])
+        self.weigh(weights)
+
+    def weigh(self, weights: Array) -> None:
+        """Take other sizes of the same slips and forces."""
+        self.weights, self._weights[:] = weights, weights
+        k = self.compiled.contacts
+        self.units[-2 * k : -k] = self.units[-k:] = 1 / (weights[:k] * weights[k : 2 * k])
+
+    def set_out(self, state: Array, phase: float) -> None:
+        """Put the integrator at a beginning. Shapes: state (n,)."""
+        np.divide(state, self.constants.scales, self.scaled)
+        self.energies.fill(0.0)
+        if self.compiled.events:
+            self.integrator.reset_cooldowns()
+        self.integrator.time = phase
+
+    def propagate(self, until: float) -> tuple[Event | None, float]:
+        """Integrate up to a time; return what ended it there or before, and when."""
+        # By name the number of steps would take as long as a step.
+        outcome = int(self.integrator.propagate_until(until, STEPS)[0])
+        return self.ending(outcome), self.integrator.time
+
+    def ending(self, outcome: int) -> Event | None:
+        """Return what ended a piece of motion; None if it came to where it was asked to."""
+        if outcome == ARRIVED:
+            return None
+        if -len(self.compiled.events) <= outcome < 0:
+            event = self.compiled.events[-1 - outcome]
+            return None if event.ending is Ending.ARRIVES else event
+        return Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
+
+    def arrived(self) -> tuple[Array, Array]:
+        """Return state and energies, shapes (n,) and (2 k,)."""
+        found = self.whole * self.units
+        return found[: self.dimension], found[-len(self.energies) :]

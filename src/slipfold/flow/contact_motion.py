@@ -1,0 +1,249 @@
+"""A switched trajectory at any instant: states, outputs, and slip and forces of each contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.compiled_code import cached
+from slipfold.flow.equations import Constants, written
+from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import Ending, Mode, Status, mode_equations
+from slipfold.flow.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched_motion import Broken, first_mode, legs
+from slipfold.models.evaluation import compiled_function
+from slipfold.models.model import Kind, Model
+from slipfold.models.output import Contact, Expression
+
+TOUCHES = 1e-7
+"""Slip, over its size, that is as good as none: what follows is as far beside as is taken away."""
+
+
+class Samples:
+    """States at some phases, with the modes in which they are."""
+
+    def __init__(self, model: Model, states: Array, phases: Array, modes: list[Mode]) -> None:
+        self.states = states  # shape (m, n)
+        self._model, self._phases, self._modes = model, phases, modes
+
+    def outputs(self) -> Array:
+        """Return all outputs there, the states first, shape (m, n_outputs)."""
+        flow, constants = switched_flow_of(self._model), flow_of(self._model).constants_of
+        known, found = constants(self._model), None
+        for mode in dict.fromkeys(self._modes):
+            chosen = np.array([item == mode for item in self._modes])
+            values = flow.of(mode).outputs(self.states[chosen], self._phases[chosen], known)
+            if found is None:
+                found = np.empty((len(self.states), values.shape[1]))
+            found[chosen] = values
+        assert found is not None
+        return found
+
+
+def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[Leg]:
+    """Carry a state from phase zero to another, with all that lies between.
+
+    A motion that cannot go on ends there; where slip in the plane touches zero it goes on from
+    rest.
+    """
+    flow = switched_flow_of(model)
+    constants = flow_of(model).constants_of(model)
+    weights = flow.weights(state, constants)
+    phase, ahead = 0.0, True
+    while ahead:
+        ahead = False
+        try:
+            for leg, _ in legs(flow, mode, state, end, constants, weights, begin=phase, dense=True):
+                yield leg
+        except Broken as broken:
+            if (last := broken.leg) is None:
+                return
+            yield last
+            resting = _touches(flow, last, constants, weights)
+            if resting is not None and phase < last.end < end:
+                mode, phase, ahead = resting, last.end, True
+                state = flow.held(mode, last.state, phase, constants)
+
+
+def _touches(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> Mode | None:
+    """Return the mode at rest of slip that turns too fast to follow, None if it does not rest."""
+    stiff = leg.event is not None and leg.event.ending is Ending.STIFF
+    if not stiff or Status.SLOW not in leg.mode:
+        return None
+    contact, now = leg.mode.index(Status.SLOW), flow.quantities.at(leg.state, leg.end, constants)
+    speed = math.hypot(*now.slip[flow.quantities.places[contact]]) * weights[contact]
+    resting = (*leg.mode[:contact], Status.STICK, *leg.mode[contact + 1 :])
+    return resting if speed < TOUCHES else None
+
+
+def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:
+    """Carry a state from phase zero along increasing phases. Shapes: state (n,); phases (m,)."""
+    states = np.full((len(phases), len(state)), np.nan)
+    modes = [mode] * len(phases)
+    scales = flow_of(model).constants_of(model).scales
+    done, last, doing = 0, state, mode
+    for leg in dense_legs(model, state, mode, float(phases[-1])):
+        arrived = leg.event is None and leg.end >= phases[-1]
+        upto = len(phases) if arrived else int(np.searchsorted(phases, leg.end))
+        if upto > done:
+            if leg.polynomials is None:
+                states[done:upto] = leg.state
+            else:
+                states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
+            modes[done:upto] = [leg.seen] * (upto - done)
+        done, last, doing = max(done, upto), leg.state, leg.seen
+    # Where the last leg ends in an event at the last of the phases, no other one follows.
+    states[done:], modes[done:] = last, [doing] * (len(phases) - done)
+    return Samples(model, states, phases, modes)
+
+
+FEWEST = 16
+"""Intervals between samples of a piece at least: short ones turn as sharply as long ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPiece:
+    """A time in which a contact does one thing, with its ends; d directions."""
+
+    status: Status
+    phase: Array  # since the start, shape (m,)
+    slip: Array  # velocity of the counter-body relative to the body in m/s, shape (m, d)
+    friction: Array  # force on the body in N, shape (m, d)
+    normal: Array  # normal force in N, shape (m,)
+    plate: Array  # velocity of the counter-body in m/s, shape (m, d)
+    # How far the body is from its place in m, shape (m, d); NaN where the equations do not tell
+    displacement: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ContactMotion:
+    """All that one contact does, piece after piece."""
+
+    name: str
+    pieces: tuple[ContactPiece, ...]
+
+    @property
+    def directions(self) -> int:
+        """One along a line, two in the plane."""
+        return int(self.pieces[0].slip.shape[1])
+
+    @property
+    def end(self) -> float:
+        """Where the last piece ends."""
+        return float(self.pieces[-1].phase[-1])
+
+
+def contact_motions(
+    model: Model,
+    starts: Iterable[tuple[Array, Mode | None]],
+    length: float = 1.0,
+    per_period: int = 256,
+) -> tuple[ContactMotion, ...]:
+    """Return what all contacts do in motions of some length that follow each other.
+
+    Each begins at phase zero, at a state and in a mode; None is the one that the state tells.
+    """
+    flow = switched_flow_of(model)
+    constants = flow_of(model).constants_of(model)
+    found: list[list[ContactPiece]] = [[] for _ in flow.contacts]
+    for number, (state, mode) in enumerate(starts):
+        if mode is None:
+            mode = first_mode(flow, state, constants, flow.weights(state, constants))
+        for leg in dense_legs(model, state, mode, length):
+            if leg.polynomials is None or leg.end == leg.begin:
+                continue
+            sampled = _sampled(model, leg, len(state), per_period)
+            for pieces, piece in zip(found, sampled, strict=True):
+                pieces.append(_later(piece, number * length))
+    return tuple(
+        ContactMotion(contact.name, tuple(_joined(pieces)))
+        for contact, pieces in zip(flow.contacts, found, strict=True)
+    )
+
+
+def _sampled(model: Model, leg: Leg, n: int, per_period: int) -> list[ContactPiece]:
+    """Sample a leg from its begin to its end, a piece for each contact."""
+    constants, flow = flow_of(model).constants_of(model), switched_flow_of(model)
+    count = max(math.ceil(per_period * (leg.end - leg.begin)), FEWEST)
+    phases = np.linspace(leg.begin, leg.end, count + 1)
+    assert leg.polynomials is not None
+    states = leg.polynomials(phases)[:, :n] * constants.scales
+    mode = leg.seen
+    repeated = np.broadcast_to(constants.values, (len(phases), len(constants.values)))
+    inputs = np.concatenate([states, phases[:, None], repeated], axis=1)
+    values = _evaluated(model.kind, mode)(np.ascontiguousarray(inputs.T)).T
+    pieces, done = [], 0
+    for place, status in zip(flow.quantities.places, mode, strict=True):
+        d = place.stop - place.start
+        own = np.split(values[:, done : done + 4 * d + 1], [d, 2 * d, 2 * d + 1, 3 * d + 1], axis=1)
+        slip, friction, normal, plate, displacement = own
+        if status is Status.STICK:
+            slip = np.zeros_like(slip)
+        pieces.append(
+            ContactPiece(status, phases, slip, friction, normal[:, 0], plate, displacement)
+        )
+        done += 4 * d + 1
+    return pieces
+
+
+@lru_cache(maxsize=256)
+def _evaluated(kind: Kind, mode: Mode) -> Any:
+    """Return a compiled function of states, phase and coefficients."""
+    model = kind.make()
+    found = mode_equations(model, mode)
+    expressions: list[Expression] = []
+    for contact, friction, normal in zip(found.contacts, found.friction, found.normal, strict=True):
+        own = [*contact.slip, *friction, normal, *contact.plate, *_displacement(model, contact)]
+        expressions += [hy.expression(0.0) + item for item in own]
+    equations = found.equations
+    inputs = [*equations.states, equations.phase, *equations.coefficients]
+    return cached(
+        f"contact motion {equations.fingerprint()} {mode}",
+        lambda: compiled_function(expressions, inputs),
+    )
+
+
+def _displacement(model: Model, contact: Contact) -> list[Expression]:
+    """Return how far a contact is from its place: its velocity, with each rate by its state."""
+    symbols = written(model)
+    rates = model.rates(symbols.states, symbols.coefficients, symbols.phase)
+    moved = {
+        name: symbols.states[place]
+        for place, rate in rates.items()
+        for name, symbol in symbols.states.items()
+        if rate == symbol
+    }
+    found = []
+    for slip in contact.slip:
+        slopes = {name: hy.diff(slip, symbol) for name, symbol in symbols.states.items()}
+        told = all(name in moved for name, slope in slopes.items() if slope != ZERO)
+        parts = [-slopes[name] * place for name, place in moved.items()]
+        found.append(hy.sum(parts) if told else hy.expression(math.nan))
+    return found
+
+
+ZERO = hy.expression(0.0)
+
+
+def _later(piece: ContactPiece, phases: float) -> ContactPiece:
+    return ContactPiece(**{**vars(piece), "phase": piece.phase + phases})
+
+
+def _joined(pieces: Sequence[ContactPiece]) -> list[ContactPiece]:
+    """Join pieces that follow each other in which a contact does the same."""
+    found: list[ContactPiece] = []
+    for piece in pieces:
+        if found and found[-1].status is piece.status:
+            last = vars(found.pop())
+            own = vars(piece)
+            joined = {key: np.concatenate([last[key], own[key]]) for key in own if key != "status"}
+            piece = ContactPiece(piece.status, **joined)
+        found.append(piece)
+    return found

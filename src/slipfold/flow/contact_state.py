@@ -1,0 +1,372 @@
+"""Contacts at an instant: slips, forces, and the mode in which they continue."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise, product
+from typing import Any, NamedTuple
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.compiled_code import cached
+from slipfold.flow.equations import Constants, Equations
+from slipfold.flow.modes import Mode, Status, rate_along, rate_of_phase
+from slipfold.models.evaluation import compiled_function
+from slipfold.models.output import Contact, Expression, normal_name
+
+
+class Arguments(threading.local):
+    """Their place in memory, one a thread: most calls of a motion differ in few of them."""
+
+    def __init__(self) -> None:
+        self._constants: Constants | None = None
+        self._whole, self._count = np.empty(0), 0
+
+    def of(self, state: Array, phase: float, constants: Constants) -> Array:
+        """Return state, phase and coefficients, good until the next call. Shapes: state (n,)."""
+        if constants is not self._constants:
+            self._whole = np.concatenate([state, (phase,), constants.values])
+            self._constants, self._count = constants, len(state)
+        whole, count = self._whole, self._count
+        whole[:count] = state
+        whole[count] = phase
+        return whole
+
+
+def many(states: Array, phases: Array, constants: Constants) -> Array:
+    """Return the same of many states, one a column. Shapes: states (p, n); phases (p,)."""
+    known = np.repeat(constants.values[:, None], len(states), axis=1)
+    # Without coefficients the columns are not yet one behind the other.
+    return np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))
+
+
+class Slopes:
+    """Some functions of state, phase and coefficients with their first derivatives, compiled."""
+
+    def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        self._shape = len(functions), len(inputs)
+        self._states = equations.dimension
+        self._functions, self._inputs = list(functions), inputs
+        key = f"slopes {[str(item) for item in functions]}\n{equations.fingerprint()}"
+        self._function: Any = cached(
+            key,
+            lambda: compiled_function(
+                hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel(),
+                inputs,
+            ),
+        )
+
+    @cached_property
+    def _values(self) -> Any:
+        return compiled_function(self._functions, self._inputs)
+
+    def values(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""
+        known = np.tile(constants.values, (len(states), 1))
+        inputs = np.concatenate([states, phases[:, None], known], axis=1)
+        return np.ascontiguousarray(self._values(np.ascontiguousarray(inputs.T)).T)
+
+    def at(
+        self, state: Array, phase: float, constants: Constants, directions: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return derivatives by state and phase, and along changes of the coefficients.
+
+        Shapes: state (n,); directions (n_c, k); returns (q, n), (q,), (q, k).
+        """
+        found = self._function(np.concatenate([state, [phase], constants.values]))
+        found, n = found.reshape(self._shape), self._states
+        return found[:, :n], found[:, n], found[:, n + 1 :] @ directions
+
+
+Numbers = list[float]
+
+
+class ContactsNow(NamedTuple):
+    """All contacts at a state; m components of slip, k contacts, in SI units.
+
+    They are few numbers, of which a list is quicker than an array.
+    """
+
+    slip: Numbers  # velocity of the counter-bodies relative to the bodies, m of them
+    free: Numbers  # its rate without any force in a contact, m
+    by_friction: list[Numbers]  # change of that rate with each component of friction, m rows of m
+    by_normal: list[Numbers]  # and with each normal force, m rows of k
+    normal: Numbers  # normal forces, k
+    kinetic: Numbers  # friction in slip at the present speed, k
+    starting: Numbers  # friction in slip at no speed yet, k
+    holding: Numbers  # friction up to which contacts stick, k
+    plate: Numbers  # velocity of the counter-bodies, m
+
+
+class ContactQuantities:
+    """Evaluates what decides how contacts go on."""
+
+    def __init__(self, contacts: Sequence[Contact], equations: Equations) -> None:
+        ends = np.cumsum([0, *(len(contact.slip) for contact in contacts)])
+        # Components of each contact
+        self.places = tuple(slice(*pair) for pair in pairwise(ends))
+        k, m = len(contacts), int(ends[-1])
+        sizes = [m, m, *[m] * m, *[k] * m, k, k, k, k, m]
+        borders = np.cumsum([0, *sizes])
+        self._parts = [slice(*pair) for pair in pairwise(borders.tolist())]
+        self._components = m
+        expressions = _expressions(contacts, equations)
+        inputs = [*equations.states, equations.phase, *equations.coefficients]
+        key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
+        self._function: Any = cached(key, lambda: compiled_function(expressions, inputs))
+        self._arguments = Arguments()
+
+    def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
+        """Evaluate at a state. Shapes: state (n,)."""
+        return self._sorted(self._function(self._arguments.of(state, phase, constants)).tolist())
+
+    def along(self, states: Array, phases: Array, constants: Constants) -> list[ContactsNow]:
+        """Evaluate at many states. Shapes: states (p, n); phases (p,)."""
+        values = self._function(many(states, phases, constants))
+        return [self._sorted(row) for row in values.T.tolist()]
+
+    def _sorted(self, values: Numbers) -> ContactsNow:
+        found, m = [values[part] for part in self._parts], self._components
+        matrices = found[2 : 2 + m], found[2 + m : 2 + 2 * m]
+        return ContactsNow(found[0], found[1], *matrices, *found[2 + 2 * m :])
+
+
+def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expression]:
+    normals = [normal_name(contact.name) for contact in contacts]
+    forces = [name for contact in contacts for name in contact.friction_names]
+    nothing = dict.fromkeys((*normals, *forces), hy.expression(0.0))
+    rates = dict(zip(equations.names, equations.field, strict=True)) | rate_of_phase(equations)
+    slips = [part for contact in contacts for part in contact.slip]
+    changes = [rate_along(slip, rates) for slip in slips]
+    found = [*slips, *hy.subs(changes, nothing)]
+    for names in (forces, normals):
+        found += [hy.diff(change, hy.expression(name)) for change in changes for name in names]
+    found += [contact.normal for contact in contacts]
+    for contact in contacts:
+        speed = contact.slip[0] if len(contact.slip) == 1 else None
+        square = hy.sum([part * part for part in contact.slip])
+        size = hy.sqrt(square) if speed is None else hy.select(hy.gt(speed, 0.0), speed, -speed)
+        found.append(contact.normal * contact.friction(size))
+    found += [contact.normal * contact.friction(hy.expression(0.0)) for contact in contacts]
+    found += [contact.normal * contact.holding for contact in contacts]
+    return found + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]
+
+
+TURNS = 50
+"""Newton steps to the direction of slip that begins: three are enough."""
+
+SLACK = 1e-11
+"""Share of what friction holds by which rounding may place a force beyond it."""
+
+TRIED = 7
+"""Contacts at rest at one instant of which all combinations are tried."""
+
+
+class Undecided(ValueError):
+    """No mode agrees with itself."""
+
+
+@dataclass(eq=False)
+class _Instant:
+    """Contacts at an instant, some of them at rest."""
+
+    now: ContactsNow
+    places: Sequence[slice]  # components of each contact
+    rest: tuple[int, ...]  # contacts without slip, of which it is open what they do
+    moving: Mode  # what each contact does; of those at rest it means nothing
+
+    def forces(
+        self, mode: Mode, given: Mapping[int, Numbers] | None = None
+    ) -> tuple[Numbers, Numbers]:
+        """Return friction and rates of slip if the contacts go on in a mode.
+
+        Friction in contacts that slip may be given.
+        """
+        now, rows = self.now, range(len(self.now.slip))
+        friction, rates = [0.0] * len(rows), list(now.free)
+        stuck = list[int]()
+        for contact, (status, place) in enumerate(zip(mode, self.places, strict=True)):
+            if status is Status.OPEN:
+                continue
+            for row in rows:
+                rates[row] += now.by_normal[row][contact] * now.normal[contact]
+            if status is Status.STICK:
+                stuck += range(place.start, place.stop)
+                continue
+            known = (given or {}).get(contact)
+            forces = self._sliding(contact, status, place) if known is None else known
+            friction[place] = forces
+            for column, force in enumerate(forces, place.start):
+                for row in rows:
+                    rates[row] += now.by_friction[row][column] * force
+        if stuck:
+            matrix = [[now.by_friction[row][column] for column in stuck] for row in stuck]
+            held = _solved(matrix, [-rates[row] for row in stuck])
+            for column, force in zip(stuck, held, strict=True):
+                friction[column] = force
+                for row in rows:
+                    rates[row] += now.by_friction[row][column] * force
+            for row in stuck:
+                rates[row] = 0.0
+        return friction, rates
+
+    def _sliding(self, contact: int, status: Status, place: slice) -> Numbers:
+        """Return the friction of a contact that slips."""
+        now, starts = self.now, contact in self.rest
+        size = (now.starting if starts else now.kinetic)[contact]
+        if place.stop - place.start == 1:
+            forth = status is Status.FORTH if starts else now.slip[place.start] > 0
+            return [size if forth else -size]
+        along = (self._borne if starts else now.slip)[place]
+        length = math.hypot(*along)
+        return [size * part / length if length else math.nan for part in along]
+
+    @cached_property
+    def _borne(self) -> Numbers:
+        """Friction if all that is at rest sticks."""
+        changes = dict.fromkeys(self.rest, Status.STICK)
+        return self.forces(_changed(self.moving, changes))[0]
+
+    def response(self, mode: Mode, contact: int) -> tuple[Numbers, list[Numbers]]:
+        """Return a contact's rate of slip without its friction, and its change with that.
+
+        Others go on in the mode, those that stick with whatever friction it takes.
+        """
+        place = self.places[contact]
+        size = range(place.stop - place.start)
+        alone = self.forces(mode, {contact: [0.0 for _ in size]})[1][place]
+        columns = [
+            self.forces(mode, {contact: [float(i == axis) for i in size]})[1][place]
+            for axis in size
+        ]
+        return alone, [[column[row] - alone[row] for column in columns] for row in size]
+
+    def violations(self, mode: Mode) -> dict[int, Status]:
+        """Return the contacts at rest that cannot go on like this, and what they had better do."""
+        friction, rates = self.forces(mode)
+        found = {}
+        for contact in self.rest:
+            place, most = self.places[contact], self.now.holding[contact]
+            if mode[contact] is Status.STICK:
+                if math.hypot(*friction[place]) > most * (1 + SLACK):
+                    planar = place.stop - place.start == 2
+                    straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
+                    found[contact] = Status.SLOW if planar else straight
+            elif mode[contact] is Status.SLOW:
+                alone, change = self.response(mode, contact)
+                start = self.now.starting[contact]
+                away = outward(alone, change, start)[1]
+                if away < -SLACK * largest(change) * most:
+                    found[contact] = Status.STICK
+            else:
+                size = abs(self.now.by_friction[place.start][place.start]) * most
+                if float(mode[contact]) * rates[place.start] < -SLACK * size:
+                    found[contact] = Status.STICK
+        return found
+
+
+def outward(alone: Numbers, change: list[Numbers], size: float) -> tuple[Numbers, float]:
+    """Return the direction in which slip in the plane begins, and how fast it grows.
+
+    Slip grows along itself, ``s' = k e`` with friction ``size e``.
+    """
+    (a, b), (c, d) = change
+    x, y = _solved(change, [-part for part in alone])
+    angle = math.atan2(y, x)
+    for _ in range(TURNS):
+        cos, sin = math.cos(angle), math.sin(angle)
+        u, v = alone[0] + size * (a * cos + b * sin), alone[1] + size * (c * cos + d * sin)
+        across = size * (sin * (a * sin - b * cos) - cos * (c * sin - d * cos))
+        step = (cos * v - sin * u) / (across - (cos * u + sin * v))
+        angle -= step
+        if abs(step) < 1e-15:
+            break
+    cos, sin = math.cos(angle), math.sin(angle)
+    u, v = alone[0] + size * (a * cos + b * sin), alone[1] + size * (c * cos + d * sin)
+    return [cos, sin], cos * u + sin * v
+
+
+def largest(matrix: list[Numbers]) -> float:
+    """Return the size of the largest of its entries."""
+    return max(abs(entry) for row in matrix for entry in row)
+
+
+def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
+    """Solve some equations; a library takes longer for one or two than all else here."""
+    if len(right) == 1:
+        return [right[0] / matrix[0][0]]
+    if len(right) == 2:
+        (a, b), (c, d) = matrix
+        e, f = right
+        size = a * d - b * c
+        return [(d * e - b * f) / size, (a * f - c * e) / size]
+    return [float(part) for part in np.linalg.solve(matrix, right)]
+
+
+def friction_in(
+    now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int]
+) -> Numbers:
+    """Return friction if contacts, some of them at rest, go on in a mode."""
+    return _Instant(now, places, tuple(rest), mode).forces(mode)[0]
+
+
+def response(
+    now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int], contact: int
+) -> tuple[Numbers, list[Numbers]]:
+    """Return the rate of slip of a contact without its friction, and its change with that."""
+    return _Instant(now, places, tuple(rest), mode).response(mode, contact)
+
+
+def next_mode(
+    now: ContactsNow,
+    places: Sequence[slice],
+    mode: Mode,
+    rest: Sequence[int],
+    wanted: Mapping[int, Status],
+) -> Mode:
+    """Return the mode in which contacts go on.
+
+    Those at `rest` have no slip; `wanted` says what some of them are about to do.
+    Sticking goes before slipping back: a contact stops where friction can hold it.
+    """
+    instant = _Instant(now, places, tuple(rest), mode)
+    seen = set[Mode]()
+    trial = _changed(mode, wanted)
+    while trial not in seen:
+        seen.add(trial)
+        wrong = instant.violations(trial)
+        if not wrong:
+            return trial
+        # One at a time, the last first: where one lets go, what others bear changes.
+        worst = max(wrong)
+        trial = _changed(trial, {worst: wrong[worst]})
+    for candidate in _all(instant, mode):
+        if candidate not in seen and not instant.violations(candidate):
+            return candidate
+    raise Undecided("no state of its contacts agrees with the forces in them")
+
+
+def _changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
+    if not changes:
+        return mode
+    return tuple(changes.get(place, status) for place, status in enumerate(mode))
+
+
+def _all(instant: _Instant, mode: Mode) -> Iterator[Mode]:
+    """All modes, those that stick most first."""
+    rest = instant.rest
+    if len(rest) > TRIED:
+        return
+    planar = (Status.STICK, Status.SLOW)
+    straight = (Status.STICK, Status.FORTH, Status.BACK)
+    sizes = [instant.places[item].stop - instant.places[item].start for item in rest]
+    choices = product(*(planar if size == 2 else straight for size in sizes))
+    for chosen in sorted(choices, key=lambda some: -some.count(Status.STICK)):
+        yield _changed(mode, dict(zip(rest, chosen, strict=True)))

@@ -1,0 +1,464 @@
+"""Ensembles of trajectories, each with its own parameters, from one forcing period to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.flow.equations import Constants
+from slipfold.flow.explicit_steps import STEPS_PER_CALL, explicit_steps_of
+from slipfold.flow.flow import flow_of
+from slipfold.flow.guarded_flow import Stop, guarded_flow_of
+from slipfold.flow.modes import Status, shown
+from slipfold.flow.scales import measured, measured_within
+from slipfold.flow.simulate import LARGEST, comes_to_rest, told_in_slip, unbounded_at
+from slipfold.flow.switched_flow import switched_flow_of
+from slipfold.flow.switched_motion import Broken, SwitchedMotion, first_mode, legs
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.progress import Observer, Progress
+from slipfold.threads import cores
+
+TOGETHER = 512
+"""Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""
+
+CALLS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
+"""Calls in a forcing period, each of a few steps."""
+
+FIRST = 4
+"""Calls in the first period, if they are of four steps."""
+
+HALVINGS = 9
+"""Times that the steps of one motion are halved before that motion is left behind."""
+
+ORDER = 8
+
+TOLERANCE = 1e-9
+"""Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""
+
+MANY = 0.2
+"""Share of calls repeated for single motions from which on all take shorter steps."""
+
+FEW = 0.02
+"""Share of them below which all may take longer ones."""
+
+
+class March:
+    """Motions that march together.
+
+    Steps that are too long for some of them, or in which they might meet a limit, are halved for
+    these alone. The number of steps in a period follows from how many that are.
+    """
+
+    def __init__(self, model: Model, constants: Constants) -> None:
+        self._steps = explicit_steps_of(model)
+        self._n = n = len(model.states)
+        known = np.atleast_2d(constants.known).T
+        self._work = np.zeros((n + 2 + len(known), known.shape[1]))
+        self._work[n + 2 :] = known
+        self._values = np.empty((n + 1, known.shape[1]))
+        self._place = CALLS.index(FIRST * STEPS_PER_CALL // self._steps.count)
+
+    def period(self, states: Array) -> Array:
+        """Carry states over a forcing period; NaN where a motion is left behind.
+
+        Shapes: states (n, m); returns (n, m).
+        """
+        return self._through(states, CALLS[self._place])[-1]
+
+    def samples(self, states: Array, count: int) -> Array:
+        """Return what lies between: states at equal intervals of a period, the first ones first.
+
+        Shapes: states (n, m); returns (count, n, m).
+        """
+        return self._through(states, count, every=True)[:-1]
+
+    def _through(self, states: Array, calls: int, *, every: bool = False) -> Array:
+        """Carry states over a period in so many calls; return the last ones, or every one."""
+        n, work, values = self._n, self._work, self._values
+        behind = np.zeros(states.shape[1], bool)
+        found = np.empty((calls + 1 if every else 1, *states.shape))
+        found[0] = states
+        work[:n], work[n + 1], repeated, worst = states, 1 / (calls * self._steps.count), 0, 0.0
+        for call in range(calls):
+            work[n] = call / calls
+            self._steps.function(work, outputs=values)
+            error = float(values[n].max())
+            if not error <= TOLERANCE:
+                again = self._too_long(values) & ~behind
+                error = float(values[n].max(initial=0.0, where=~again & ~behind))
+                repeated += int(np.count_nonzero(again))
+                self._halve(again, behind)
+                values[:n, behind] = states[:, behind]
+            worst = max(worst, error)
+            work[:n] = values[:n]
+            if every:
+                found[call + 1] = values[:n]
+                found[call + 1, :, behind] = np.nan
+        if not every:
+            self._pace(repeated / (calls * states.shape[1]), worst)
+            found[0] = work[:n]
+            found[0][:, behind] = np.nan
+        return found
+
+    def _halve(self, again: NDArray[np.bool_], behind: NDArray[np.bool_]) -> None:
+        """Repeat the last steps for some motions at half their length, and these if need be."""
+        which = np.flatnonzero(again)
+        ends, arrived = self._in_halves(self._work[:, which], HALVINGS)
+        self._values[: self._n, which] = ends
+        behind[which[~arrived]] = True
+
+    def _in_halves(self, work: Array, left: int) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the states after some steps, and of which motions they can be trusted."""
+        n = self._n
+        arrived = np.full(work.shape[1], left > 0)
+        if left == 0:
+            return work[:n], arrived
+        here = work.copy()
+        here[n + 1] /= 2
+        for _ in range(2):
+            going = np.flatnonzero(arrived)
+            part = np.ascontiguousarray(here[:, going])
+            values = self._steps.function(part)
+            again = np.flatnonzero(self._too_long(values))
+            if len(again):
+                redone, fine = self._in_halves(part[:, again], left - 1)
+                values[:n, again] = redone
+                arrived[going[again]] = fine
+            here[:n, going] = values[:n]
+            here[n] += here[n + 1] * self._steps.count
+        return here[:n], arrived
+
+    def _too_long(self, values: Array) -> NDArray[np.bool_]:
+        return ~(values[self._n] <= TOLERANCE)
+
+    def _pace(self, repeated: float, worst: float) -> None:
+        """Choose the number of steps in the next period."""
+        place = self._place
+        if repeated > MANY:
+            self._place = min(place + 1, len(CALLS) - 1)
+        elif repeated < FEW and place > 0:
+            longer = CALLS[place] / CALLS[place - 1]
+            self._place -= 2 * worst * longer**ORDER < TOLERANCE
+
+
+class OwnMotion:
+    """One motion, a few periods at a time.
+
+    `stuck` says whether a contact stuck or was open in the last one.
+    """
+
+    def __init__(self, model: Model, constants: Constants, start: Array) -> None:
+        self.model = model
+        self.stopped: Stop | None = None
+        self.stuck = False
+        self._constants = constants
+        # Elsewhere contacts may stick at any time.
+        self._sticks = not told_in_slip(model, start[None], constants)
+        self._weights = guarded_flow_of(model).weights(start, constants)
+        self._switched: SwitchedMotion | None = None
+        self._before = 0
+
+    def go_on(self, state: Array, periods: int, done: int = 0) -> Array:
+        """Carry a state over some periods, after some that are done, as far as it comes.
+
+        Shapes: state (n,); returns (m, n), m <= periods.
+        """
+        found = [state]
+        while len(found) <= periods and self.stopped is None:
+            so_far = done + len(found) - 1
+            if self._switched is None and not self._sticks:
+                found += self._slipping(found[-1], periods + 1 - len(found), so_far)
+            else:
+                found += self._through_stick(found[-1], so_far)
+        return np.array(found[1:]).reshape(-1, len(state))
+
+    def _slipping(self, state: Array, periods: int, done: int) -> list[Array]:
+        flow, found = guarded_flow_of(self.model), list[Array]()
+        for piece in flow.pieces(state, periods, self._constants, done, self._weights):
+            found += list(piece.states)
+            if piece.stop is not None and comes_to_rest(piece.stop, self.model):
+                last = found[-1] if found else state
+                return found + self._through_stick(last, done + len(found))
+            self.stopped = piece.stop
+        self.stuck = False
+        return found
+
+    def _through_stick(self, state: Array, done: int) -> list[Array]:
+        """Carry a state over a period in which a contact may stick."""
+        if self._switched is None:
+            self._switched, self._before = SwitchedMotion(self.model, state), done
+        motion = self._switched
+        first, seen = motion.modes[-1], len(motion.recorder.modes)
+        motion.go_on(1)
+        if motion.stopped is not None:
+            later = self._before * motion.constants.period
+            self.stopped = replace(motion.stopped, time=motion.stopped.time + later)
+            return []
+        modes = [first, *motion.recorder.modes[seen:]]
+        self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
+        if not self.stuck and not self._sticks:
+            self._switched = None  # the next period may be one of those without events
+        return [motion.strobe[-1]]
+
+
+def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, Stop]]:
+    """Return the states at the end of the period, and why motions ended before, by their place.
+
+    These are no numbers. Contacts may stick on the way. Shapes: starts (k, n); phases (k,), from
+    0 to 1; returns (k, n).
+    """
+    found, stops = starts.copy(), dict[int, Stop]()
+    constants, guarded = flow_of(model).constants_of(model), guarded_flow_of(model)
+    # Elsewhere contacts may stick at any time.
+    sticks = not told_in_slip(model, starts, constants)
+    for place in np.flatnonzero((phases > 0) & (phases < 1)):
+        state, phase = starts[place], float(phases[place])
+        stop: Stop | None = None
+        if not sticks:
+            states, stop, _ = guarded.released(state, phase, constants)
+            if stop is None:
+                found[place] = states[-1]
+                continue
+        if sticks or comes_to_rest(stop, model):
+            try:
+                found[place] = _through_stick(model, state, phase)
+                continue
+            except Broken as broken:
+                time = (broken.stop.time - phase) * constants.period
+                stop = replace(broken.stop, time=time)
+        assert stop is not None
+        found[place], stops[int(place)] = np.nan, stop
+    return found, stops
+
+
+def _through_stick(model: Model, state: Array, phase: float) -> Array:
+    """Carry a state to the end of the period, from event to event. Shapes: state (n,)."""
+    flow, constants = switched_flow_of(model), flow_of(model).constants_of(model)
+    weights = flow.weights(state, constants)
+    mode = first_mode(flow, state, constants, weights, phase)
+    state = flow.held(shown(mode), state, phase, constants)
+    for leg, _ in legs(flow, mode, state, 1.0, constants, weights, begin=phase):
+        state = leg.state
+    return state
+
+
+class Crowd:
+    """Motions from one forcing period to the next; a context, in which threads are kept."""
+
+    def __init__(
+        self,
+        models: list[Model],
+        starts: Array,
+        threads: int | None = None,
+    ) -> None:
+        self._groups = [
+            _Group(models[first : first + TOGETHER], starts[first : first + TOGETHER])
+            for first in range(0, len(starts), TOGETHER)
+        ]
+        self._pool = ThreadPoolExecutor(min(threads or cores(), len(self._groups)))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._pool.shutdown()
+
+    @property
+    def states(self) -> Array:
+        """Present states, NaN of motions that stopped, shape (k, n)."""
+        return np.concatenate([group.states.T for group in self._groups])
+
+    @property
+    def stuck(self) -> NDArray[np.bool_]:
+        """Whether a contact stuck or was open in the last period, shape (k,)."""
+        return np.concatenate([group.stuck for group in self._groups])
+
+    @property
+    def stopped(self) -> tuple[Stop | None, ...]:
+        """Why and when each motion ended early."""
+        return tuple(stop for group in self._groups for stop in group.stopped)
+
+    def go_on(self) -> None:
+        """Carry all motions over a period."""
+        if len(self._groups) == 1:  # without the detour through another thread
+            self._groups[0].go_on()
+        else:
+            list(self._pool.map(_Group.go_on, self._groups))
+
+    def move(self, states: Array) -> None:
+        """Put motions elsewhere; those left out are NaN. Shapes: states (k, n)."""
+        first = 0
+        for group in self._groups:
+            some = states[first : first + len(group.models)]
+            kept = np.isfinite(some).all(axis=1)
+            group.states[:, kept] = some[kept].T
+            first += len(group.models)
+
+    def leave(self, which: NDArray[np.bool_]) -> None:
+        """Let some motions stay where they are from now on. Shapes: which (k,)."""
+        first = 0
+        for group in self._groups:
+            group.left |= which[first : first + len(group.models)]
+            first += len(group.models)
+
+
+class _Group:
+    """Motions that march together while they can."""
+
+    def __init__(self, models: list[Model], starts: Array) -> None:
+        self.models = models
+        self.states = starts.T.copy()
+        self.stopped: list[Stop | None] = [None] * len(models)
+        self.stuck = np.zeros(len(models), bool)
+        self.left = np.zeros(len(models), bool)
+        self._over = np.zeros(len(models), bool)  # which have stopped
+        flow, first = flow_of(models[0]), models[0]
+        parameters = np.array([model.vector for model in models])
+        scales = flow.constants_of(first).scales
+        self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
+        # Elsewhere contacts may stick at any time.
+        slips = told_in_slip(first, starts, self._constants)
+        self._march = March(first, self._constants) if slips else None
+        self._own: dict[int, OwnMotion] = {}
+        self._scales = scales[:, None]
+        self._done = 0
+
+    def go_on(self) -> None:
+        """Carry all motions over a period."""
+        before = self.states
+        over = self.left | self._over
+        if over.all():
+            return
+        alone = over | self.stuck
+        # Those that go on by themselves keep their places: the state of another stands in for them.
+        going = np.flatnonzero(~alone)
+        after = np.full_like(before, np.nan)
+        if self._march is not None and len(going):
+            after = self._march.period(np.where(alone, before[:, going[:1]], before))
+            after[:, alone] = np.nan
+            after[:, np.abs(after / self._scales).max(axis=0) > LARGEST] = np.nan
+        self.stuck &= np.isnan(after).any(axis=0) | self.left
+        after[:, self.left] = before[:, self.left]
+        for lane in np.flatnonzero(np.isnan(after).any(axis=0) & ~over):
+            after[:, lane] = self._alone(int(lane), before[:, lane])
+        self.states = without_turns(after.T, self.models[0].whole_turns).T
+        self._done += 1
+
+    def _alone(self, lane: int, state: Array) -> Array:
+        if lane not in self._own:
+            self._own[lane] = OwnMotion(self.models[lane], self._constants.rows(lane), state)
+        own, after = self._own[lane], np.full_like(state, np.nan)
+        for reached in own.go_on(state, 1, self._done):
+            after = reached
+        size = np.abs(after / self._scales[:, 0]).max()
+        if own.stopped is None and not size <= LARGEST:
+            time = (self._done + 1) * self._constants.rows(lane).period
+            own.stopped, after = unbounded_at(time, size), np.full_like(after, np.nan)
+        self.stopped[lane], self.stuck[lane] = own.stopped, own.stuck
+        self._over[lane] = own.stopped is not None
+        return after
+
+
+@dataclass(frozen=True, eq=False)
+class StrobePoints:
+    """States of many motions at phase zero of each forcing period."""
+
+    states: Array  # shape (k, periods + 1, n); NaN from where a motion stopped or was interrupted
+    stopped: tuple[Stop | None, ...]  # why and when each motion ended early, length k
+    # Whether a contact stuck or was open in the period before each point, shape (k, periods + 1)
+    stuck: NDArray[np.bool_]
+    interrupted: bool = False
+
+
+def strobe_many(
+    model: Model,
+    starts: ArrayLike,
+    values: Mapping[str, ArrayLike] | None = None,
+    periods: int = 1000,
+    observer: Observer | None = None,
+    *,
+    transient: int = 0,
+    threads: int | None = None,
+) -> StrobePoints:
+    """Follow motions from many starts; each may have parameter values of its own.
+
+    A motion that sticks goes on through stick by itself; one that meets another limit stops, and
+    says why. The first point kept is that after `transient` periods. Of a model that nothing forces
+    periods are intervals of its duration. If it is observed, an interruption keeps what is done.
+
+    Shapes: starts (k, n); values (k,) each.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> points = strobe_many(SlidingOscillator(f=12.2), np.zeros((2, 4)), {"Nd": [0.05, 0.15]}, 400)
+    >>> points.states.shape, points.stopped
+    ((2, 401, 4), (None, None))
+    >>> [bool(abs(states[-1] - states[-2]).max() < 1e-6) for states in points.states]
+    [True, False]
+    """
+    states = _checked_starts(model, starts)
+    models = models_with(model, len(states), values or {})
+    found = StrobePoints(
+        np.full((len(states), periods + 1, states.shape[1]), np.nan),
+        (),
+        np.zeros((len(states), periods + 1), bool),
+    )
+    total, interrupted = len(states) * (transient + periods), False
+    with Crowd(models, states, threads) as crowd:
+        try:
+            for period in range(transient + periods + 1):
+                if period:
+                    crowd.go_on()
+                    if observer is not None:
+                        observer(Progress("forcing periods", period * len(states), total))
+                if period >= transient:
+                    found.states[:, period - transient] = crowd.states
+                    found.stuck[:, period - transient] = crowd.stuck
+        except KeyboardInterrupt:
+            if observer is None:
+                raise
+            interrupted = True
+        return StrobePoints(found.states, crowd.stopped, found.stuck, interrupted)
+
+
+def models_with(model: Model, count: int, values: Mapping[str, ArrayLike]) -> list[Model]:
+    """Return the model of each motion."""
+    columns = {}
+    for name, given in values.items():
+        model.variable_parameter(name)
+        column = np.asarray(given, dtype=float)
+        if column.shape != (count,):
+            raise InputError(
+                f"the values of {name} have the shape {column.shape}; give one for each of the "
+                f"{count} starts"
+            )
+        columns[name] = column
+    ends = [
+        {name: float(column[place]) for name, column in columns.items()}
+        for place in (0, count // 2, count - 1)
+    ]
+    model = measured_within(model, ends) if columns else measured(model)
+    if not columns:
+        return [model] * count
+    rows = zip(*columns.values(), strict=True)
+    return [model.replace(**dict(zip(columns, map(float, row), strict=True))) for row in rows]
+
+
+def _checked_starts(model: Model, starts: ArrayLike) -> Array:
+    try:
+        states = np.array(starts, dtype=float)
+    except (TypeError, ValueError):
+        states = np.empty(0)
+    n = len(model.states)
+    if states.ndim != 2 or states.shape[1] != n or not len(states):
+        raise InputError(f"the starts have the shape {states.shape}; give (k, {n}) numbers")
+    if not np.isfinite(states).all():
+        raise InputError("the starts are not all finite numbers; give such")
+    return states

@@ -1,0 +1,453 @@
+"""Steps of an explicit Runge-Kutta method of order eight, compiled for many trajectories at once.
+
+Where all trajectories take steps of the same length at the same phase, lanes of a register never
+wait for each other, and some steps are one function without a branch: a fifth of the time of
+Taylor's method in batches. With all first derivatives, as multiple shooting needs them, each
+trajectory takes steps of its own length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.flow.compiled_code import cached
+from slipfold.flow.equations import Equations, build_equations
+from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns, take_apart
+from slipfold.models.model import Kind, Model
+from slipfold.models.output import Expression, Limit
+
+BEFORE = 0.4
+"""Change over a step, at the present rate, by which a limit must be away: more than 1/3, so that a
+cubic between two places that are that far does not reach it."""
+
+SHORT = FLAT / 4
+"""Change over a step of the argument of a function that turns sharply, so that none is missed."""
+
+TINY = 1e-100
+"""What a square must be above for a quotient of two to mean anything."""
+
+STEPS_PER_CALL = 4
+"""Steps in one call: the states stay in registers, and a call costs as much as a step."""
+
+MAX_OPERATIONS = 3000
+"""Operations compiled into one function at most, about a second; of larger models each step is a
+call, and from twice as many on it is compiled as a loop."""
+
+
+@dataclass(frozen=True)
+class ExplicitSteps:
+    """Some steps of one length, compiled.
+
+    Arguments of the function, a row each: states, phase, length of a step in phase, coefficients,
+    scales. Values: states after them, and the sum of their errors, in scales; 1 is added wherever a
+    step might pass a limit or a sharp turn.
+    """
+
+    function: Any
+    count: int
+
+
+def explicit_steps_of(model: Model) -> ExplicitSteps:
+    """Return the compiled steps of a model; models with the same equations share them."""
+    return _shared_plain(model.kind)
+
+
+@cache
+def method() -> Any:
+    """Return the tableau; half a second to import, which searches alone should take."""
+    from scipy.integrate import DOP853
+
+    return DOP853
+
+
+@lru_cache(maxsize=64)
+def _shared_plain(kind: Kind) -> ExplicitSteps:
+    model = kind.make()
+    equations = build_equations(model)
+    bounds = [(limit.output, limit.bound) for limit in model.limits]
+    operations = len(method().B) * len(take_apart(equations))
+    count = max(1, min(STEPS_PER_CALL, MAX_OPERATIONS // operations))
+    looped = operations > 2 * MAX_OPERATIONS
+    options = f"{BEFORE, SHORT, TINY, count, looped} limits={bounds!r} {VERSION}"
+    key = f"explicit steps {options}\n{equations.fingerprint()}"
+    function = cached(key, lambda: _build_plain(equations, model.limits, count, looped=looped))
+    return ExplicitSteps(function, count)
+
+
+def _build_plain(equations: Equations, limits: Sequence[Limit], count: int, *, looped: bool) -> Any:
+    step = hy.expression("length of the step")
+    scales = [hy.expression(f"scale of {name}") for name in equations.names]
+    one = _step(equations, limits, step, scales)
+    states, error = list(equations.states), hy.expression(0.0)
+    for place in range(count):
+        there: dict[str, Expression] = dict(zip(equations.names, states, strict=True))
+        there[str(equations.phase)] = equations.phase + float(place) * step
+        *states, more = hy.subs(one, there)
+        error = error + more
+    arguments = [*equations.states, equations.phase, step, *equations.coefficients, *scales]
+    # Free to reorder sums: half of the time, and what is no number remains none.
+    return hy.cfunc([*states, error], vars=arguments, compact_mode=looped, fast_math=True)
+
+
+def _step(
+    equations: Equations,
+    limits: Sequence[Limit],
+    step: Expression,
+    scales: Sequence[Expression],
+) -> list[Expression]:
+    """States after one step, and its error."""
+    slopes = stage_slopes(equations, step)
+    ends = moved_by(equations, slopes, method().B)
+    away = [*_limits_away(equations, step, limits), *_turns_away(equations, step)]
+    none, one = hy.expression(0.0), hy.expression(1.0)
+    near = [hy.select(hy.lt(none, item), none, one) for item in away]
+    return [*ends, hy.sum([step_error(slopes, ends, scales), *near])]
+
+
+def stage_slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
+    """Changes of the states over the step at the rates of each stage."""
+    found = list[list[Expression]]()
+    for row, place in zip(method().A, method().C, strict=True):
+        there: dict[str, Expression] = dict(
+            zip(equations.names, moved_by(equations, found, row[: len(found)]), strict=True)
+        )
+        there[str(equations.phase)] = equations.phase + float(place) * step
+        length = step * equations.coefficients[-1]
+        found.append([length * rate for rate in hy.subs(list(equations.field), there)])
+    return found
+
+
+def moved_by(
+    equations: Equations, slopes: Sequence[Sequence[Expression]], weights: Sequence[float]
+) -> list[Expression]:
+    """States moved by a weighted sum of stages."""
+    changes = _combined(slopes, weights, len(equations.states))
+    return [state + change for state, change in zip(equations.states, changes, strict=True)]
+
+
+def _combined(
+    slopes: Sequence[Sequence[Expression]], weights: Sequence[float], count: int
+) -> list[Expression]:
+    used = [(float(w), slope) for w, slope in zip(weights, slopes, strict=True) if w != 0]
+    return [hy.sum([w * slope[i] for w, slope in used]) for i in range(count)]
+
+
+def step_error(
+    slopes: Sequence[Sequence[Expression]],
+    ends: Sequence[Expression],
+    scales: Sequence[Expression],
+) -> Expression:
+    """Hairer's estimate from two embedded methods, of the fifth and the third order."""
+    stages, n = len(slopes), len(scales)
+    sizes = [scale**2.0 + end**2.0 for scale, end in zip(scales, ends, strict=True)]
+    fifth, third = (
+        hy.sum([
+            part**2.0 / size
+            for part, size in zip(_combined(slopes, weights[:stages], n), sizes, strict=True)
+        ])
+        for weights in (method().E5, method().E3)
+    )  # fmt: skip
+    return fifth * (n * (fifth + 0.01 * third) + TINY) ** -0.5
+
+
+def _limits_away(
+    equations: Equations, step: Expression, limits: Sequence[Limit]
+) -> Iterator[Expression]:
+    """How far each limit is, less what may be lost of that over the step."""
+    outputs = dict(equations.outputs)
+    for limit in limits:
+        margin = outputs[limit.output] - limit.bound
+        yield margin - BEFORE * _change(equations, step, margin)
+
+
+def _turns_away(equations: Equations, step: Expression) -> Iterator[Expression]:
+    """Whether the step is short beside each sharp turn, or far from it."""
+    turns = sharp_turns(equations)
+    for item in (*turns.rising, *turns.falling):
+        argument = item / WEIGHT
+        change = _change(equations, step, argument)
+        far = _absolute(argument) - FLAT - BEFORE * change
+        yield hy.select(hy.lt(change, hy.expression(SHORT)), hy.expression(1.0), far)
+    for item in turns.watched:  # logarithms of what must not vanish
+        yield SHORT / 2 - _change(equations, step, (item - 1.0) / WEIGHT)
+
+
+def _change(equations: Equations, step: Expression, value: Expression) -> Expression:
+    """How much a value changes over the step at its present rate."""
+    part = float(method().C[1])
+    length = part * step * equations.coefficients[-1]
+    soon: dict[str, Expression] = {
+        name: state + length * rate
+        for name, state, rate in zip(
+            equations.names, equations.states, equations.field, strict=True
+        )
+    }
+    soon[str(equations.phase)] = equations.phase + part * step
+    (later,) = hy.subs([value], soon)
+    return _absolute(later - value) / part
+
+
+def _absolute(value: Expression) -> Expression:
+    return hy.sqrt(value**2.0)
+
+
+TOLERANCE = 1e-10
+"""Error of a step and of its derivatives, in scales. What is decided rests on special points, which
+are corrected by the flow itself; orbits are then known to 1e-9 and better."""
+
+FIRST = 1 / 32
+"""Step that is tried first, in forcing periods."""
+
+ORDER = 8
+
+SAFELY, SHORTER, LONGER = 0.9, 0.2, 4.0
+"""Share of the step that the error allows, and by how much one may differ from that before."""
+
+MAX_STEPS = 600
+"""Steps after which a motion is left behind."""
+
+ROUND = 6
+"""Steps after which motions that have not arrived are put together anew."""
+
+TOGETHER = 256
+"""Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""
+
+MORE = 0.5
+"""Share of the fall below the ends of a step by which it may fall farther than a cubic does."""
+
+REGISTERS = 16
+"""Motions are made up to a multiple of this: those left over would be computed by other code, and
+what is found of one would depend on how many there are beside it."""
+
+MAX_LINEARISED_OPERATIONS = 5_000
+"""Operations compiled into a step at most; 3,000 take three seconds."""
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Where motions came to, NaN where they did not come; everything in the states' own units."""
+
+    ends: Array  # shape (l, n)
+    matrices: Array  # derivatives by the first states, shape (l, n, n)
+    vectors: Array  # derivatives along the change of coefficients, shape (l, n)
+    lowest: Array  # least value of each limit's output at an end of a step, shape (l, n_limits)
+    highest: Array  # and the largest one
+    # What it is above between these, as far as values and slopes tell, shape (l, n_limits)
+    above: Array
+
+
+@dataclass(frozen=True)
+class LinearisedSteps:
+    """A step, compiled.
+
+    Arguments, a row each: states, then their derivatives by each of the first states and along the
+    change of coefficients, phase, length of the step, coefficients, scales, change of coefficients.
+    Values: states and derivatives after it, its error, what the limits watch before it and how fast
+    that changes in phase, and both after it.
+    """
+
+    function: Any
+    states: int
+    limits: int
+
+    def carry(
+        self,
+        states: Array,
+        start: Array,
+        length: float,
+        coefficients: Array,
+        scales: Array,
+        change: Array,
+        tolerance: float = TOLERANCE,
+    ) -> Carried:
+        """Carry states and their derivatives over a piece of a forcing period.
+
+        Shapes: states, scales (l, n); start (l,); coefficients, change (l, n_c).
+        """
+        n, count = self.states, len(states)
+        size = n * (n + 2)
+        work = np.zeros((size + 2 + coefficients.shape[1] * 2 + n, count))
+        work[:n] = states.T
+        columns = work[n:size].reshape(n + 1, n, count)
+        columns[np.arange(n), np.arange(n)] = 1.0
+        work[size], work[size + 1] = start, min(FIRST, length)
+        work[size + 2 :] = np.concatenate([coefficients, scales, change], axis=1).T
+        passed = _Passed()
+        going = np.flatnonzero(np.isfinite(work).all(axis=0))
+        arrived = np.zeros(count, bool)
+        for _ in range(0, MAX_STEPS, ROUND):
+            for first in range(0, len(going), TOGETHER):
+                some = going[first : first + TOGETHER]
+                with np.errstate(all="ignore"):
+                    arrived[some] = self._march(work, some, start[some] + length, passed, tolerance)
+            going = going[~arrived[going] & np.isfinite(work[size + 1, going])]
+            if not len(going):
+                break
+        work[:size, ~arrived] = np.nan
+        derivatives = work[n:size].reshape(n + 1, n, count).transpose(2, 1, 0)
+        bounds = passed.bounds(count, self.limits)
+        return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
+
+    def _march(
+        self,
+        whole: Array,
+        some: NDArray[np.int64],
+        ends: Array,
+        passed: _Passed,
+        tolerance: float,
+    ) -> NDArray[np.bool_]:
+        """Take a few steps with some motions; return which have arrived."""
+        size, count, watched = self.states * (self.states + 2), len(some), self.limits
+        more = -count % REGISTERS
+        work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
+        ends = np.concatenate([ends, np.full(more, ends[0])])
+        phase, step = work[size], work[size + 1]
+        values = np.empty((size + 1 + 4 * watched, work.shape[1]))
+        left = phase < ends
+        for _ in range(ROUND):
+            last = phase + step >= ends
+            step[last] = (ends - phase)[last]
+            self.function(work, outputs=values)
+            factor = SAFELY * (tolerance / values[size]) ** (1 / ORDER)
+            good = (values[size] <= tolerance) & left
+            np.copyto(work[:size], values[:size], where=good)
+            kept = good[:count]
+            passed.add(some[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
+            phase[good] = np.where(last, ends, phase + step)[good]
+            left &= ~(good & last)
+            longest = np.where(good, LONGER, SAFELY)
+            wanted = step * np.fmin(np.fmax(factor, SHORTER), longest)
+            wanted[np.isnan(factor)] = 0.25 * step[np.isnan(factor)]
+            step[:] = np.where(left, wanted, 0.0)
+            if not left.any():
+                break
+        whole[:, some] = work[:, :count]
+        return ~left[:count]
+
+
+class _Passed:
+    """What limits watch, before and after all steps of many motions."""
+
+    def __init__(self) -> None:
+        self._motions = [np.empty(0, dtype=np.int64)]
+        self._steps, self._seen = list[Array](), list[Array]()
+
+    def add(self, some: NDArray[np.int64], steps: Array, seen: Array) -> None:
+        """Add steps of some motions. Shapes: steps (k,); seen (4 n_limits, k)."""
+        self._motions.append(some)
+        self._steps.append(steps)
+        self._seen.append(seen)
+
+    def bounds(self, count: int, watched: int) -> tuple[Array, Array, Array]:
+        """Return least and largest values, and bounds of what lies between, each (l, n_limits).
+
+        Where what is watched falls at first and then rises, it does so as a cubic, but for `MORE`.
+        """
+        lowest, above = np.full((2, watched, count), np.inf)
+        highest = np.full((watched, count), -np.inf)
+        motions = np.concatenate(self._motions)
+        if len(motions) and watched:
+            steps = np.concatenate(self._steps)
+            seen = np.concatenate(self._seen, axis=1).reshape(4, watched, -1)
+            before, falls, after, rises = seen * np.array([np.ones_like(steps), steps] * 2)[:, None]
+            cubic = 2 * (before - after) + falls + rises
+            square = 3 * (after - before) - 2 * falls - rises
+            with np.errstate(all="ignore"):
+                place = -falls / (square + np.sqrt(square * square - 3 * cubic * falls))
+                least = before + place * (falls + place * (square + place * cubic))
+            ends = np.minimum(before, after)
+            least = np.where((falls < 0) & (rises > 0), np.fmin(least, ends), ends)
+            for row in range(watched):
+                np.minimum.at(lowest[row], motions, ends[row])
+                np.maximum.at(highest[row], motions, np.maximum(before, after)[row])
+                np.minimum.at(above[row], motions, (least - MORE * (ends - least))[row])
+        return lowest.T, highest.T, above.T
+
+
+def linearised_steps_of(model: Model) -> LinearisedSteps | None:
+    """Return the compiled steps of a model, None if they would be too long to compile."""
+    return _shared_linearised(model.kind)
+
+
+@lru_cache(maxsize=64)
+def _shared_linearised(kind: Kind) -> LinearisedSteps | None:
+    model = kind.make()
+    equations = build_equations(model)
+    whole, changes = _with_derivatives(equations)
+    if (
+        len(method().B) * len(take_apart(equations)) * (equations.dimension + 2)
+        > MAX_LINEARISED_OPERATIONS
+    ):
+        return None
+    bounds = [limit.output for limit in model.limits]
+    watching = f"errors of derivatives too, watching rates of {bounds!r}"
+    key = f"linearised explicit steps, {watching}\n{equations.fingerprint()}"
+    function = cached(key, lambda: _build_linearised(equations, whole, changes, model.limits))
+    return LinearisedSteps(function, equations.dimension, len(model.limits))
+
+
+def _with_derivatives(equations: Equations) -> tuple[Equations, list[Any]]:
+    r"""Add the derivatives of the states, and return the symbols of the change of coefficients.
+
+    Each column v of them satisfies :math:`v' = T \partial f\, v`, and that along a change d of
+    the coefficients :math:`v' = T (\partial f\, v + \partial_c f\, d) + d_T f`.
+    """
+    states, coefficients, zero = equations.states, equations.coefficients, hy.expression(0.0)
+    changes = [hy.expression(f"change of {symbol}") for symbol in coefficients]
+    slopes = hy.diff_tensors(
+        list(equations.field), diff_args=[*states, *coefficients], diff_order=1
+    ).jacobian.tolist()
+    symbols, field = list(states), list(equations.field)
+    for column in range(len(states) + 1):
+        own = [hy.expression(f"derivative {column} of {state}") for state in states]
+        along = [*own, *changes] if column == len(states) else own
+        for rate, row in zip(equations.field, slopes, strict=True):
+            terms = [a * b for a, b in zip(row, along, strict=False) if a != zero]
+            if column == len(states):
+                terms.append(changes[-1] / coefficients[-1] * rate)
+            field.append(hy.sum(terms) if terms else zero)
+        symbols += own
+    names = [str(symbol) for symbol in symbols]
+    return replace(
+        equations, names=tuple(names), states=tuple(symbols), field=tuple(field)
+    ), changes
+
+
+def _build_linearised(
+    equations: Equations, whole: Equations, changes: Sequence[Any], limits: Sequence[Limit]
+) -> Any:
+    step = hy.expression("length of the step")
+    scales = [hy.expression(f"scale of {name}") for name in equations.names]
+    slopes = stage_slopes(whole, step)
+    ends = moved_by(whole, slopes, method().B)
+    # Derivatives count, too: where states hardly move they tell nothing of the rates around them.
+    sizes = [*scales, *(own / first for first in scales for own in scales), *scales]
+    own_slopes = [row[: len(scales)] for row in slopes]
+    error = step_error(own_slopes, ends[: len(scales)], scales)
+    error += step_error(slopes, ends, sizes)
+    outputs = dict(equations.outputs)
+    watched = [outputs[limit.output] for limit in limits]
+    watched += [_rate(item, equations) for item in watched]
+    there: dict[str, Any] = dict(zip(whole.names, ends, strict=True))
+    there[str(whole.phase)] = whole.phase + step
+    after = list(hy.subs(watched, there)) if watched else []
+    arguments = [*whole.states, whole.phase, step, *whole.coefficients, *scales, *changes]
+    # Free to reorder sums: half of the time, and what is no number remains none.
+    return hy.cfunc([*ends, error, *watched, *after], vars=arguments, fast_math=True)
+
+
+def _rate(value: Any, equations: Equations) -> Any:
+    """Return how fast a value changes along the motion, in phase."""
+    terms = [
+        hy.diff(value, state) * rate
+        for state, rate in zip(equations.states, equations.rates, strict=True)
+    ]
+    return hy.sum([*terms, hy.diff(value, equations.phase)])

@@ -1,0 +1,242 @@
+"""Implicit steps of stiff trajectories: Radau's, of a length that accuracy alone asks for.
+
+What decays in a millionth of the time in which anything happens makes the steps of Taylor's method
+that short. Here a step is an interval of collocation at Radau's points, which damps what decays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Any
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.collocation_points import CollocationPoints, radau_points
+from slipfold.flow.compiled_code import Evaluated
+from slipfold.flow.equations import Constants
+from slipfold.flow.intervals import Field, Solved, solve_intervals
+from slipfold.flow.polynomials import DenseMotion, StepPolynomials
+from slipfold.flow.stage_equations import LinearPart
+
+Watch = Callable[[Array, Array], Array]
+
+POINTS = radau_points(8)
+"""Points of a step: errors at its end fall with the 15th power of its length where it is not stiff,
+those within with the 9th."""
+
+TOLERANCE = 1e-11
+"""Share of the states that the last term of a step's polynomial may make: the first term that is
+left out is smaller by as much as it is smaller than the one before."""
+
+MOST = 20_000
+"""Steps of a motion at most: a hundred forcing periods of stiff slip, ten seconds."""
+
+SHORTEST = 1e-14
+"""Length of a step, over that of the motion, below which there is a singularity."""
+
+BEGIN = 0.01
+"""Share of its size by which a motion may change in the first step that is tried."""
+
+SAFETY, SHRINKS, GROWS = 0.85, 0.1, 3.0
+"""Of the length that the error allows, and how much a step may differ from the one before."""
+
+PLACES = np.linspace(0.0, 1.0, 17)[1:]
+"""Places in a step at which limits are looked at. A dip between two of them that is passed over is
+a thousandth of what an output changes in the step."""
+
+
+class End(Enum):
+    """How a motion ended."""
+
+    ARRIVED = auto()
+    MET = auto()  # a limit
+    MANY = auto()  # steps
+    LOST = auto()  # no step is short enough
+
+
+@dataclass(frozen=True, eq=False)
+class ImplicitMotion:
+    """A motion in scaled states, as far as it came."""
+
+    polynomials: StepPolynomials | None  # None of one without a single step
+    end: End
+    phase: float  # where it ended
+    state: Array  # and in which state, shape (n,)
+    limit: int | None = None  # which one it met
+
+
+def implicit_motion(
+    field: Field,
+    state: Array,
+    start: float,
+    end: float,
+    *,
+    watch: Watch | None = None,
+    most: int = MOST,
+    points: CollocationPoints = POINTS,
+    tolerance: float = TOLERANCE,
+) -> ImplicitMotion:
+    """Carry a scaled state from one phase to another, or to where what is watched is not positive.
+
+    Shapes: state (n,).
+    """
+    times, coefficients = [start], list[Array]()
+    order, whole = len(points.points), end - start
+    length, before, tried = _first_length(field, state, start, end), None, 0
+    outcome, limit = End.ARRIVED, None
+    while times[-1] < end:
+        length, tried = min(length, end - times[-1]), tried + 1
+        if length < SHORTEST * whole or not np.isfinite(state).all():
+            outcome = End.LOST
+            break
+        if tried > most:
+            outcome = End.MANY
+            break
+        solved = _step(field, points, state, times[-1], length, before)
+        error = _last_term(solved, points)
+        if not error <= tolerance:  # nor where there is no solution
+            wanted = SAFETY * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
+            length *= max(SHRINKS, min(wanted, SAFETY))
+            continue
+        powers = points.powers @ solved.slopes[0] * length
+        powers[0] += state
+        last, through = times[-1] + length >= end, length
+        if watch is not None:
+            limit, place = _first_met(watch, powers, times[-1], length)
+            through = place * length
+        coefficients.append((powers / length ** np.arange(order + 1)[:, None]).T)
+        times.append(end if last and limit is None else times[-1] + through)
+        if limit is not None:
+            state, outcome = _at(powers, np.array([place]))[0], End.MET
+            break
+        state, before = solved.ends[0], solved
+        length *= min(GROWS, SAFETY * (tolerance / max(error, 1e-30)) ** (1 / order))
+    polynomials = StepPolynomials(times, coefficients) if coefficients else None
+    return ImplicitMotion(polynomials, outcome, times[-1], state, limit)
+
+
+def _first_length(field: Field, state: Array, start: float, end: float) -> float:
+    rate = float(np.abs(field.rates(state[None], np.array([start]))).max())
+    size = max(1.0, float(np.abs(state).max()))
+    return min(end - start, BEGIN * size / rate) if rate > 0 else end - start
+
+
+def _step(
+    field: Field,
+    points: CollocationPoints,
+    state: Array,
+    start: float,
+    length: float,
+    before: Solved | None,
+) -> Solved:
+    """Solve an interval, from what lay before it continued."""
+    guess = np.broadcast_to(state, (1, len(points.points), len(state)))
+    if before is not None:
+        ahead = 1.0 + points.points * (length / before.lengths[0])
+        guess = before.at(ahead[None], np.array([0]))
+    begin, lengths = np.array([start]), np.array([length])
+    return solve_intervals(field, points, state[None], begin, lengths, guess, derived=False)
+
+
+def _last_term(solved: Solved, points: CollocationPoints) -> float:
+    """Return the last Legendre coefficient of a step's polynomial, over the size of the states."""
+    m = len(points.points)
+    last = points.transform[-1] @ solved.slopes[0] * solved.lengths[0] / (2 * (2 * m - 1))
+    size = max(1.0, float(np.abs(solved.stages).max()))
+    return float(np.abs(last).max()) / size
+
+
+def _at(powers: Array, places: Array) -> Array:
+    """Evaluate a polynomial, shape (p, n). Shapes: powers (m + 1, n); places (p,)."""
+    return np.asarray(np.vander(places, len(powers), increasing=True) @ powers)
+
+
+def _first_met(
+    watch: Watch, powers: Array, start: float, length: float
+) -> tuple[int | None, float]:
+    """Return which limit is met first in a step, None of none, and at what place in it."""
+
+    def values(places: Array) -> Array:
+        return watch(start + places * length, _at(powers, places))
+
+    below = ~(values(PLACES) > 0)
+    if not below.any():
+        return None, 1.0
+    row = int(below.any(axis=1).argmax())
+    low, high = (PLACES[row - 1] if row else 0.0), float(PLACES[row])
+    for _ in range(52):
+        middle = (low + high) / 2
+        if (values(np.array([middle])) > 0).all():
+            low = middle
+        else:
+            high = middle
+    return int((~(values(np.array([high]))[0] > 0)).argmax()), high
+
+
+LIMITED = 1.0
+"""Decay in a step, as an exponent, from which on it is that short for its sake: Taylor's method of
+order 16 is stable up to six or so, and what it resolves it resolves in a few tenths."""
+
+
+class Takeover:
+    """Goes on implicitly from where one motion's integrator is."""
+
+    def __init__(self, flow: Evaluated, constants: Constants) -> None:
+        self.field = Field(flow, constants, constants.scales, [], LinearPart())
+
+    def is_due(self, single: Any) -> bool:
+        """Whether the integrator's last step was short since something decays fast."""
+        state, phase = np.array(single.state)[None], np.array([single.time])
+        jacobian = self.field.jacobians(state, phase)[0]
+        if not np.isfinite(jacobian).all():
+            return False
+        values = np.linalg.eigvals(jacobian)
+        fastest = values[np.abs(values).argmax()]
+        decays = fastest.real < -abs(fastest.imag)
+        return bool(decays and abs(single.last_h * fastest) > LIMITED)
+
+    def motion(
+        self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST
+    ) -> ImplicitMotion:
+        """Return the rest of a motion up to an end."""
+        state, phase = np.array(single.state), float(single.time)
+        return implicit_motion(self.field, state, phase, end, watch=watch, most=most)
+
+    def period(self, state: Array) -> DenseMotion | None:
+        """Return a motion over the first period, None where it does not come to its end.
+
+        Shapes: state (n,).
+        """
+        known = implicit_motion(self.field, state / self.field.scales, 0.0, 1.0)
+        if known.end is not End.ARRIVED or known.polynomials is None:
+            return None
+        times = known.polynomials.times
+        return DenseMotion(times, known.polynomials, self.field.scales, implicit=True)
+
+    def through(self, single: Any, times: Array) -> Array:
+        """Return the states of the rest of a motion at some times, NaN where it does not come.
+
+        Shapes: times (p,); returns (p, n).
+        """
+        states = np.full((len(times), len(single.state)), np.nan)
+        known = self.motion(single, float(times[-1]))
+        if known.polynomials is not None:
+            reached = times <= known.phase
+            states[reached] = known.polynomials(times[reached])
+        return states
+
+    def matrices(self, motion: DenseMotion, edges: Array) -> Array:
+        """Return the derivatives of a motion's scaled states from one of some phases to the next.
+
+        Shapes: edges (m + 1,); returns (m, n, n).
+        """
+        lengths = np.diff(edges)
+        phases = edges[:-1, None] + lengths[:, None] * POINTS.points
+        nodes, stages = (
+            motion.at(times.ravel()).reshape(*times.shape, -1) / motion.scales
+            for times in (edges[:-1], phases)
+        )
+        return solve_intervals(self.field, POINTS, nodes, edges[:-1], lengths, stages).matrices

@@ -1,0 +1,241 @@
+r"""How the end of a switched trajectory depends on its beginning and on parameters.
+
+In each mode that is what the variations of its flow say. At an event :math:`h(x, t, p) = 0` the
+mode changes at a time that depends on them as well: with rates :math:`f^-, f^+` on either side
+
+.. math:: \delta t = -\frac{h_x \delta x + h_p \delta p}{h_x f^- + h_t}, \qquad
+          \delta x^+ = \delta x^- + (f^- - f^+)\, \delta t .
+
+What sticks afterwards has no slip, however the trajectory is varied: that direction is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.equations import Constants
+from slipfold.flow.modes import Ending, Mode, Status, shown
+from slipfold.flow.polynomials import UNIT, SlowPolynomials
+from slipfold.flow.release import direction_of_release
+from slipfold.flow.switched_flow import Leg, SwitchedFlow
+
+SHORT = 1e-9
+"""Share of a leg of slow slip that is left out before it comes to rest: there the equations are
+singular, and what happens to perturbations in so short a time is of second order."""
+
+BEGUN = 1e-9
+"""Slip in the plane, over its size, with which slip begins that grows at once: less has too few
+digits for its direction."""
+
+
+UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
+"""Events at which only the variables of the integration change."""
+
+
+@dataclass(frozen=True, eq=False)
+class LinearisedMotion:
+    """Derivatives of a motion's end, by its beginning and along changes of the coefficients."""
+
+    matrix: Array  # shape (n, n)
+    vectors: Array  # shape (n, k)
+
+
+def linearised_motion(
+    flow: SwitchedFlow,
+    start: Array,
+    passed: Sequence[tuple[Leg, Mode]],
+    constants: Constants,
+    weights: Array,
+    directions: Array,
+) -> LinearisedMotion:
+    """Linearise a motion that was carried through its legs, each with the mode that follows.
+
+    Shapes: start (n,); directions (n_c, k).
+    """
+    variations, n = _Variations(flow, constants, weights, directions), len(start)
+    first = passed[0][0]
+    start = flow.held(_equations_in(first), start, first.begin, constants)
+    beyond = [variations.beyond(leg, after) for leg, after in passed]
+    starts = np.array([start, *_starts(passed, beyond)[:-1]])
+    ends, matrices, vectors = variations.carried([leg for leg, _ in passed], starts)
+    varied = np.eye(n, n + directions.shape[1])
+    varied = variations.held(_equations_in(first), start, first.begin, varied)
+    for place, (leg, after) in enumerate(passed):
+        varied = matrices[place] @ varied
+        varied[:, n:] += vectors[place]
+        if leg.released or leg.event is None:
+            continue
+        if leg.event.ending not in UNCHANGED:
+            varied = variations.changed(leg, after, ends[place], beyond[place], varied)
+    return LinearisedMotion(varied[:, :n], varied[:, n:])
+
+
+def _equations_in(leg: Leg) -> Mode:
+    """Return the mode whose equations hold in a leg."""
+    return shown(leg.mode)
+
+
+def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list[Array]:
+    """Return the states from which motions go on after each leg."""
+    found = list[Array]()
+    for place, (leg, _) in enumerate(passed):
+        # Where a motion begins so, its state is all that is known.
+        at_once = bool(found) and leg.released and leg.beginning is None
+        follows = place + 1 < len(passed) and passed[place + 1][0].beginning is not None
+        found.append(found[-1] if at_once else leg.state if follows else beyond[place])
+    return found
+
+
+class _Variations:
+    """Carries variations of a motion, shape (n, n + k), through legs and events."""
+
+    def __init__(
+        self, flow: SwitchedFlow, constants: Constants, weights: Array, directions: Array
+    ) -> None:
+        self._flow, self._constants = flow, constants
+        self._weights, self._directions = weights, directions
+
+    def beyond(self, leg: Leg, after: Mode) -> Array:
+        """Return the state after a leg, a little slip in what begins to slip in the plane."""
+        state = leg.state
+        if leg.event is None or leg.released:
+            return state
+        for contact, status in enumerate(after):
+            if status is Status.SLOW and _rests(leg, contact):
+                args = self._flow, after, contact, state, leg.end, self._constants
+                slip = BEGUN / self._weights[contact] * direction_of_release(*args)
+                return self._flow.slipping(after, state, slip, leg.end, self._constants)
+        return state
+
+    def carried(self, legs: Sequence[Leg], starts: Array) -> tuple[Array, Array, Array]:
+        """Return the ends of legs with their derivatives, those of one mode side by side.
+
+        Shapes: starts (m, n); returns (m, n), (m, n, n), (m, n, k).
+        """
+        begin, end = (np.array([getattr(leg, at) for leg in legs]) for at in ("begin", "end"))
+        for place, leg in enumerate(legs):
+            if _comes_to_rest_in_the_plane(leg):
+                end[place] -= SHORT * (leg.end - leg.begin)
+        n, k = starts.shape[1], self._directions.shape[1]
+        ends, matrices = starts.copy(), np.tile(np.eye(n), (len(legs), 1, 1))
+        vectors = np.zeros((len(legs), n, k))
+        modes = [_equations_in(leg) for leg in legs]
+        begun = np.zeros(len(legs), dtype=bool)
+        for one, leg in enumerate(legs):
+            if leg.beginning is not None:
+                begun[one], ends[one] = True, leg.state
+                known = leg.beginning.linearised(leg.end, self._directions)
+                matrices[one], vectors[one] = known
+        for mode in dict.fromkeys(modes):
+            in_mode = np.array([item == mode for item in modes]) & (end > begin)
+            some = np.flatnonzero(in_mode & ~begun)
+            if len(some):
+                ends[some], matrices[some], vectors[some] = self._flow.of(mode).linearise(
+                    starts[some], begin[some], end[some], self._constants, self._directions
+                )
+        return ends, matrices, vectors
+
+    def changed(self, leg: Leg, after: Mode, end: Array, beyond: Array, varied: Array) -> Array:
+        """Return variations after an event."""
+        mode, phase = shown(leg.mode), np.array([leg.end])
+        states, explicit, pulls = self._event_slopes(leg, end)
+        rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
+        new_rates = self._flow.of(after).rates(beyond[None], phase, self._constants)[0]
+        met = states @ varied
+        met[len(end) :] += pulls
+        delay = -met / (states @ rates + explicit)
+        varied = varied + np.outer(rates - new_rates, delay)
+        return self.held(after, leg.state, leg.end, varied)
+
+    def _event_slopes(self, leg: Leg, end: Array) -> tuple[Array, float, Array]:
+        """Return the derivatives of what is zero at an event."""
+        event, flow = leg.event, self._flow
+        assert event is not None
+        if event.ending is Ending.STOPS:
+            place = flow.quantities.places[event.which]
+            slip = np.array(flow.quantities.at(end, leg.end, self._constants).slip[place])
+            along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
+            found = flow.slips.at(end, leg.end, self._constants, self._directions)
+            states, explicit, pulls = (along @ item[place] for item in found)
+            return states, float(explicit), pulls
+        slopes, which = flow.event_slopes(shown(leg.mode), event)
+        found = slopes.at(end, leg.end, self._constants, self._directions)
+        states, explicit, pulls = (item[which] for item in found)
+        return states, float(explicit), pulls
+
+    def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
+        """Return variations as the contacts of a mode hold them: what sticks has no slip."""
+        mode = shown(mode)
+        places = self._flow.places_held(mode)
+        if not places:
+            return varied
+        slopes = self._flow.held_slopes(mode)
+        states, _, pulls = slopes.at(state, phase, self._constants, self._directions)
+        result = varied.copy()
+        result[places] = states @ varied
+        result[places, len(state) :] += pulls
+        return result
+
+
+def _rests(leg: Leg, contact: int) -> bool:
+    """Whether a contact has no slip at the end of a leg."""
+    event = leg.event
+    stops = event is not None and event.ending is Ending.STOPS and event.which == contact
+    return stops or leg.mode[contact] is Status.STICK
+
+
+def _comes_to_rest_in_the_plane(leg: Leg) -> bool:
+    event = leg.event
+    if event is None or event.ending is not Ending.STOPS:
+        return False
+    return leg.mode[event.which] is Status.SLOW
+
+
+def left_to_touch(
+    flow: SwitchedFlow, start: Array, passed: Sequence[tuple[Leg, Mode]], constants: Constants
+) -> list[float]:
+    """Return least speeds of slow slip, over its size, and squares of the lengths of its stops.
+
+    Of a stop and what follows only the length counts. Shapes: start (n,).
+    """
+    weights, found = flow.weights(start, constants), list[float]()
+    state, stopped, released = start, dict[int, float](), False
+    for leg, after in passed:
+        slow = leg.mode.index(Status.SLOW) if Status.SLOW in leg.mode else None
+        stops = leg.event is not None and leg.event.ending is Ending.STOPS
+        if slow is not None and not (leg.released or released or stops):
+            again = flow.run(
+                leg.mode, state, leg.begin, leg.end, constants, weights, dense=True
+            ).polynomials
+            assert isinstance(again, SlowPolynomials)
+            found += [speed * weights[slow] for speed in _least_speeds(again, len(start))]
+        for contact, place in enumerate(flow.quantities.places):
+            if place.stop - place.start < 2:
+                continue
+            if leg.mode[contact] is not Status.STICK and after[contact] is Status.STICK:
+                stopped[contact] = leg.end
+            elif after[contact] is not Status.STICK and contact in stopped:
+                found.append((leg.end - stopped.pop(contact)) ** 2)
+        state, released = leg.state, leg.released
+    return found
+
+
+def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
+    """Return the minima of a speed inside of a leg, in m/s."""
+    inner, found = slow.inner, list[float]()
+    for begin, end, powers in zip(inner.times, inner.times[1:], inner.tcs[:, n], strict=False):
+        slopes = np.polynomial.polynomial.polyder(powers)
+        at = np.polynomial.polynomial.polyval(np.array([0.0, end - begin]), slopes)
+        if not at[0] < 0 <= at[1]:
+            continue
+        low, high = 0.0, end - begin
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            falls = np.polynomial.polynomial.polyval(middle, slopes) < 0
+            low, high = (middle, high) if falls else (low, middle)
+        found.append(float(np.exp(UNIT * np.polynomial.polynomial.polyval(low, powers))))
+    return found

@@ -1,0 +1,338 @@
+"""Modes of contacts that slip, stick and open: their equations, and the events that end them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, IntEnum
+from functools import cache
+
+import heyoka as hy
+
+from slipfold.flow.equations import Equations, build_equations, written
+from slipfold.flow.polynomials import UNIT
+from slipfold.models.model import Model
+from slipfold.models.output import Contact, Expression, Limit, normal_name
+
+
+class Status(IntEnum):
+    """What one contact does."""
+
+    BACK = -1  # along a line: slips backwards
+    STICK = 0
+    FORTH = 1  # slips: along a line forwards, in the plane in any direction
+    OPEN = 2  # touches nothing
+    SLOW = 3  # slips slowly in the plane; only how that is integrated differs
+
+    __hash__ = int.__hash__  # that of names is slow, and modes are looked up all the time
+
+
+Mode = tuple[Status, ...]
+"""What each contact does."""
+
+STUCK: Mode = (Status.STICK,)
+"""That of a contact that is the only one."""
+
+
+@cache
+def shown(mode: Mode) -> Mode:
+    """Return a mode as contacts know it, whatever it is integrated in."""
+    return tuple(Status.FORTH if status is Status.SLOW else status for status in mode)
+
+
+def status_name(status: int) -> str:
+    """Return what histories say of it."""
+    return _NAMES.get(status, "slip")
+
+
+_NAMES: dict[int, str] = {Status.STICK: "stick", Status.OPEN: "free"}
+
+
+def is_zero(expression: Expression) -> bool:
+    """Whether it is the number zero."""
+    return bool(expression == hy.expression(0.0))
+
+
+def rate_along(value: Expression, rates: Mapping[str, Expression]) -> Expression:
+    """Return the rate of a function of states and phase, by the rates of these."""
+    terms = []
+    for name, rate in rates.items():
+        slope = hy.diff(value, hy.expression(name))
+        if not is_zero(slope):
+            terms.append(slope * rate)
+    return hy.sum(terms) if terms else hy.expression(0.0)
+
+
+def solve(matrix: Sequence[Sequence[Expression]], right: Sequence[Expression]) -> list[Expression]:
+    """Solve equations with a definite matrix, which needs no pivots."""
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    size = len(rows)
+    for place in range(size):
+        for below in range(place + 1, size):
+            if not is_zero(rows[below][place]):
+                factor = rows[below][place] / rows[place][place]
+                rows[below] = [
+                    low - factor * high for low, high in zip(rows[below], rows[place], strict=True)
+                ]
+    found: list[Expression] = [None] * size
+    for place in reversed(range(size)):
+        known = rows[place][size]
+        for after in range(place + 1, size):
+            if not is_zero(rows[place][after]):
+                known = known - rows[place][after] * found[after]
+        found[place] = known / rows[place][place]
+    return found
+
+
+def solve_for_states(
+    zeros: Sequence[Expression], names: Sequence[str]
+) -> dict[str, Expression] | None:
+    """Solve linear functions of states that are to vanish, each for one of the states.
+
+    None if they contradict or repeat each other.
+    """
+    found: dict[str, Expression] = {}
+    for zero in zeros:
+        value = hy.subs(zero, found)
+        for name in names:
+            slope = hy.diff(value, hy.expression(name))
+            if not is_zero(slope):
+                break
+        else:
+            return None
+        rest = hy.subs(value, {name: hy.expression(0.0)})
+        solved = {name: -rest / slope}
+        found = {key: hy.subs(item, solved) for key, item in found.items()} | solved
+    return found
+
+
+ZERO = hy.expression(0.0)
+
+LOGARITHM, ANGLE = hy.expression("logarithm of slow slip"), hy.expression("angle of slow slip")
+"""Slip in the plane comes to rest in finite time, while its direction, which turns faster and
+faster, tends to a limit: the equations are singular there. Those of the logarithm of its speed in
+m/s and of its angle are not, in a time that goes with the speed, ``dt = |v| ds``."""
+
+COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
+
+
+class Undetermined(ValueError):
+    """Contacts that stick together hold one motion twice, so what each of them bears is open."""
+
+
+@dataclass(frozen=True)
+class ModeEquations:
+    """A model in one mode."""
+
+    # Rates without the states that the contacts hold, and outputs, forces included
+    equations: Equations
+    contacts: tuple[Contact, ...]
+    mode: Mode
+    held: dict[str, Expression]  # the states that contacts hold, by the others
+    normal: tuple[Expression, ...]  # normal force of each contact, zero if it is open
+    friction: tuple[tuple[Expression, ...], ...]  # components of the friction of each contact
+    # Rates of logarithm and angle of slow slip a phase, times the speed
+    slow: tuple[Expression, Expression] | None = None
+
+
+def contacts_of(model: Model) -> tuple[Contact, ...]:
+    """Return the contacts of a model in the symbols of its equations."""
+    symbols = written(model)
+    return model.contacts(symbols.states, symbols.coefficients, symbols.phase)
+
+
+def with_given_forces(model: Model, contacts: Sequence[Contact]) -> Equations:
+    """Return the equations of a model with the forces in contacts as symbols."""
+    names = [normal_name(contact.name) for contact in contacts]
+    names += [name for contact in contacts for name in contact.friction_names]
+    return build_equations(model, {name: hy.expression(name) for name in names})
+
+
+def rate_of_phase(equations: Equations) -> dict[str, Expression]:
+    """Return the rate of the phase by its name, beside those of states: slip may depend on it."""
+    return {str(equations.phase): 1.0 / equations.coefficients[-1]}
+
+
+def friction_given(contact: Contact, status: Status) -> dict[str, Expression]:
+    """Return the forces in a contact that follow from its state; not what holds it."""
+    if status is Status.OPEN:
+        return dict.fromkeys((normal_name(contact.name), *contact.friction_names), ZERO)
+    forces = {normal_name(contact.name): contact.normal}
+    if status is Status.STICK:
+        return forces
+    if status is Status.SLOW:
+        drag = contact.normal * contact.friction(hy.exp(LOGARITHM))
+        return forces | dict(zip(contact.friction_names, (drag * COS, drag * SIN), strict=True))
+    if len(contact.slip) == 1:
+        sign = float(status)
+        size = contact.normal * contact.friction(sign * contact.slip[0])
+        return forces | {contact.friction_names[0]: sign * size}
+    speed = hy.sqrt(hy.sum([part * part for part in contact.slip]))
+    drag = contact.normal * contact.friction(speed) / speed
+    pairs = zip(contact.friction_names, contact.slip, strict=True)
+    return forces | {name: drag * part for name, part in pairs}
+
+
+def mode_equations(model: Model, mode: Mode) -> ModeEquations:
+    """Write the equations of a mode."""
+    contacts = contacts_of(model)
+    free = with_given_forces(model, contacts)
+    forces: dict[str, Expression] = {}
+    for contact, status in zip(contacts, mode, strict=True):
+        forces |= friction_given(contact, status)
+    stuck = [item for item, status in zip(contacts, mode, strict=True) if status is Status.STICK]
+    slips = [part for contact in stuck for part in contact.slip]
+    slow = [item for item, status in zip(contacts, mode, strict=True) if status is Status.SLOW]
+    polar = [
+        part - hy.exp(LOGARITHM) * along
+        for item in slow
+        for part, along in zip(item.slip, (COS, SIN), strict=True)
+    ]
+    # Velocities first: it is they that friction holds.
+    held = solve_for_states([*slips, *polar], [*reversed(free.names)])
+    if held is None:
+        raise Undetermined(" and ".join(contact.name for contact in stuck))
+    names = [name for contact in stuck for name in contact.friction_names]
+    clock = rate_of_phase(free)
+    rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
+    forces |= _holding(slips, names, rates | clock)
+    rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
+    turning = _turning(slow, rates | clock, free, held)
+    rates |= {name: rate_along(value, rates | clock) for name, value in held.items()}
+    outputs = hy.subs([item for _, item in free.outputs], forces)
+    friction = tuple(tuple(forces[name] for name in item.friction_names) for item in contacts)
+    normal = tuple(forces[normal_name(item.name)] for item in contacts)
+    equations = replace(
+        free,
+        field=tuple(hy.subs(list(rates.values()), held)),
+        outputs=tuple(
+            (name, item)
+            for (name, _), item in zip(free.outputs, hy.subs(outputs, held), strict=True)
+        ),
+    )
+    return ModeEquations(
+        equations,
+        contacts,
+        mode,
+        held,
+        tuple(hy.subs(list(normal), held)),
+        tuple(tuple(hy.subs(list(item), held)) for item in friction),
+        turning,
+    )
+
+
+def _turning(
+    slow: Sequence[Contact],
+    rates: dict[str, Expression],
+    free: Equations,
+    held: dict[str, Expression],
+) -> tuple[Expression, Expression] | None:
+    """Return the rates of logarithm and angle of slow slip, times its speed."""
+    if not slow:
+        return None
+    x, y = (free.coefficients[-1] * rate_along(part, rates) for part in slow[0].slip)
+    grows, turns = hy.subs([COS * x + SIN * y, COS * y - SIN * x], held)
+    return grows, turns
+
+
+def _holding(
+    slips: Sequence[Expression], names: Sequence[str], rates: dict[str, Expression]
+) -> dict[str, Expression]:
+    """Return the friction by name that keeps slips from changing."""
+    if not slips:
+        return {}
+    changes = [rate_along(slip, rates) for slip in slips]
+    matrix = [[hy.diff(change, hy.expression(name)) for name in names] for change in changes]
+    alone = hy.subs(changes, dict.fromkeys(names, ZERO))
+    return dict(zip(names, solve(matrix, [-item for item in alone]), strict=True))
+
+
+REST, SLOW = 1e-13, 0.05
+"""Slip in the plane, over its size, below which it is at an end, and below which it is slow."""
+
+PHASE, END = hy.expression("phase in slow slip"), hy.expression("phase asked for")
+"""Where time goes with a speed the phase is a state."""
+
+
+class Ending(Enum):
+    """Why a motion does not go on in its mode."""
+
+    STOPS = "slip comes to an end"
+    SLOWS = "slip in the plane becomes slow"
+    QUICKENS = "it becomes fast again"
+    ARRIVES = "the phase that was asked for"
+    YIELDS = "friction cannot hold any more"
+    PARTS = "the normal force vanishes"
+    MEETS = "the contact closes"
+    LIMIT = "a limit of the model is met"
+    STIFF = "too many steps"
+    SINGULAR = "no number"
+
+
+@dataclass(frozen=True)
+class Event:
+    """A change that a mode may meet."""
+
+    ending: Ending
+    which: int  # number of the contact, or of the limit
+    expression: Expression  # zero there
+    rising: bool = False  # whether it comes from below
+    towards: Status = Status.FORTH  # of a contact that yields: how it will slip
+    scaled: bool = False  # whether it is over its size already
+
+
+def events_of(
+    mode: ModeEquations, limits: Sequence[Limit], slips: Sequence[Expression]
+) -> tuple[Event, ...]:
+    """Return the changes that a mode may meet; `slips` are one over the sizes of slips."""
+    found = []
+    for which, (contact, status) in enumerate(zip(mode.contacts, mode.mode, strict=True)):
+        if status is Status.OPEN:
+            normal = hy.subs(contact.normal, mode.held)
+            found.append(Event(Ending.MEETS, which, normal, rising=True))
+            continue
+        if contact.opens:
+            found.append(Event(Ending.PARTS, which, mode.normal[which]))
+        if status is Status.STICK:
+            most = mode.normal[which] * hy.subs(contact.holding, mode.held)
+            friction = mode.friction[which]
+            if len(friction) == 2:
+                left = most - hy.sum([part * part for part in friction]) / most
+                found.append(Event(Ending.YIELDS, which, left, towards=Status.SLOW))
+                continue
+            found.append(Event(Ending.YIELDS, which, most - friction[0]))
+            found.append(Event(Ending.YIELDS, which, most + friction[0], towards=Status.BACK))
+        elif status is Status.SLOW:
+            found += _slow_events(which, slips[which])
+        elif len(contact.slip) == 2:
+            square = hy.subs(hy.sum([part * part for part in contact.slip]), mode.held)
+            level = slips[which] ** 2.0 * square - SLOW**2
+            found.append(Event(Ending.SLOWS, which, level, scaled=True))
+        else:
+            slip = hy.subs(contact.slip[0], mode.held)
+            found.append(Event(Ending.STOPS, which, slip, rising=status is Status.BACK))
+    outputs = dict(mode.equations.outputs)
+    return (
+        *found,
+        *(
+            Event(Ending.LIMIT, place, outputs[limit.output] - limit.bound)
+            for place, limit in enumerate(limits)
+        ),
+    )
+
+
+def _slow_events(which: int, slip: Expression) -> list[Event]:
+    """Return what slow slip may meet: its end, its beginning, and the phase asked for."""
+    logarithm = LOGARITHM + hy.log(slip)
+    return [
+        Event(Ending.STOPS, which, (logarithm - math.log(REST)) / UNIT, scaled=True),
+        Event(
+            Ending.QUICKENS,
+            which,
+            (logarithm - math.log(2 * SLOW)) / UNIT,
+            rising=True,
+            scaled=True,
+        ),
+        Event(Ending.ARRIVES, which, PHASE - END, rising=True, scaled=True),
+    ]

@@ -1,0 +1,161 @@
+"""Trajectories known at every instant, as polynomials from step to step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.arrays import Array
+
+UNIT = 64.0
+"""Logarithms are integrated in this unit: an integrator's errors go with what is largest."""
+
+
+@dataclass(frozen=True, eq=False)
+class DenseMotion:
+    """A motion of an autonomous model over some steps of the integrator."""
+
+    phases: Array  # where the steps begin and end, from zero on, shape (m,)
+    polynomials: Any  # maps phases to states in units of the scales
+    scales: Array  # units of the states
+    implicit: bool = False  # whether it took implicit steps
+
+    @property
+    def end(self) -> float:
+        """The last phase."""
+        return float(self.phases[-1])
+
+    def at(self, phases: Array) -> Array:
+        """Return the states at some phases, as exact as the integration, shape (m, n).
+
+        Shapes: phases (m,).
+        """
+        return np.array(self.polynomials(phases)) * self.scales
+
+
+class StepPolynomials:
+    """What lies between the ends of steps.
+
+    What heyoka offers for this compiles code for each piece of motion, which takes longer than most
+    pieces.
+    """
+
+    def __init__(self, times: Sequence[float], coefficients: Sequence[Array]) -> None:
+        self.times = np.array(times)  # ends of the steps, shape (m + 1,)
+        self.tcs = np.array(coefficients)  # of powers of the time in a step, shape (m, n, order)
+
+    def __call__(self, times: Array) -> Array:
+        """Return states at some times, shape (p, n). Shapes: times (p,)."""
+        place = np.searchsorted(self.times, times, side="right") - 1
+        place = np.minimum(np.maximum(place, 0), len(self.tcs) - 1)
+        powers = np.vander(times - self.times[place], self.tcs.shape[2], increasing=True)
+        return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])
+
+    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+        """Return states and times after shares of each step, and the rate of time with the share.
+
+        Shapes: shares (p,); returns (m, p, n), (m, p), (m, p).
+        """
+        lengths = np.diff(self.times)[:, None]
+        times = self.times[:-1, None] + lengths * shares
+        powers = np.vander((lengths * shares).ravel(), self.tcs.shape[2], increasing=True)
+        powers = powers.reshape(*times.shape, -1)
+        return np.einsum("ink,ipk->ipn", self.tcs, powers), times, lengths + np.zeros_like(times)
+
+
+SUCCESS, STEP_LIMIT = int(hy.taylor_outcome.success), int(hy.taylor_outcome.step_limit)
+
+
+def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomials]:
+    """Integrate step by step; return the outcome of the last one, and what lies between."""
+    times, coefficients = [float(integrator.time)], []
+    for _ in range(steps):
+        found, _ = integrator.step(end - integrator.time, write_tc=True)
+        outcome = int(found)
+        coefficients.append(np.array(integrator.tc))
+        times.append(float(integrator.time))
+        # Outcomes from zero on are events at which the integrator goes on.
+        if outcome != SUCCESS and outcome < 0:
+            return outcome, StepPolynomials(times, coefficients)
+    return STEP_LIMIT, StepPolynomials(times, coefficients)
+
+
+class SlowPolynomials:
+    """What lies between the ends of steps in a time that goes with the speed of slow slip."""
+
+    def __init__(
+        self,
+        inner: StepPolynomials,
+        n: int,
+        placed: Callable[[Array, Array, Array], Array],
+        held: Sequence[int],
+    ) -> None:
+        self.held = held  # states that follow from speed and angle
+        self.inner, self._n, self._placed = inner, n, placed
+        # Phases at the ends of steps; they grow with every step.
+        self.times = np.array([*inner.tcs[:, n + 2, 0], inner(inner.times[-1:])[0, n + 2]])
+
+    def __call__(self, phases: Array) -> Array:
+        """Return states at some phases, shape (p, n). Shapes: phases (p,)."""
+        steps = np.searchsorted(self.times, phases, side="right") - 1
+        steps = np.clip(steps, 0, len(self.inner.tcs) - 1)
+        within = [self._time_in(*item) for item in zip(steps.tolist(), phases, strict=True)]
+        return self._stated(self.inner(self.inner.times[steps] + within))
+
+    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+        """Return states and phases after shares of each step, and the rate of the phase with them.
+
+        Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
+        """
+        n = self._n
+        values, _, lengths = self.inner.nodes(shares)
+        states = self._stated(values.reshape(-1, values.shape[-1])).reshape(*values.shape[:2], n)
+        return states, values[..., n + 2], lengths * np.exp(UNIT * values[..., n])
+
+    def _stated(self, values: Array) -> Array:
+        """Return the states that integrated variables mean. Shapes: values (p, n + 3 or more)."""
+        n = self._n
+        return self._placed(values[:, :n], values[:, n : n + 2] * [UNIT, 1.0], values[:, n + 2])
+
+    def _time_in(self, step: int, phase: float) -> float:
+        """Return the time in a step at which it comes to a phase, by bisection and Newton."""
+        powers = self.inner.tcs[step][self._n + 2]
+        low, high = 0.0, float(self.inner.times[step + 1] - self.inner.times[step])
+        slopes = powers[1:] * np.arange(1, len(powers))
+        at = high / 2
+        for _ in range(60):
+            value = float(np.polynomial.polynomial.polyval(at, powers)) - phase
+            low, high = (at, high) if value < 0 else (low, at)
+            slope = float(np.polynomial.polynomial.polyval(at, slopes))
+            after = at - value / slope if slope > 0 else low
+            after = after if low < after < high else (low + high) / 2
+            if after == at:
+                break
+            at = after
+        return at
+
+
+class BegunPolynomials:
+    """What is shown of slip that begins, which at its first is too slow to have a direction."""
+
+    def __init__(
+        self, inner: StepPolynomials, n: int, placed: Callable[[Array, float], Array]
+    ) -> None:
+        self.inner, self._n, self._placed = inner, n, placed
+
+    def __call__(self, phases: Array) -> Array:
+        """Return states at some phases, shape (p, n). Shapes: phases (p,)."""
+        known = self.inner(phases)[:, : self._n]
+        return np.array([self._placed(*item) for item in zip(known, phases, strict=True)])
+
+    def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
+        """Return states and phases after shares of each step, and the rate of the phase with them.
+
+        Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
+        """
+        _, phases, lengths = self.inner.nodes(shares)
+        return np.array([self(row) for row in phases]), phases, lengths

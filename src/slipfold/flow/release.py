@@ -1,0 +1,315 @@
+"""How slip begins: which contacts leave stick at its limit, and how slip in the plane grows.
+
+Where static friction is more than kinetic, slip grows at once. Where it is not, slip grows with
+the square of the time, and a first hundredth of a period or so is a polynomial.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.contact_state import (
+    SLACK,
+    ContactsNow,
+    Undecided,
+    friction_in,
+    largest,
+    next_mode,
+    outward,
+    response,
+)
+from slipfold.flow.equations import Constants
+from slipfold.flow.intervals import Field
+from slipfold.flow.modes import REST, Mode, Status
+from slipfold.flow.polynomials import BegunPolynomials
+from slipfold.flow.stage_equations import LinearPart
+from slipfold.flow.switched_flow import POINTS, Beginning, Leg, SwitchedFlow, beginning
+
+AT_REST = 1e-12
+"""Slip, over its size, that is rounding: a contact that comes to rest with another one."""
+
+NOTHING = 2.0**-100
+
+AHEAD = 1e-6
+"""Phases after which a force that grows is larger."""
+
+GROWN = 1e-13
+"""Share of what friction holds by which it is then larger than rounding alone makes it."""
+
+
+def at_rest(flow: SwitchedFlow, mode: Mode, now: ContactsNow, weights: Array) -> list[int]:
+    """Return the closed contacts without slip."""
+    return [
+        contact
+        for contact, place in enumerate(flow.quantities.places)
+        if mode[contact] is not Status.OPEN
+        and math.hypot(*now.slip[place]) * weights[contact] <= AT_REST
+    ]
+
+
+def unlimited(weights: Array, flow: SwitchedFlow, contact: int) -> Array:
+    """Return weights with which a contact is held by more than friction.
+
+    Shapes: weights (2 k + limits,).
+    """
+    weights = weights.copy()
+    weights[len(flow.contacts) + contact] *= NOTHING
+    return weights
+
+
+def let_go(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+    now: ContactsNow | None = None,
+) -> Mode:
+    """Return the mode in which contacts slip that stick at their limit and soon beyond it.
+
+    Shapes: state (n,).
+    """
+    if Status.STICK not in mode or (flow.straight and flow.rested(state, phase, constants)[1]):
+        return mode
+    places = flow.quantities.places
+    now = flow.quantities.at(state, phase, constants) if now is None else now
+    rest = at_rest(flow, mode, now, weights)
+    friction = friction_in(now, places, mode, rest)
+    for contact, place in enumerate(places):
+        most = now.holding[contact]
+        if mode[contact] is not Status.STICK:
+            continue
+        if math.hypot(*friction[place]) < most * (1 - SLACK):
+            continue
+        held = unlimited(weights, flow, contact)
+        leg = flow.run(mode, state, phase, phase + AHEAD, constants, held)
+        later = flow.quantities.at(leg.state, leg.end, constants)
+        ahead = friction_in(later, places, mode, rest)
+        grown = math.hypot(*ahead[place]) - later.holding[contact]
+        if grown - (math.hypot(*friction[place]) - most) > GROWN * most:
+            straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
+            slips = Status.SLOW if place.stop - place.start == 2 else straight
+            return next_mode(now, places, mode, rest, {contact: slips})
+    return mode
+
+
+AT_ONCE = 1e-3
+"""Rate of slip, over what friction can do, that is no small one."""
+
+INSTANT, FIRST = 1e-13, 0.01
+"""Phases taken for the beginning of slip: where it grows at once, and at most where it does not."""
+
+SHRINKS, SHORTEST = 0.3, 1e-6
+"""Share of a time to go on with that was too long, and phases below which there is none."""
+
+TERMS = 25.0
+"""Terms of the series in which slip grows that fall, at the end of its beginning: so many leave an
+explicit integrator four steps until it is quick enough not to be stiff."""
+
+NEAR = 0.5
+"""Share by which slip may differ from what was guessed of it."""
+
+LEAST_SEEN = 1e-11
+"""Slip over its size that is shown at least where it begins."""
+
+BEGUN = 1e-6
+"""Slip over its size, below which it may still be beginning."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Growth:
+    """How slip grows at an instant."""
+
+    along: Array  # direction, shape (2,)
+    rate: float
+    most: float  # rate that friction alone could give
+    change: Array  # of the rate of slip with friction, shape (2, 2)
+
+
+def release(
+    flow: SwitchedFlow,
+    mode: Mode,
+    contact: int,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+    end: float,
+    *,
+    dense: bool = False,
+) -> list[Leg]:
+    """Let a contact that is at rest go, or has just begun to; return the first pieces of its slip.
+
+    None of them goes beyond the phase `end`. Shapes: state (n,).
+    """
+    first = _growth(flow, mode, contact, state, phase, constants)
+    before = _slip(flow, contact, state, phase, constants)
+    if first.rate > AT_ONCE * first.most:
+        speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
+        if np.linalg.norm(before) >= speed:  # it has begun already
+            return []
+        after = flow.slipping(mode, state, speed * first.along, phase, constants)
+        return [Leg(mode, phase, phase, after, flow.no_energies(), None, released=True)]
+    begun = _beginning(flow, mode, contact, state, phase, constants, weights, first, before)
+    until = min(end, begun.end)
+    powers = flow.powers(mode, begun.stages, begun.phases, constants)
+    powers[:, [contact, len(mode) + contact]] += _corrected(flow, contact, begun, first, constants)
+    energies = begun.integrals(until) @ powers
+    seen = None
+    if dense:
+        least = LEAST_SEEN / weights[contact] * first.along
+        seen = _Seen(flow, mode, contact, begun, least).polynomials(until)
+    after = flow.held(mode, begun.at(until), until, constants)
+    return [Leg(mode, phase, until, after, energies, None, True, begun, seen)]
+
+
+def _beginning(
+    flow: SwitchedFlow,
+    mode: Mode,
+    contact: int,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+    first: _Growth,
+    before: Array,
+) -> Beginning:
+    """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
+    stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
+    field = Field(flow.of(mode), constants, constants.scales, [], LinearPart())
+    # Meanwhile the contact is held by more than friction: its limit weighs nothing.
+    held, length = unlimited(weights, flow, contact), FIRST
+    why = "slip begins against its own friction"
+    while length > SHORTEST:
+        leg = flow.run(stuck, state, phase, phase + length, constants, held)
+        if leg.event is not None:
+            why = "two contacts change while one of them begins to slip"
+            length = SHRINKS * (leg.end - phase)
+            continue
+        growth = _growth(flow, mode, contact, leg.state, leg.end, constants)
+        time = length * constants.period
+        speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
+        if growth.rate > 0 and speed > 0:
+            share = min(1.0, growth.most * time / speed / TERMS)
+            shares = share * POINTS.points
+            slips = _grown(before, first, growth, time, shares)
+            phases = phase + length * shares
+            states = state + shares[:, None] * (leg.state - state)
+            guess = flow.all_slipping(mode, states, slips, phases, constants)
+            found = beginning(field, state, phase, share * length, guess)
+            if found is not None and _like(flow, contact, found, slips[-1], constants):
+                return found
+        length *= SHRINKS
+    raise Undecided(why)
+
+
+def _corrected(
+    flow: SwitchedFlow, contact: int, begun: Beginning, first: _Growth, constants: Constants
+) -> Array:
+    """Return what the powers of friction lack since slow slip has few digits for its direction.
+
+    By how the motion goes on friction is known better. Shapes: returns (s, 2).
+    """
+    place = flow.quantities.places[contact]
+    nothing = np.empty((len(constants.values), 0))
+    slopes = flow.slips.at(begun.stages[-1], begun.phases[-1], constants, nothing)[0][place]
+    known = flow.quantities.along(begun.stages, begun.phases, constants)
+    slips, plates = (np.array([item[part] for item in known])[:, place] for part in (0, -1))
+    friction = np.linalg.solve(first.change, slopes @ begun.missing.T).T
+    return np.stack(
+        [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
+    )
+
+
+def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Array) -> Array:
+    """Return slip after shares of a time by how it grows at both ends. Shapes: shares (p,)."""
+    shares = shares[:, None]
+    rates = first.rate * shares + (last.rate - first.rate) * shares**2 / 2
+    return np.asarray(before + time * rates * (first.along + shares * (last.along - first.along)))
+
+
+def _like(
+    flow: SwitchedFlow, contact: int, begun: Beginning, slip: Array, constants: Constants
+) -> bool:
+    """Whether slip ends about as it was thought to. Shapes: slip (2,)."""
+    found = _slip(flow, contact, begun.stages[-1], begun.phases[-1], constants)
+    return bool(np.linalg.norm(found - slip) < NEAR * np.linalg.norm(slip))
+
+
+def _slip(
+    flow: SwitchedFlow, contact: int, state: Array, phase: float, constants: Constants
+) -> Array:
+    place = flow.quantities.places[contact]
+    return np.array(flow.quantities.at(state, phase, constants).slip[place])
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What is shown of slip that begins: at the very first it is too slow to have a direction."""
+
+    flow: SwitchedFlow
+    mode: Mode
+    contact: int
+    begun: Beginning
+    least: Array  # slip that is shown instead, shape (2,)
+
+    def polynomials(self, end: float) -> BegunPolynomials:
+        """Return it as far as some phase."""
+        inner, n = self.begun.polynomials(end), len(self.begun.field.scales)
+        return BegunPolynomials(inner, n, self._placed)
+
+    def _placed(self, scaled: Array, phase: float) -> Array:
+        constants = self.begun.field.constants
+        state = scaled * constants.scales
+        slip = _slip(self.flow, self.contact, state, phase, constants)
+        if np.linalg.norm(slip) > np.linalg.norm(self.least):
+            return scaled
+        return self.flow.slipping(self.mode, state, self.least, phase, constants) / constants.scales
+
+
+def begins(
+    flow: SwitchedFlow,
+    mode: Mode,
+    contact: int,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+) -> bool:
+    """Whether the slow slip of a contact is still beginning. Shapes: state (n,)."""
+    slip = flow.quantities.at(state, phase, constants).slip[flow.quantities.places[contact]]
+    if math.hypot(*slip) * weights[contact] > BEGUN:
+        return False
+    growth = _growth(flow, mode, contact, state, phase, constants)
+    return growth.rate > -SLACK * growth.most
+
+
+def direction_of_release(
+    flow: SwitchedFlow, mode: Mode, contact: int, state: Array, phase: float, constants: Constants
+) -> Array:
+    """Return the direction in which a contact at rest begins to slip, shape (2,).
+
+    Shapes: state (n,).
+    """
+    return _growth(flow, mode, contact, state, phase, constants).along
+
+
+def _growth(
+    flow: SwitchedFlow,
+    mode: Mode,
+    contact: int,
+    state: Array,
+    phase: float,
+    constants: Constants,
+) -> _Growth:
+    now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
+    rest = [i for i, status in enumerate(mode) if status is Status.STICK or i == contact]
+    alone, change = response(now, places, mode, rest, contact)
+    size = now.starting[contact]
+    along, rate = outward(alone, change, size)
+    return _Growth(np.array(along), rate, size * largest(change), np.array(change))

@@ -1,0 +1,432 @@
+"""Characteristic scales of states: from a short trajectory, or from the equations about rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.flow.equations import Constants, power_of_two
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.models.equilibria import damped_newton
+from slipfold.models.model import Model
+
+ROUNDS = 60
+"""Steps towards balance; a chain of a hundred states needs no more to come within a factor."""
+
+ENOUGH = 0.1
+"""Logarithm of what rows and columns may differ by: sizes are rounded to powers of two."""
+
+WEAK = 0.1
+"""Where a state drives another that does not act back, their ratio is that of a coupling back with
+this share of the typical rate."""
+
+NEGLIGIBLE = 1e-100
+"""Share of the largest entry below which one couples nothing: what follows from it overflows."""
+
+
+def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
+    """Return the sizes of states that balance a system's matrix, shape (n,).
+
+    They are known up to a factor for each group of coupled states; the first of each has one.
+
+    Shapes: matrix (n, n); loops (n,).
+    """
+    matrix = np.where(matrix < NEGLIGIBLE * matrix.max(), 0.0, matrix)
+    size, groups = np.ones(len(matrix)), coupled(matrix)
+    entries = matrix * ~np.eye(len(matrix), dtype=bool)
+    own = np.diag(matrix)
+    fastest = largest_in(loops, np.maximum(np.sqrt(entries * entries.T).max(axis=1), own))
+    typical = rate or np.maximum(fastest, fastest[:, None])
+    weak = WEAK * np.where(np.equal(typical, 0), 1.0, typical)
+    # What follows without acting back is no larger than its own decay lets it become.
+    lasting = np.maximum(weak, (loops != loops[:, None]) * own[:, None])
+    with np.errstate(divide="ignore", over="ignore"):
+        back = np.where(entries > 0, lasting**2 / entries, 0.0).T
+    entries = np.maximum(entries, back)
+    for _ in range(ROUNDS):
+        scaled = entries * size / size[:, None]
+        rows, columns = scaled.sum(axis=1), scaled.sum(axis=0)
+        acts = (rows > 0) & (columns > 0)
+        unequal = rows[acts] / columns[acts]
+        size[acts] *= unequal**0.25
+        if np.abs(np.log(unequal)).max(initial=0.0) < ENOUGH:
+            break
+    return size / size[groups]
+
+
+def coupled(matrix: Array) -> NDArray[np.intp]:
+    """Return for each state the first one of those it is coupled with, directly or not.
+
+    Shapes: matrix (n, n).
+    """
+    near = (matrix != 0) | (matrix.T != 0) | np.eye(len(matrix), dtype=bool)
+    first = np.arange(len(matrix))
+    while True:
+        nearest = np.where(near, first, len(matrix)).min(axis=1)
+        if np.array_equal(nearest, first):
+            return first
+        first = nearest
+
+
+def loops_of(feeds: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Return for each state the first one of those it feeds and is fed by, directly or not.
+
+    Shapes: feeds (n, n), of each rate the states that are in it.
+    """
+    reached = feeds | np.eye(len(feeds), dtype=bool)
+    for _ in range(len(feeds).bit_length()):
+        reached = reached @ reached
+    return np.asarray((reached & reached.T).argmax(axis=1))
+
+
+def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
+    """Return of each state the largest value in its loop. Shapes: values (n,)."""
+    result = np.zeros(loops.max() + 1)
+    np.fmax.at(result, loops, values)  # what is not a number is not known
+    return result[loops]
+
+
+FAST = 64.0
+"""Vibrations this many times faster than the slowest one, and than the forcing, carry none of the
+motion: they follow it. A chain of forty masses has none, a beam of three elements has."""
+
+VIBRATES = 1e-9
+"""Imaginary part of an eigenvalue, over the fastest rate, that rounding may feign."""
+
+
+def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
+    """Return what makes of rates those of slow motion, shape (n, n); None if all motion is slow.
+
+    With rates r and their derivatives A it is the rate of one implicit step of Euler's method,
+    ``(I - h A)^-1 r``, over a time h in which slow motion hardly changes.
+
+    Shapes: jacobian (n, n).
+
+    Examples
+    --------
+    >>> from scipy.linalg import block_diag
+    >>> modes = block_diag([[0.0, 1.0], [-1.0, 0.0]], [[0.0, 1.0], [-1e10, -1.0]])
+    >>> slow = followed_at_once(modes, 0.0)
+    >>> bool(np.linalg.norm(slow @ [0.0, 0.0, 0.0, 1.0]) < 1e-6)
+    True
+    >>> followed_at_once(modes, 1e5) is None
+    True
+    """
+    if not np.isfinite(jacobian).all():
+        return None
+    values = np.linalg.eigvals(jacobian)
+    largest = float(np.abs(values).max())
+    turning = np.abs(values[np.abs(values.imag) > VIBRATES * largest])
+    rate = FAST * max(float(turning.min(initial=np.inf)) if len(turning) else 0.0, forcing)
+    if not 0 < rate < largest or not rate < turning.max(initial=0.0):
+        return None
+    return np.asarray(np.linalg.inv(np.eye(len(jacobian)) - jacobian / rate))
+
+
+PHASES = np.arange(32) / 32
+"""Phases that average the forcing: exact for up to 31 harmonics."""
+
+BESIDE = 1e-3
+"""Rest itself may be a singular point of a model: the search then starts so far beside it."""
+
+
+def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) -> Array:
+    """Return the equilibrium under the forcing's mean, shape (n_states,).
+
+    Shapes: scales, start (n_states,).
+    """
+    n, count = flow.dimension, len(PHASES)
+
+    def linear(states: Array) -> tuple[Array, Array]:
+        at, phases = np.repeat(states, count, axis=0), np.tile(PHASES, len(states))
+        rates, jacobians = (of(at, phases, constants) for of in (flow.rates, flow.jacobians))
+        return (
+            rates.reshape(-1, count, n).mean(axis=1),
+            jacobians.reshape(-1, count, n, n).mean(axis=1),
+        )
+
+    found = np.full(n, np.nan)
+    for beside in (0.0, BESIDE):
+        if np.isnan(found).any():
+            found = damped_newton(linear, (start + beside * scales)[None], scales)[0]
+    return found
+
+
+HARMONICS = 8
+
+
+def linear_response(
+    flow: Flow, constants: Constants, scales: Array, segments: int, start: Array
+) -> Array:
+    """Return the steady linear response about the mean state at equidistant phases.
+
+    Shapes: scales, start (n_states,); returns (m, n_states).
+    """
+    n = flow.dimension
+    centre = mean_state(flow, constants, scales, start)
+    states = np.tile(centre, (len(PHASES), 1))
+    forcing = np.fft.fft(flow.rates(states, PHASES, constants), axis=0) / len(PHASES)
+    jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
+    nodes = np.tile(centre, (segments, 1))
+    phases = np.arange(segments) / segments
+    for harmonic in range(1, HARMONICS + 1):
+        stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
+        if np.isfinite(stiffness).all():
+            # Rows of one size: else slow modes are nothing but rounding beside fast ones.
+            sizes = np.abs(stiffness).max(axis=1)
+            # Without damping a harmonic may meet a resonance: what does not force it is left out.
+            found = np.linalg.lstsq(stiffness / sizes[:, None], forcing[harmonic] / sizes)[0]
+            amplitude = scales * found
+            nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
+    return nodes
+
+
+PERIODS = 8
+"""Forcing periods of the motion looked at: a resonance shows, and what runs away has not yet."""
+
+SAMPLES = 16
+"""Samples of it in a forcing period."""
+
+LEAST = 1 / 8
+"""Least size of a state over what balances it with the one that moves most: a slow forcing moves
+displacements alone, and what follows it vibrates faster."""
+
+ROUNDING = 1e-9
+"""Motion smaller than this share of the displacement at rest is rounding."""
+
+ROUNDING_OF_ZERO = 1e-15
+"""Share of the start, or of what the forcing moves, below which a state at rest is zero."""
+
+BENT = 0.5
+"""Share of the linear rates that the others make up where a motion counts as large."""
+
+SMALL = 1e-6
+"""The same share that may be no more than rounding."""
+
+DISTANCES = 2.0 ** np.arange(-120, 121)
+"""Distances from rest at which that is looked for, in balanced states."""
+
+DIRECTIONS = np.array([[1.0, 1.0], [1.0, -1.0], [1.0, 0.3], [0.3, -1.0]])
+"""Components of every other state in the directions in which it is looked for."""
+
+
+def measured(
+    model: Model,
+    also: Sequence[Model] = (),
+    *,
+    motion: Array | None = None,
+    start: Array | None = None,
+) -> Model:
+    """Return a model that knows the typical sizes of its states, where it declares none.
+
+    The ratios of coupled states are those that balance the linearised equations. How large all of
+    them are shows in a motion; where nothing moves them, in the distance from rest at which the
+    equations stop being linear; else in the state of rest itself. All of this is the same in any
+    units. Sizes are powers of two.
+
+    Shapes: motion (m, n_states); start (n_states,).
+    """
+    if not np.isnan(model.declared_scales()).any():
+        return model
+    start = model.start if start is None else start
+    looks = [_Look(item, flow_of(model), start) for item in (model, *also)]
+    sizes = np.full(len(model.states), np.nan)
+    for look in looks[: 1 if motion is not None else None]:
+        sizes = np.fmax(sizes, look.moved(motion))
+    for look in looks:
+        if np.isnan(sizes).any():
+            sizes = np.where(np.isnan(sizes), look.bent, sizes)
+    if np.isnan(sizes).any():
+        resting = np.fmax.reduce([look.resting for look in looks])
+        sizes = np.where(np.isnan(sizes), resting, sizes)
+        sizes = np.where(np.isnan(sizes), looks[0].ratios, sizes)
+    return model.measured_in(power_of_two(sizes))
+
+
+def measured_within(
+    model: Model, values: Sequence[Mapping[str, float]], motion: Array | None = None
+) -> Model:
+    """Return a model that knows how large its states become at several parameter values."""
+    if not np.isnan(model.declared_scales()).any():
+        return model
+    others = []
+    for some in values:
+        with suppress(InputError):  # they may contradict those of other parameters
+            others.append(model.replace(**some))
+    first, *rest = others or [model]
+    return model.measured_in(measured(first, rest, motion=motion).found_sizes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """A model about its state of rest. Sizes have the shape (n,) and are NaN where unknown."""
+
+    # The model and its flow
+    model: Model
+    flow: Flow
+    start: Array  # state from which motions start
+
+    @cached_property
+    def rest(self) -> Array:
+        """State of rest under the mean of the forcing; the start where there is none."""
+        start = self.start
+        found, slopes = self._around(start)
+        ratios = self._balanced(slopes)
+        guess = _largest(np.abs(found).max(axis=0) / ratios) / self._rate(slopes, ratios)
+        constants = self.flow.constants(self.model.vector)
+        state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
+        # Newton's method, and the mean of a forcing, leave of a zero what is no size of anything.
+        zero = ROUNDING_OF_ZERO * np.maximum(np.abs(start), ratios * guess)
+        state = np.where(np.abs(state) < zero, 0.0, state)
+        return np.where(np.isfinite(state), state, start)
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Mean moduli of the derivatives of the rates there, shape (n, n)."""
+        return self._around(self.rest)[1]
+
+    @cached_property
+    def ratios(self) -> Array:
+        """Ratios of coupled states."""
+        return self._balanced(self.slopes)
+
+    @cached_property
+    def groups(self) -> NDArray[np.intp]:
+        """The first of the states that each one is coupled with."""
+        return coupled(self.slopes)
+
+    @cached_property
+    def loops(self) -> NDArray[np.intp]:
+        """The first of the states that each one feeds and is fed by, wherever they are."""
+        return loops_of(self.flow.equations.feeds)
+
+    def moved(self, motion: Array | None) -> Array:
+        """Sizes that a motion shows."""
+        if motion is None:
+            reached = self._reached() if self.model.forced else np.zeros(len(self.rest))
+        else:
+            reached = np.ptp(motion, axis=0) / 2
+        largest = self._in_group(reached / self.ratios)
+        still = self._in_group(np.abs(self.rest - self.start) / self.ratios)
+        still = np.maximum(still, self._in_group(np.abs(self.rest) / self.ratios))
+        # What moves little now may take over where others have grown as far as equations bend.
+        far = _largest(largest * self.ratios / self.bent)
+        largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
+        sizes = np.maximum(reached, LEAST * self.ratios * largest)
+        return np.where(largest > ROUNDING * still, sizes, np.nan)
+
+    @cached_property
+    def bent(self) -> Array:
+        """Sizes at which the equations are no longer linear."""
+        sizes = np.full(len(self.rest), np.nan)
+        for first in np.unique(self.groups):
+            group = self.groups == first
+            sizes[group] = self.ratios[group] * self._bent_distance(group)
+        return sizes
+
+    @cached_property
+    def resting(self) -> Array:
+        """Sizes of the state of rest, where it is not zero."""
+        away = self._in_group(np.maximum(np.abs(self.rest), np.abs(self.start)) / self.ratios)
+        return self.ratios * np.where(away > 0, away, np.nan)
+
+    def _around(self, state: Array) -> tuple[Array, Array]:
+        """Rates over a period at a state, shape (p, n), and mean moduli of their derivatives."""
+        constants = self.flow.constants(self.model.vector)
+        states = np.tile(state, (len(PHASES), 1))
+        rates = self.flow.rates(states, PHASES, constants)
+        jacobians = self.flow.jacobians(states, PHASES, constants)
+        if self.slow is not None:
+            rates, jacobians = rates @ self.slow.T, self.slow @ jacobians
+        return rates, np.asarray(np.abs(jacobians).mean(axis=0))
+
+    @cached_property
+    def slow(self) -> Array | None:
+        """What makes of rates those of slow motion, shape (n, n); None if all motion is slow."""
+        constants = self.flow.constants(self.model.vector)
+        states = np.tile(self.start, (len(PHASES), 1))
+        mean = self.flow.jacobians(states, PHASES, constants).mean(axis=0)
+        return followed_at_once(mean, 2 * np.pi if self.model.forced else 0.0)
+
+    def _balanced(self, slopes: Array) -> Array:
+        if not np.isfinite(slopes).all():
+            return np.ones(len(slopes))
+        return balanced(slopes, 2 * np.pi if self.model.forced else 0.0, self.loops)
+
+    def _rate(self, slopes: Array, ratios: Array) -> float:
+        """Fastest rate of the linear system, about; of the forcing at least."""
+        own = _largest(slopes * ratios / ratios[:, None])
+        return own + 2 * np.pi if self.model.forced else own or 1.0
+
+    def _in_group(self, values: Array) -> Array:
+        """Largest value among those of coupled states."""
+        return largest_in(self.groups, np.nan_to_num(values))
+
+    def _reached(self) -> Array:
+        """Amplitudes of the motion from rest: their median over forcing periods."""
+        rates = self._around(self.rest)[0]
+        pushed = self._in_group(np.ptp(rates, axis=0) / self.ratios)
+        if not _largest(pushed) > 0:
+            return pushed
+        sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
+        sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
+        if self.slow is not None:  # a motion would take very many steps
+            constants = self.flow.constants(self.model.vector)
+            nodes = linear_response(self.flow, constants, self.ratios, SAMPLES, self.start)
+            return np.asarray(np.ptp(nodes, axis=0) / 2)
+        constants = self.flow.constants(self.model.vector, power_of_two(sizes))
+        grid = np.linspace(0.0, PERIODS, PERIODS * SAMPLES + 1)
+        states = self.flow.trajectory(self.rest, constants, grid, patient=False)[1:]
+        reached = np.ptp(states.reshape(PERIODS, SAMPLES, -1), axis=1) / 2
+        whole = reached[np.isfinite(reached).all(axis=1)]
+        if len(whole):
+            return np.asarray(np.median(whole, axis=0))
+        part = states[np.isfinite(states).all(axis=1)]
+        return np.ptp(part, axis=0) / 2 if len(part) > 1 else sizes
+
+    def _bent_distance(self, group: NDArray[np.bool_]) -> float:
+        """Distance from rest at which rates are no longer linear, in balanced states; or NaN."""
+        constants = self.flow.constants(self.model.vector)
+        phase, ratios = PHASES[5:6], self.ratios[group]
+        still = self.flow.rates(self.rest[None], phase, constants)
+        matrix = self.flow.jacobians(self.rest[None], phase, constants)[0]
+        # At a degenerate state of rest rates are not linear anywhere: the start says how fast.
+        moduli = np.abs(matrix if self.slow is None else self.slow @ matrix)
+        slopes = np.fmax(moduli, self._around(self.start)[1])[np.ix_(group, group)]
+        rows = (slopes * ratios / ratios[:, None]).max(axis=1)
+        linear = _largest(rows)
+        # Beside what bends, and not beside what merely follows it, however fast that does.
+        rows = largest_in(self.loops[group], rows)
+        rows = np.where(rows > 0, rows, linear or np.finfo(float).tiny)
+        least = _largest(np.abs(self.rest[group]) / ratios)
+        least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
+        distances = DISTANCES[ROUNDING * least < DISTANCES]
+        directions = np.zeros((len(DIRECTIONS), len(group)))
+        pattern = np.resize(np.arange(2), np.count_nonzero(group))
+        directions[:, group] = DIRECTIONS[:, pattern] * ratios
+        steps = distances[:, None, None] * directions
+        states = (self.rest + steps).reshape(-1, len(group))
+        rates = self.flow.rates(states, np.repeat(phase, len(states)), constants)
+        with np.errstate(invalid="ignore", over="ignore"):
+            others = (rates - still).reshape(steps.shape) - steps @ matrix.T
+            others = np.abs(others if self.slow is None else others @ self.slow.T)
+            share = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
+        share = share.max(axis=1)
+        large = ~(share <= BENT)
+        if not large.any():  # what is not linear is bounded, as friction is: where it counts most
+            most = share.max(initial=SMALL)
+            # What saturates beside what stays linear counts ever more: there half of it is enough.
+            large = share >= (most / 2 if share[-1] >= most / 2 else most)
+        first = int(large.argmax())
+        return float(distances[first]) if large[first] and first else np.nan
+
+
+def _largest(values: Array) -> float:
+    return float(np.nan_to_num(values).max(initial=0.0))

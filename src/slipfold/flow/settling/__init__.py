@@ -1,1 +1,0 @@
-"""Whether a motion has settled: on a periodic response, a cycle or an equilibrium."""

@@ -1,1 +1,0 @@
-"""How large states are, and which of them nothing feeds."""

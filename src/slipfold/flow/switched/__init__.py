@@ -1,1 +1,0 @@
-"""Motions that switch: contacts slip, stick and open, each way with equations of its own."""

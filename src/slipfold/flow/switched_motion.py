@@ -1,0 +1,504 @@
+"""Trajectories through all their modes, from event to event, and what contacts did in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, repeat
+from operator import attrgetter
+from typing import NamedTuple
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.flow.compiled_mode import ARRIVED, STEPS
+from slipfold.flow.contact_state import Numbers, Undecided, next_mode
+from slipfold.flow.equations import Constants
+from slipfold.flow.flow import flow_of
+from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.modes import (
+    SLOW,
+    STUCK,
+    Ending,
+    Event,
+    Mode,
+    Status,
+    Undetermined,
+    shown,
+    status_name,
+)
+from slipfold.flow.release import AT_REST, begins, let_go, release
+from slipfold.flow.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.models.model import Model
+
+
+class Interval(NamedTuple):
+    """A time in which a contact does one thing.
+
+    Parameters
+    ----------
+    contact
+        Its name.
+    state
+        ``"slip"``, ``"stick"`` or ``"free"``.
+    begin, end
+        Time since the start of the motion, in forcing periods; of an autonomous model in s.
+    work
+        Work of its friction on the structure in J.
+    heat
+        What friction turned into heat in J.
+    """
+
+    contact: str
+    state: str
+    begin: float
+    end: float
+    work: float
+    heat: float
+
+
+@dataclass(eq=False, slots=True)  # frozen ones take three times as long to make
+class Change:
+    """An instant at which the mode changes."""
+
+    time: float  # in phases since the start
+    state: Array  # shape (n,)
+    mode: Mode  # what follows
+
+
+class Recorder:
+    """Notes legs and changes while a motion goes on; what they amount to is found afterwards."""
+
+    def __init__(self, contacts: Sequence[str], mode: Mode) -> None:
+        self._contacts = contacts
+        self._energies: list[Array] = []
+        # Of all that begins with a mode: when, in which state, and how many legs came before
+        self.modes, self._times, self._legs = [mode], [0.0], [0]
+        self._states: list[Array] = []
+        self.begun = 0  # periods that are over where times are counted from
+
+    def went_on(self, energies: Array) -> None:
+        """Note the energies of a leg, shape (2 k,)."""
+        self._energies.append(energies)
+
+    def changed(self, time: float, state: Array, mode: Mode) -> None:
+        """Note a new mode, at a phase of the present period."""
+        self.modes.append(mode)
+        self._times.append(self.begun + time)
+        self._states.append(state)
+        self._legs.append(len(self._energies))
+
+    @property
+    def changes(self) -> list[Change]:
+        """All of them so far."""
+        return list(map(Change, self._times[1:], self._states, self.modes[1:]))
+
+    @property
+    def last_time(self) -> float:
+        """When something changed last, zero if nothing did, in phases."""
+        return self._times[-1]
+
+    def ended(self, time: float) -> tuple[Interval, ...]:
+        """Return all intervals, those that still last as far as the end, by their ends."""
+        count = len(self._contacts)
+        energies = np.zeros((len(self._energies) + 1, 2, count))
+        if self._energies:
+            energies[:-1] = np.concatenate(self._energies).reshape(-1, 2, count)
+        found = [
+            self._intervals(place, name, energies[:, :, place], time)
+            for place, name in enumerate(self._contacts)
+        ]
+        if count == 1:
+            return tuple(found[0])
+        return tuple(sorted(chain.from_iterable(found), key=attrgetter("end")))
+
+    def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
+        """Return what one contact did. Shapes: energies (legs + 1, 2)."""
+        doing = np.array([mode[place] for mode in self.modes])
+        kept = np.flatnonzero(np.append(True, doing[1:] != doing[:-1]))
+        sums = np.add.reduceat(energies, np.array(self._legs)[kept])
+        begins = np.array(self._times)[kept]
+        ends = np.append(begins[1:], time)
+        lasts = ends > begins
+        names = map(status_name, doing[kept][lasts].tolist())
+        columns = (part[lasts].tolist() for part in (begins, ends, *sums.T))
+        return [*map(Interval._make, zip(repeat(name), names, *columns, strict=False))]
+
+
+MAX_LEGS = 1_000
+"""Legs in a period of which none is looked at more closely."""
+
+
+def in_turn(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    phase: float,
+    further: float,
+    constants: Constants,
+    weights: Array,
+    recorder: Recorder,
+    ended: Callable[[Mode, Array], None],
+) -> tuple[Mode, Array, float]:
+    """Carry a state to the end of a period, or to where a closer look is due.
+
+    A leg with constant rates may go somewhat further than that end, of which `ended` is told then.
+    Nothing is made for a leg but what is noted. Shapes: state (n,).
+    """
+    # An event is a root that lies ahead: what begins at its limit may be beyond it already.
+    if phase < 1 and mode == STUCK and not flow.rested(state, phase, constants)[1]:
+        return mode, state, phase
+    for _ in range(MAX_LEGS):
+        if phase >= 1:
+            break
+        ready = flow.ready(mode, constants, weights)
+        compiled, integrator = ready.compiled, ready.integrator
+        ready.set_out(state, phase)
+        until = 1 + further if compiled.steady else 1.0
+        outcome = int(integrator.propagate_until(until, STEPS)[0])
+        after = mode if outcome == ARRIVED else compiled.follows.get(outcome)
+        if after is None:
+            break
+        end, (final, energies) = integrator.time, ready.arrived()
+        if after is STUCK:
+            speed, holds = flow.rested(final, end, constants)
+            if not holds:
+                break
+            final[flow.rests_by[0]] = speed
+        elif not compiled.rests:
+            final = flow.held(mode, final, end, constants)
+        recorder.went_on(energies)
+        if end > 1:
+            ended(mode, state + (1 - phase) / (end - phase) * (final - state))
+        if after is not mode:
+            recorder.changed(end, final, after)
+        state, phase, mode = final, end, after
+    return mode, state, phase
+
+
+BACKWARDS = 1e-9
+"""Slip against its own direction, over its size, at which a change was missed."""
+
+FURTHER = 0.5
+"""Phases by which a leg with constant rates may go beyond the end of a period."""
+
+MAX_CHANGES = 10_000
+"""Changes in a forcing period that are followed."""
+
+
+class Broken(Exception):
+    """A motion that cannot go on, and why."""
+
+    def __init__(self, stop: Stop, leg: Leg | None = None) -> None:
+        super().__init__(stop.reason)
+        self.stop, self.leg = stop, leg
+
+
+class SwitchedMotion:
+    """A motion while it is integrated."""
+
+    def __init__(self, model: Model, start: Array) -> None:
+        self.model = model
+        self.flow = switched_flow_of(model)
+        self.constants = flow_of(model).constants_of(model)
+        self.weights = self.flow.weights(start, self.constants)
+        self.stopped: Stop | None = None
+        self._period = self.constants.period
+        mode = first_mode(self.flow, start, self.constants, self.weights)
+        self.modes = [shown(mode)]
+        self._states = [self.flow.held(self.modes[0], start, 0.0, self.constants)]
+        self.recorder = Recorder([item.name for item in self.flow.contacts], self.modes[0])
+
+    @property
+    def strobe(self) -> Array:
+        """States at the start of every period so far, read-only, shape (periods + 1, n)."""
+        whole = np.array(self._states)
+        whole.setflags(write=False)
+        return whole
+
+    @property
+    def periods(self) -> int:
+        """Whole periods so far."""
+        return len(self._states) - 1
+
+    @property
+    def time(self) -> float:
+        """Seconds so far, of whole periods and of what is known of another."""
+        return max(self.periods, self.recorder.last_time) * self._period
+
+    def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> None:
+        """Integrate some more periods, as far as it comes; who is told of each may interrupt."""
+        last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
+        further = FURTHER
+        while (done := self.periods) < last:
+            beyond = further if done + 1 < last else 0.0
+            flow, known, self.recorder.begun = self.flow, (self.constants, self.weights), done
+            if flow.straight:
+                noting = self.recorder, self._ended
+                mode, state, phase = in_turn(flow, mode, state, phase, beyond, *known, *noting)
+            args = flow, mode, state, 1.0, *known
+            closely = legs(*args, begin=phase, steadily=1 + beyond) if phase < 1 else ()
+            try:
+                for leg, after in closely:
+                    self.recorder.went_on(leg.energies)
+                    if leg.end > 1:
+                        share = (1 - leg.begin) / (leg.end - leg.begin)
+                        self._ended(mode, state + share * (leg.state - state))
+                    state, phase = leg.state, leg.end
+                    if shown(after) != mode:
+                        mode = shown(after)
+                        self.recorder.changed(phase, state, mode)
+            except Broken as broken:
+                if broken.stop.time > 1:  # the end of the period is still to come
+                    further = 0.0
+                    continue
+                time = (done + broken.stop.time) * self.constants.period
+                self.stopped = replace(broken.stop, time=time)
+                return
+            if phase <= 1:
+                self._ended(mode, state)
+            phase -= 1
+            tell()
+
+    def _ended(self, mode: Mode, state: Array) -> None:
+        """Note the end of a period."""
+        self.modes.append(mode)
+        self._states.append(state)
+
+
+def first_mode(
+    flow: SwitchedFlow, start: Array, constants: Constants, weights: Array, phase: float = 0.0
+) -> Mode:
+    """Return the mode in which a motion begins. Shapes: start (n,)."""
+    now = flow.quantities.at(start, phase, constants)
+    mode, rest = [], []
+    for contact, place in enumerate(flow.quantities.places):
+        slip = now.slip[place]
+        if flow.contacts[contact].opens and now.normal[contact] < 0:
+            mode.append(Status.OPEN)
+        elif math.hypot(*slip) * weights[contact] <= AT_REST:
+            mode.append(Status.STICK)
+            rest.append(contact)
+        else:
+            mode.append(_slipping(slip))
+    return next_mode(now, flow.quantities.places, tuple(mode), rest, {})
+
+
+def legs(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    end: float,
+    constants: Constants,
+    weights: Array,
+    *,
+    begin: float = 0.0,
+    dense: bool = False,
+    steadily: float = 0.0,
+) -> Iterator[tuple[Leg, Mode]]:
+    """Carry a state from one phase to another through its modes; with each leg what follows.
+
+    A last leg with constant rates may go on steadily, to a phase beyond the end.
+    """
+    phase = begin
+    if flow.planar:
+        mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
+    if Status.STICK in mode or Status.SLOW in mode:
+        mode, first = _begun(flow, mode, state, phase, constants, weights, end, dense=dense)
+        for piece, after in first:
+            yield piece, after
+            state, phase = piece.state, piece.end
+        if first and phase >= end:
+            return
+    for _ in range(MAX_CHANGES):
+        until = steadily if steadily > end and flow.steady(mode) else end
+        leg = flow.run(mode, state, phase, until, constants, weights, dense=dense)
+        if leg.event is None:
+            yield leg, mode
+            return
+        beginning: list[Leg] = []
+        try:
+            after, resting = _after(flow, leg, constants, weights)
+            for contact, status in enumerate(after if flow.planar else ()):
+                if status is Status.SLOW and resting[contact] is Status.STICK:
+                    args = flow, after, contact, leg.state, leg.end, constants, weights, end
+                    beginning = release(*args, dense=dense)
+        except Undecided as error:
+            raise Broken(_undecided(error, leg.end), leg) from None
+        except Undetermined as error:
+            reason = (
+                f"{error} stick together and hold one motion twice, so what each of them bears is "
+                "not determined; join them to one contact, or put a spring between them"
+            )
+            raise Broken(Stop("undetermined", reason, phase), leg) from None
+        state = leg.state
+        yield leg, after
+        mode, phase = after, leg.end
+        for piece in beginning:
+            yield replace(piece, event=leg.event), after
+            state, phase = piece.state, piece.end
+        if phase >= end:
+            return
+    reason = (
+        f"contacts change between slip and stick more than {MAX_CHANGES} times in a period; look "
+        "at the last states, or make the model less stiff"
+    )
+    raise Broken(Stop("chattering", reason, phase))
+
+
+def _begun(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+    end: float,
+    *,
+    dense: bool,
+) -> tuple[Mode, list[tuple[Leg, Mode]]]:
+    """Return the mode in which a motion goes on, and its first pieces if slip begins at once."""
+    first = list[tuple[Leg, Mode]]()
+    try:
+        slips = let_go(flow, mode, state, phase, constants, weights)
+        if slips != mode:
+            contact = next(i for i, status in enumerate(slips) if status is not mode[i])
+            slips = _one_slow(slips, [contact])
+            event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
+            first.append((Leg(mode, phase, phase, state, flow.no_energies(), event), slips))
+        slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
+        if slow is not None and begins(flow, slips, slow, state, phase, constants, weights):
+            args = flow, slips, slow, state, phase, constants, weights, end
+            first += [(piece, slips) for piece in release(*args, dense=dense)]
+    except Undecided as error:
+        raise Broken(_undecided(error, phase)) from None
+    return slips, first
+
+
+def _undecided(error: Undecided, phase: float) -> Stop:
+    return Stop("undecided", f"{error}; start elsewhere", phase)
+
+
+def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> tuple[Mode, Mode]:
+    """Return the mode that follows an event, and the one in which all that is at rest sticks.
+
+    The leg comes to rest in the latter.
+    """
+    event, mode = leg.event, leg.mode
+    assert event is not None
+    if flow.straight and (alone := _alone(flow, leg, event, constants)) is not None:
+        return alone, alone
+    if event.ending in (Ending.SLOWS, Ending.QUICKENS):
+        slows = event.ending is Ending.SLOWS
+        now_slow = _slow_where_slow(flow, shown(mode), leg.state, leg.end, constants, weights)
+        after = _with(now_slow, event.which, Status.SLOW if slows else Status.FORTH)
+        after = _one_slow(after, [event.which]) if slows else after
+        return after, after
+    if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
+        raise Broken(_stop(flow, leg, event, constants), leg)
+    now, places = flow.quantities.at(leg.state, leg.end, constants), flow.quantities.places
+    wanted: dict[int, Status] = {}
+    rest = []
+    for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
+        slip, met = now.slip[place], event.which == contact
+        if met and event.ending is Ending.PARTS:
+            wanted[contact] = Status.OPEN
+            continue
+        if status is Status.OPEN:
+            if not (met and event.ending is Ending.MEETS):
+                continue
+            wanted[contact] = _slipping(slip)
+        if met and event.ending is Ending.STOPS:
+            wanted[contact] = Status.STICK
+            rest.append(contact)
+        elif status is Status.STICK:
+            rest.append(contact)
+            if met and event.ending is Ending.YIELDS:
+                wanted[contact] = event.towards
+        elif math.hypot(*slip) * weights[contact] <= AT_REST:
+            rest.append(contact)
+        elif status is Status.OPEN:
+            continue  # it slips as it lands
+        elif len(slip) == 1 and float(status) * slip[0] * weights[contact] < -BACKWARDS:
+            raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
+    after = next_mode(now, places, mode, rest, wanted)
+    after = _one_slow(let_go(flow, after, leg.state, leg.end, constants, weights, now), rest)
+    resting = tuple(
+        Status.STICK if contact in rest else status for contact, status in enumerate(after)
+    )
+    if resting != mode:
+        leg.state = flow.held(resting, leg.state, leg.end, constants)
+    return after, resting
+
+
+def _alone(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> Mode | None:
+    """Return the mode that follows where nothing else can change; None if that is not so clear."""
+    if event.ending is Ending.YIELDS:
+        return (event.towards,)
+    if event.ending is Ending.STOPS:
+        speed, holds = flow.rested(leg.state, leg.end, constants)
+        if holds:
+            leg.state[flow.rests_by[0]] = speed
+            return STUCK
+    return None
+
+
+def _slow_where_slow(
+    flow: SwitchedFlow,
+    mode: Mode,
+    state: Array,
+    phase: float,
+    constants: Constants,
+    weights: Array,
+) -> Mode:
+    """Return a mode in which slow slip in the plane, the slowest, is integrated as such."""
+    sliding = [
+        contact for contact, place in enumerate(flow.quantities.places)
+        if mode[contact] is Status.FORTH and place.stop - place.start == 2
+    ]  # fmt: skip
+    if not sliding:
+        return mode
+    now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
+    speeds = {contact: math.hypot(*now.slip[places[contact]]) for contact in sliding}
+    slowest = min(sliding, key=lambda contact: speeds[contact] * weights[contact])
+    slow = speeds[slowest] * weights[slowest] < SLOW
+    return _with(mode, slowest, Status.SLOW) if slow else mode
+
+
+def _one_slow(mode: Mode, rest: Sequence[int]) -> Mode:
+    """Return a mode in which one contact slips slowly, which begins to: time goes with its speed.
+
+    Another one that slips slowly already is integrated as if it were fast.
+    """
+    if mode.count(Status.SLOW) < 2:
+        return mode
+    begins = [contact for contact in rest if mode[contact] is Status.SLOW]
+    if len(begins) > 1:
+        raise Undecided("two contacts begin to slip at one instant")
+    return tuple(
+        Status.FORTH if status is Status.SLOW and contact not in begins else status
+        for contact, status in enumerate(mode)
+    )
+
+
+def _with(mode: Mode, contact: int, status: Status) -> Mode:
+    return (*mode[:contact], status, *mode[contact + 1 :])
+
+
+def _slipping(slip: Numbers) -> Status:
+    return Status.FORTH if len(slip) == 2 or slip[0] > 0 else Status.BACK
+
+
+def _stop(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> Stop:
+    if event.ending is Ending.LIMIT:
+        limit, mode = flow.limits[event.which], flow.of(leg.mode)
+        values = mode.outputs(leg.state[None], np.array([leg.end]), constants)
+        value = float(values[0, mode.output_index(limit.output)])
+        return Stop(limit.name, limit.reason.format(value=value), leg.end)
+    if event.ending is Ending.STIFF:
+        reason = (
+            "the motion would need too many steps; make what is steep or fast in the model less so"
+        )
+        return Stop("stiff", reason, leg.end)
+    return Stop("singular", "the motion became singular; start elsewhere", leg.end)
