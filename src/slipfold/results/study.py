@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from slipfold.arrays import Array
 from slipfold.design_space.sobol_indices import SALTELLI, SobolIndices, indices_of
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.results.fields import REAL, TEXT, WHOLE, Column, meaning_of
+from slipfold.results.fields import REAL, TEXT, Column, meaning_of
 from slipfold.results.gathered import KINDS, Gathered, type_of
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
@@ -27,21 +27,11 @@ from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable
 
 
-class Deferred(Mapping[str, Variable]):
-    """Variables by name, each made anew whenever it is looked at."""
+class _Deferred(Mapping[str, Variable]):
+    """Variables by name, each made whenever it is read: a study may not fit into memory."""
 
-    def __init__(self) -> None:
-        self._made: dict[str, Callable[[], Variable]] = {}
-
-    def add(
-        self,
-        name: str,
-        column: Column,
-        dimensions: tuple[str, ...],
-        values: Callable[[], NDArray[Any]],
-    ) -> None:
-        """Take note of a variable, and of how to come by its values."""
-        self._made[name] = lambda: column.variables(name, dimensions, values())[name]
+    def __init__(self, made: Mapping[str, Callable[[], Variable]]) -> None:
+        self._made = made
 
     def __getitem__(self, name: str) -> Variable:
         return self._made[name]()
@@ -53,144 +43,8 @@ class Deferred(Mapping[str, Variable]):
         return len(self._made)
 
 
-SHARES = "indices are shares of a variance, and"
-
 CONSTANT = 1e-12
 """Deviation over size of what is the same in all cases but for rounding."""
-
-
-class Found(Protocol):
-    """What a study found, as far as indices want to know."""
-
-    @property
-    def cases(self) -> Cases:
-        """The cases."""
-
-    @property
-    def quantities(self) -> tuple[Quantity, ...]:
-        """What was found of each."""
-
-    @property
-    def values(self) -> Mapping[str, NDArray[Any]]:
-        """That by name, a value a case."""
-
-    @property
-    def reasons(self) -> NDArray[np.object_]:
-        """Why cases failed; empty where they did not."""
-
-
-def are_told(found: Found) -> bool:
-    """Whether cases were drawn so that indices can be told of them."""
-    cases = found.cases
-    return isinstance(cases, Rows) and (cases.drawn or {}).get("sample") == SALTELLI
-
-
-def indices_in(found: Found, quantity: str | ArrayLike) -> SobolIndices:
-    """Return the indices of a quantity by name, or of a number for each case."""
-    if not are_told(found):
-        raise InputError(
-            f'cases of this study were not drawn for indices; give cases with sample = "{SALTELLI}"'
-        )
-    if isinstance(quantity, str):
-        name, values = quantity, _named(found, quantity)
-    else:
-        name, values = "the quantity", _given(found, quantity)
-    lack = _lack(found, values)
-    if lack:
-        raise InputError(f"{SHARES} {name} is {lack}")
-    if _is_constant(values):
-        raise InputError(f"{name} is the same in all cases, so nothing accounts for its variance")
-    return _told(found, values)
-
-
-def _named(found: Found, name: str) -> Array:
-    """Return a number that was found, NaN where there is none."""
-    items = {item.name: item for item in found.quantities if item.kind != "text"}
-    if name not in items:
-        raise InputError(f"the study has no number {name!r}; it has {', '.join(items)}")
-    values = np.asarray(found.values[name], dtype=float)
-    lacking = (found.reasons != "") | (values == items[name].none)
-    return np.where(lacking, np.nan, values)
-
-
-def _given(found: Found, quantity: ArrayLike) -> Array:
-    """Return numbers of one's own, NaN where there are none."""
-    shape = found.reasons.shape
-    try:
-        values = np.asarray(quantity)
-    except ValueError:  # rows of different lengths
-        values = np.empty(0, object)
-    if values.dtype.kind not in "biuf" or values.shape != shape:
-        what = "words or the like" if values.dtype.kind not in "biuf" else f"shape {values.shape}"
-        raise InputError(
-            f"the quantity is an array of {what}; give a number for each of the {shape[0]} cases, "
-            "or a name"
-        )
-    return np.where(found.reasons != "", np.nan, values.astype(float))
-
-
-def _lack(found: Found, values: Array) -> str:
-    """Say of how many cases numbers are missing, and why of the first; empty if of none."""
-    lost = np.flatnonzero(~np.isfinite(values))
-    if not len(lost):
-        return ""
-    why = str(found.reasons[lost[0]] or found.values.get("reason", {lost[0]: ""})[lost[0]])
-    return f"missing in {len(lost)} of {len(values)} cases{'; first: ' if why else ''}{why}"
-
-
-def _is_constant(values: Array) -> bool:
-    return not np.ptp(values) > CONSTANT * np.abs(values).max()
-
-
-def _told(found: Found, values: Array) -> SobolIndices:
-    assert isinstance(found.cases, Rows)
-    return indices_of(values, found.cases.names, int((found.cases.drawn or {})["seed"]))
-
-
-def index_records(found: Found) -> dict[str, Any]:
-    """Return the indices of all numbers that differ from case to case, counts aside."""
-    return {
-        name: {
-            parameter: {
-                key: float(getattr(item, key)[place])
-                for key in ("first", "total", "first_error", "total_error")
-            }
-            for place, parameter in enumerate(item.names)
-        }
-        for name, item in _all(found)[0].items()
-    }
-
-
-def index_tables(found: Found) -> list[PrintedTable | list[str]]:
-    """Return a table of the indices, and why some are not told."""
-    known, missing = _all(found)
-    heads = ["index, first and total", *found.cases.names]
-    rows = [[name, *_cells(item)] for name, item in known.items()]
-    return [*([PrintedTable(heads, rows, heads[:1])] if known else []), missing]
-
-
-def _cells(item: SobolIndices) -> Iterator[str]:
-    for part in zip(item.first, item.first_error, item.total, item.total_error, strict=True):
-        yield "{:.2f} +- {:.2f}, {:.2f} +- {:.2f}".format(*part)
-
-
-def _all(found: Found) -> tuple[Mapping[str, SobolIndices], list[str]]:
-    """Return the indices of all numbers but those that count, and why others have none."""
-    known, missing = dict[str, SobolIndices](), dict[str, list[str]]()
-    for item in found.quantities if are_told(found) else ():
-        if item.kind != "real" or not np.isfinite(found.values[item.name]).any():
-            continue
-        values = _named(found, item.name)
-        lack = _lack(found, values)
-        if lack:
-            missing.setdefault(f"{SHARES} numbers are {lack}", []).append(item.name)
-        elif not _is_constant(values):
-            try:
-                known[item.name] = _told(found, values)
-            except InputError as error:
-                missing.setdefault(str(error), []).append(item.name)
-    return known, [f"no indices of {', '.join(names)}: {why}" for why, names in missing.items()]
-
 
 OWNER = Quantity(
     "case", "whole", "number of its case, from 0, the last parameter of a grid changing first"
@@ -333,7 +187,75 @@ class StudyResult(Result):
         >>> len(found), found.indices("max_x").names
         (16, ('mu', 'Vd'))
         """
-        return indices_in(self, quantity)
+        if self._seed is None:
+            raise InputError(
+                "cases of this study were not drawn for indices; give cases with "
+                f'sample = "{SALTELLI}"'
+            )
+        if isinstance(quantity, str):
+            name, values = quantity, self._number(quantity)
+        else:
+            name, values = "the quantity", self._own_numbers(quantity)
+        return self._indices(name, values, self._seed)
+
+    @property
+    def _seed(self) -> int | None:
+        """Seed of cases that were drawn for indices, None of others."""
+        drawn = (isinstance(self.cases, Rows) and self.cases.drawn) or {}
+        return int(drawn["seed"]) if drawn.get("sample") == SALTELLI else None
+
+    def _number(self, name: str) -> Array:
+        """Return a number that was found, NaN where there is none."""
+        items = {item.name: item for item in self.quantities if item.kind != "text"}
+        if name not in items:
+            raise InputError(f"the study has no number {name!r}; it has {', '.join(items)}")
+        values = np.asarray(self.values[name], dtype=float)
+        missing = (self.reasons != "") | (values == items[name].none)
+        return np.where(missing, np.nan, values)
+
+    def _own_numbers(self, quantity: ArrayLike) -> Array:
+        """Return numbers of the caller, NaN where a case failed."""
+        shape = self.reasons.shape
+        try:
+            values = np.asarray(quantity)
+        except ValueError:  # rows of different lengths
+            values = np.empty(0, object)
+        numbers = values.dtype.kind in "biuf"
+        if not numbers or values.shape != shape:
+            what = f"shape {values.shape}" if numbers else "words or the like"
+            raise InputError(
+                f"the quantity is an array of {what}; give a number for each of the {shape[0]} "
+                "cases, or a name"
+            )
+        return np.where(self.reasons != "", np.nan, values.astype(float))
+
+    def _indices(self, name: str, values: Array, seed: int) -> SobolIndices:
+        missing = np.flatnonzero(~np.isfinite(values))
+        if len(missing):
+            first = missing[0]
+            why = str(self.reasons[first] or self.values.get("reason", {first: ""})[first])
+            raise InputError(
+                f"indices are shares of a variance, and {name} is missing in {len(missing)} of "
+                f"{len(values)} cases{'; first: ' if why else ''}{why}"
+            )
+        if not np.ptp(values) > CONSTANT * np.abs(values).max():
+            raise InputError(f"{name} is the same in all cases, so nothing explains its variance")
+        return indices_of(values, self.cases.names, seed)
+
+    @cached_property
+    def _all_indices(self) -> tuple[Mapping[str, SobolIndices], list[str]]:
+        """Indices of all numbers but those that count, and why others have none."""
+        known, why = dict[str, SobolIndices](), dict[str, list[str]]()
+        for item in self.quantities if self._seed is not None else ():
+            if item.kind == "real" and np.isfinite(self.values[item.name]).any():
+                values = self._number(item.name)
+                if np.ptp(values) <= CONSTANT * np.abs(values).max():
+                    continue
+                try:
+                    known[item.name] = self._indices("the number", values, self._seed or 0)
+                except InputError as error:
+                    why.setdefault(str(error), []).append(item.name)
+        return known, [f"no indices of {', '.join(names)}: {text}" for text, names in why.items()]
 
     def _line(self) -> str:
         missing = len(self.failures)
@@ -342,7 +264,20 @@ class StudyResult(Result):
         return f"{self._title()}, {size} cases{failed}"
 
     def _sections(self) -> list[PrintedTable | list[str]]:
-        return [self._rows(), *index_tables(self), self._notes()]
+        known, missing = self._all_indices
+        heads = ["index, first and total", *self.cases.names]
+        rows = [
+            [name]
+            + [
+                "{:.2f} +- {:.2f}, {:.2f} +- {:.2f}".format(*part)
+                for part in zip(
+                    item.first, item.first_error, item.total, item.total_error, strict=True
+                )
+            ]
+            for name, item in known.items()
+        ]
+        indices = [PrintedTable(heads, rows, heads[:1])] if known else []
+        return [self._rows(), *indices, missing, self._notes()]
 
     def _rows(self) -> PrintedTable:
         rows = []
@@ -386,32 +321,38 @@ class StudyResult(Result):
 
     def _variables(self) -> Mapping[str, Variable]:
         labels = {name: self._column(name) for name in self.cases.names}
-        along = tuple(labels.values()) if isinstance(self.cases, Grid) else ("case",)
-        found = Deferred()
+        grid = self.cases.axes if isinstance(self.cases, Grid) else None
+        along = tuple(labels.values()) if grid is not None else ("case",)
+        shape, each = self.cases.shape, self.work.listed
+        made: dict[str, Callable[[], Variable]] = {}
+
+        def add(name: str, column: Column, axes: tuple[str, ...], get: Callable[[], Any]) -> None:
+            made[name] = lambda: column.variables(name, axes, get())[name]
+
         for place, (name, label) in enumerate(labels.items()):
             item = self.model.parameter(name)
             column = Column(name, REAL, meaning_of(item), item.unit, label=True)
-            own = (label,) if isinstance(self.cases, Grid) else along
-            found.add(label, column, own, partial(self._given_values, name, place))
+            if grid is not None:
+                add(label, column, (label,), partial(grid.__getitem__, name))
+            else:
+                add(label, column, along, partial(self._given_values, place))
         for quantity in self.quantities:
-            found.add(quantity.name, _column(quantity), along, partial(self._shaped, quantity.name))
+            values = partial(self._shaped, quantity.name)
+            add(quantity.name, _column(quantity), along, values)
         reasons = Column("failed", TEXT, "why there is nothing of this case")
-        found.add("failed", reasons, along, lambda: self.reasons.reshape(self.cases.shape))
-        if self.listed:
-            each = self.work.listed
-            owner = Column("case", WHOLE, OWNER.meaning, label=True)
-            found.add(f"case_of_{each}", owner, (each,), partial(self.listed.__getitem__, "case"))
-            for described in self.work.lists(self.model):
-                values = partial(self.listed.__getitem__, described.name)
-                found.add(f"{each}_{described.name}", _column(described), (each,), values)
-        return found
+        add("failed", reasons, along, lambda: self.reasons.reshape(shape))
+        for described in [OWNER, *self.work.lists(self.model)] if self.listed else ():
+            owner = described is OWNER
+            name = f"case_of_{each}" if owner else f"{each}_{described.name}"
+            column = replace(
+                _column(described), label=owner, unit=None if owner else described.unit
+            )
+            add(name, column, (each,), partial(self.listed.__getitem__, described.name))
+        return _Deferred(made)
 
-    def _given_values(self, name: str, place: int) -> NDArray[np.float64]:
-        """Return the values that label an axis of a grid, or cases one by one."""
-        if isinstance(self.cases, Grid):
-            return self.cases.axes[name]
-        assert isinstance(self.cases, Rows)
-        return np.ascontiguousarray(self.cases.rows[:, place])
+    def _given_values(self, place: int) -> Array:
+        """Return the values of one parameter, case after case."""
+        return np.ascontiguousarray(self.cases.values(np.arange(len(self)))[:, place])
 
     def _shaped(self, name: str) -> NDArray[Any]:
         return self.values[name].reshape(self.cases.shape)
@@ -426,7 +367,17 @@ class StudyResult(Result):
             "cases": self._case_records(),
             "interrupted": self.interrupted,
             "failures": failures,
-            **({"indices": index_records(self)} if are_told(self) else {}),
+            **({} if self._seed is None else {"indices": self._index_records()}),
+        }
+
+    def _index_records(self) -> dict[str, Any]:
+        keys = ("first", "total", "first_error", "total_error")
+        return {
+            name: {
+                parameter: {key: float(getattr(item, key)[place]) for key in keys}
+                for place, parameter in enumerate(item.names)
+            }
+            for name, item in self._all_indices[0].items()
         }
 
     def _case_records(self) -> list[dict[str, Any]]:
@@ -504,17 +455,8 @@ def study_result(
     for _ in range(number + 1, len(reasons)):
         values.add({})
     table = listed.columns() if described else {}
-    return StudyResult(
-        plan.model,
-        plan.work,
-        plan.cases,
-        values.columns(),
-        table,
-        reasons,
-        origin,
-        stopped,
-        damaged,
-    )
+    found = values.columns(), table, reasons
+    return StudyResult(plan.model, plan.work, plan.cases, *found, origin, stopped, damaged)
 
 
 def _cases_of(record: Mapping[str, Any]) -> Cases:
