@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
-from slipfold.checks.motions import check_switched_motion
+from slipfold.checks.motions import check_motion
 from slipfold.checks.switched import hold_legs, switched_difference
 from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.flow import flow_of
@@ -32,11 +32,11 @@ def test_a_state_that_does_not_follow_is_seen():
     motion = sf.simulate(den_hartog(0.35, 0.6), 20)
     strobe = motion.strobe.copy()
     strobe[-1] += 1e-7
-    wrong = check_switched_motion(replace(motion, strobe=strobe))
+    wrong = check_motion(replace(motion, strobe=strobe))
     assert [item.method for item in wrong.disagreeing] == []  # one in twenty is carried again
     strobe = strobe.copy()  # a result locks its arrays
     strobe[1] += 1e-7
-    wrong = check_switched_motion(replace(motion, strobe=strobe))
+    wrong = check_motion(replace(motion, strobe=strobe))
     assert [item.method for item in wrong.disagreeing] == ["other steps"]
 
 

@@ -1,1 +1,1 @@
-"""Results held against their equations by other means than those that found them."""
+"""Results compared with their equations by other means than those that computed them."""

@@ -10,12 +10,10 @@ from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable
 
 ROUNDING = 1e-12
-"""What agrees to less is said to agree to this: the digits below differ from one processor to the
-next."""
+"""Smallest agreement that is reported: the digits below differ from processor to processor."""
 
 LOOSEST = 1e-3
-"""Difference beyond which nothing agrees, whatever an uncertainty allows: fewer than three digits
-tell nothing."""
+"""Largest difference that an uncertainty may allow: fewer than three digits prove nothing."""
 
 SHOWN = 3
 """Disagreements that the sentence names."""
@@ -30,10 +28,9 @@ class Check(OneLine):
     name
         What it is, and where, e.g. ``"PD of branch 1 at Nd = 0.0435789 N"``.
     method
-        ``"collocation"``, or ``"quadrature"`` where the motion alone was held against its
-        equations, or ``"other steps"`` where it was integrated again, ``"implicit
-        steps"`` where that is the only way, or ``"forces"`` where
-        what contacts bear and where they change was held against friction.
+        ``"collocation"``; ``"quadrature"`` where the trajectory alone was compared with its
+        equations; ``"other steps"`` where it was integrated again, ``"implicit steps"`` where that
+        is the only way; ``"forces"`` where contact forces and events were compared with friction.
     difference
         Largest difference: of states in their scales or as a share of the largest of them, of
         durations and multipliers as a share.
@@ -87,7 +84,7 @@ class Checked(OneLine):
     checks
         What was checked.
     remark
-        What a motion that agrees piece by piece does not tell as a whole; empty if nothing.
+        What pieces that agree do not prove of the whole trajectory; empty if nothing.
     interrupted
         Whether the computation was interrupted before all was checked.
 

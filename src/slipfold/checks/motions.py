@@ -40,8 +40,12 @@ BRIEF, SHORT, UNSETTLED, BATCH = 400, 600, 2000, 8
 thirty, and of fewer than the second only one, or than the third where it has not settled and is
 disturbed instead; so many are integrated again. That is a tenth of the time of fifty."""
 
+COMPARED_ONE_IN = 200
+"""Of so many periods with stick one is compared with the equations, which takes the time of ten in
+the plane and of forty on a line; one in any case."""
+
 SMALL = 1e-6
-"""Scaled size below which what nothing feeds is looked at by itself."""
+"""Scaled size below which a decoupled state is compared individually."""
 
 IMPLICIT = "implicit steps of another order"
 """How stiff periods are repeated."""
@@ -66,7 +70,7 @@ SHARES = (1, 16, 1024)
 
 
 def check_motion(motion: Trajectory) -> Checked:
-    """Integrate some forcing periods again, with other steps, and hold a few against the equations.
+    """Integrate some forcing periods again by other steps, and compare a few with the equations.
 
     The first finds what goes wrong now and then, the second also what goes wrong always.
     """
@@ -74,6 +78,8 @@ def check_motion(motion: Trajectory) -> Checked:
         return Checked(())
     try:
         with np.errstate(all="ignore"):  # numbers of a wrong motion may overflow
+            if motion.sticking is not None:
+                return Checked((*_held(motion), _switched_again(motion)))
             again = _again(motion)
             stiff = any(check.method == IMPLICIT for check in again)
             traced = [] if motion.periods < BRIEF or stiff else _retraced(motion)
@@ -89,18 +95,18 @@ def _again(motion: Trajectory) -> list[Check]:
     chosen = chosen[~_pushed(motion)[chosen]]
     for shares in SHARES:  # a period may take more steps than one call allows
         ends = _ends(motion, motion.strobe[chosen], shares)
-        lost = ~np.isfinite(ends).all(axis=1)
-        if not lost.any():
+        failed = ~np.isfinite(ends).all(axis=1)
+        if not failed.any():
             break
         if shares == SHARES[0]:
             continue
         few = max(FEW_IMPLICIT, motion.periods // ONE_IN)
-        stiff = chosen[lost][np.unique(np.linspace(0, lost.sum() - 1, few).astype(int))]
+        stiff = chosen[failed][np.unique(np.linspace(0, failed.sum() - 1, few).astype(int))]
         stiff_ends = _implicit_ends(motion, stiff)
         if np.isfinite(stiff_ends).all():
             found = [repeated(motion, stiff, stiff_ends, IMPLICIT)]
-            if not lost.all():
-                found.append(repeated(motion, chosen[~lost], ends[~lost], "other steps"))
+            if not failed.all():
+                found.append(repeated(motion, chosen[~failed], ends[~failed], "other steps"))
             return found
     return [repeated(motion, chosen, ends, "other steps")]
 
@@ -158,7 +164,7 @@ def _smallest(motion: Trajectory) -> list[Check]:
 
 
 def _remark(motion: Trajectory, checks: Sequence[Check]) -> str:
-    """Return what to do where digits were lost for good, and else whether the motion is chaotic."""
+    """Return what to do where digits are lost, and otherwise whether the trajectory is chaotic."""
     if any(check.method == BESIDE_ITSELF and not check.agrees for check in checks):
         return "what comes back from so little is not known; write the equation for its logarithm"
     return sensitivity(motion)
@@ -209,28 +215,12 @@ def _short(motion: Trajectory) -> bool:
     return motion.periods < (SHORT if motion.settlement.settled else UNSETTLED)
 
 
-SWITCHED_ONE_IN, HELD_ONE_IN = 20, 200
-"""Of so many periods one is carried again, and one is held against the equations, which takes the
-time of ten in the plane and of forty on a line; one of each in any case."""
-
-
-def check_switched_motion(motion: Trajectory) -> Checked:
-    """Carry some periods again, with other steps, and hold a few against equations and friction."""
-    if not motion.periods or motion.sticking is None:
-        return Checked(())
-    try:
-        with np.errstate(all="ignore"):  # numbers of a wrong motion may overflow
-            return Checked((*_held(motion), _switched_again(motion)))
-    except KeyboardInterrupt:
-        return Checked((), interrupted=True)
-
-
 def _switched_again(motion: Trajectory) -> Check:
     assert motion.sticking is not None
     flow = switched_flow_of(motion.model)
     constants = flow_of(motion.model).constants_of(motion.model)
     weights = flow.weights(motion.strobe[0], constants)
-    count = -(-motion.periods // SWITCHED_ONE_IN)
+    count = -(-motion.periods // ONE_IN)
     chosen = np.unique(np.linspace(0, motion.periods - 1, count).astype(int))
     ends = [
         elsewhere(flow, motion.sticking.mode(i), motion.strobe[i], 1.0, constants, weights)[0]
@@ -240,11 +230,11 @@ def _switched_again(motion: Trajectory) -> Check:
 
 
 def _held(motion: Trajectory) -> Iterable[Check]:
-    """Hold the last period, the first and some between them against equations and friction."""
+    """Compare the last period, the first and some between with equations and friction."""
     assert motion.sticking is not None
     flow = switched_flow_of(motion.model)
     constants = flow_of(motion.model).constants_of(motion.model)
-    for place in spread(motion.periods)[: -(-motion.periods // HELD_ONE_IN)]:
+    for place in spread(motion.periods)[: -(-motion.periods // COMPARED_ONE_IN)]:
         state, mode = motion.strobe[place], motion.sticking.mode(place)
         weights = flow.weights(state, constants)
         found = hold_legs(
@@ -260,11 +250,11 @@ LONG = 1000
 """Forcing periods below which there is no time to look."""
 
 SHARE = 0.006
-"""Length of each of the stretches that are disturbed, as a share of the motion; all of them go
-abreast, at the cost of one or two."""
+"""Length of each of the segments that are disturbed, as a fraction of the trajectory; they are
+integrated as one batch, at the cost of one or two."""
 
 LONGEST = 200
-"""Length of a stretch at most, in forcing periods."""
+"""Maximum length of a segment, in forcing periods."""
 
 DISTURBANCE = 1e-8
 """Relative to the states."""
@@ -273,7 +263,7 @@ LARGE = 1e-3
 """Disturbance that does not grow any more as a small one does."""
 
 ALGEBRAIC = 2.0
-"""Factor, times the length of a stretch, by which what is not sensitive may grow along it."""
+"""Factor, times the length of a segment, by which disturbances may grow without sensitivity."""
 
 DIGITS = math.log(1e11)
 """Growth that makes of an error of 1e-13 what is seen."""
@@ -289,7 +279,7 @@ def sensitivity(motion: Trajectory) -> str:
     length = min(LONGEST, math.ceil(SHARE * motion.periods))
     places = np.linspace(0, motion.periods - length, LANES).astype(int)
     rates = _growth(motion, places, length)
-    # By its error, so that a burst that one of the stretches meets is no growth that lasts.
+    # Less its error, so that a burst in one of the segments is not taken for lasting growth.
     rate = float(rates.mean() - rates.std() / math.sqrt(LANES))
     if not rate * motion.periods > DIGITS:
         return ""
@@ -299,7 +289,7 @@ def sensitivity(motion: Trajectory) -> str:
 
 
 def _growth(motion: Trajectory, places: NDArray[np.intp], length: int) -> Array:
-    """Return the exponents, per period, with which disturbances grow along stretches."""
+    """Return the exponents, per period, with which disturbances grow along segments."""
     flow = flow_of(motion.model)
     along = motion.strobe[places[:, None] + np.arange(length + 1)]
     sizes = own_sizes(motion.model, along)

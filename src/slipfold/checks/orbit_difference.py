@@ -56,11 +56,11 @@ INSIDE = 1e-6
 inside, and for that meshes are made."""
 
 PIECES = 24
-"""Pieces of a forcing period at least: each is held against the equations at 12 points."""
+"""Pieces of a forcing period at least: each is compared with the equations at 12 points."""
 
 TURN = 1.0
-"""Change of phase, or exponent of growth, of the fastest mode in a piece: a mode need not move for
-its multiplier to be wrong on coarser ones. Polynomials then carry it to 1e-12."""
+"""Change of phase, or exponent of growth, of the fastest mode in a piece: its multiplier may be
+wrong on coarser pieces even if the mode is not excited. Polynomials then follow it to 1e-12."""
 
 MOST = 2000
 """Pieces beyond which multipliers are left alone: faster modes are not worth the memory."""
@@ -77,7 +77,7 @@ FAR = 0.01
 that decides nothing. Fast modes of a mesh that is made for a slow motion are."""
 
 CHUNK = 4_000_000
-"""Numbers in the matrices that are held at a time: 32 MB."""
+"""Numbers in the matrices that are stored at a time: 32 MB."""
 
 NO_DIGIT = 0.5
 """Difference of multipliers whose first digits differ: they do not agree, however sensitive."""
@@ -95,7 +95,7 @@ class Difference:
     allowed: float
     method: str = "quadrature"
     what: str = "states"  # what differs
-    unknown: float = 0.0  # difference of multipliers that are too sensitive to be held against it
+    unknown: float = 0.0  # difference of multipliers that are too sensitive to count
 
     @property
     def excess(self) -> float:
@@ -155,7 +155,7 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     """Return how far an orbit fails to satisfy its equations, which takes no derivatives.
 
     Where no pieces are short enough for that since something decays too fast, it is how far
-    implicit steps lead beside it.
+    implicit steps deviate from it.
     """
     flow = flow_of(orbit.model)
     retraced = retrace(
@@ -190,7 +190,7 @@ def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> tuple[Differ
     flow = flow_of(orbit.model)
     motion = motion_of(orbit, flow, pieces, slopes=True)
     retraced = retrace(flow, orbit.model.state_scales(), motion)
-    if not (retraced.whole and np.isfinite(retraced.stages).all()):
+    if not (retraced.complete and np.isfinite(retraced.stages).all()):
         return Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED)
     field = _field(orbit.model, flow, motion.constants)
     try:
@@ -244,9 +244,9 @@ def _condensed(field: Field, retraced: Retraced, turns: Array, *, autonomous: bo
     (count, m, n), edges = retraced.stages.shape, retraced.edges
     together, parts = max(1, CHUNK // (m * n) ** 2), []
     for first in range(0, count, together):
-        some = slice(first, first + together)
-        start, lengths = edges[:-1][some], np.diff(edges)[some]
-        nodes, stages = retraced.nodes[some], retraced.stages[some]
+        rows = slice(first, first + together)
+        start, lengths = edges[:-1][rows], np.diff(edges)[rows]
+        nodes, stages = retraced.nodes[rows], retraced.stages[rows]
         solved = newton_step(field, gauss_points(m), nodes, start, lengths, stages)
         pulls = np.zeros((len(lengths), n, 1))
         if autonomous:
@@ -283,7 +283,7 @@ def _solved(
     The step is that of the anchors and the duration, and what of the equations it cannot solve.
 
     At a fold or branch point, and where integrators' errors alone would move it more than is
-    allowed (beside a homoclinic orbit), the equations leave the orbit's place along the branch
+    allowed (near a homoclinic orbit), the equations leave the orbit's place along the branch
     open: the step then has no part in the direction that they can hardly see, nor may they ask for
     any.
     """
@@ -326,17 +326,17 @@ def _multipliers(matrices: Array, rates: Array | None) -> tuple[Complex, Array]:
 def _sensitive_eigenvalues(matrices: Array) -> tuple[Complex, Array]:
     r"""Return eigenvalues of a product, and by how much relative changes of its factors move them.
 
-    With the vectors r and l of an eigenvalue, each carried through the other factors, that is
+    With the vectors r and l of an eigenvalue, each propagated through the other factors, that is
     :math:`\sum_j |l_j| |A_j| |r_j| / |l^* r|`. Where growth and decay along an orbit are as strong
-    as beside a saddle, it is large though no multiplier is.
+    as near a saddle, it is large though no multiplier is.
     """
     values, right = np.linalg.eig(product(matrices))
-    carried = [right.astype(complex)]
+    propagated = [right.astype(complex)]
     for matrix in matrices[:-1]:
-        carried.append(matrix @ carried[-1])
-    left = np.linalg.inv(carried[0])  # rows; the columns on the right have unit length
+        propagated.append(matrix @ propagated[-1])
+    left = np.linalg.inv(propagated[0])  # rows; the columns on the right have unit length
     moved = np.zeros(len(values))
-    for matrix, columns in zip(matrices[::-1], carried[::-1], strict=True):
+    for matrix, columns in zip(matrices[::-1], propagated[::-1], strict=True):
         lengths = np.linalg.norm(left, axis=1) * np.linalg.norm(columns, axis=0)
         moved += np.linalg.norm(matrix, 2) * lengths
         left = left @ matrix

@@ -1,13 +1,14 @@
-r"""Motions retraced in short pieces, each held against the equations by quadrature.
+r"""Trajectories retraced in short pieces, each compared with the equations by quadrature.
 
-Whatever integrated a motion x(t), it must satisfy :math:`x(b) - x(a) = \int_a^b f(x(t), t)\, dt`
-on every piece. A step that went over something is seen at the points between its ends.
+A trajectory x(t) must satisfy :math:`x(b) - x(a) = \int_a^b f(x(t), t)\, dt` on every piece,
+whatever integrated it. A step that went over something is seen at the points between its ends.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,22 +22,21 @@ DEGREE = 6
 """Gauss points a piece: the error falls with the 13th power of its length."""
 
 SMALL = 1e-12
-"""Defect of a piece, over the size of what it changes, that needs no shorter pieces: what steps
-of the flow at its coarsest tolerance may leave."""
+"""Defect of a piece, over the size of what it changes, that needs no shorter pieces: the error
+of steps of the flow at its coarsest tolerance."""
 
 SMALL_SLOPES = 1e-10
 """The same of the change of a perturbation: multipliers are compared to 1e-8."""
 
-ABREAST = 160
-"""Pieces of a motion that are cut at once, those that come first: enough for what is steep here and
-there. Of a motion that is intricate all along a part is held against the equations."""
+BATCH = 160
+"""Pieces that are halved at once, the first ones: enough for a trajectory that is steep in places.
+Of one that is intricate everywhere only a part is compared with the equations."""
 
-TRIED = 2000
-"""Pieces of a motion that are tried at most, sixty times as many as are enough where nothing is
-steep."""
+MAX_TRIED = 2000
+"""Pieces that are tried at most, sixty times as many as a smooth trajectory needs."""
 
 SHORTEST = 1e-12
-"""Length of a piece, in forcing periods, that is not cut again: there a force jumps."""
+"""Length of a piece, in forcing periods, that is not halved again: there a force jumps."""
 
 _GAUSS = gauss_points(DEGREE)
 _HALVES = np.concatenate([_GAUSS.points / 2, 0.5 + _GAUSS.points / 2])
@@ -50,12 +50,12 @@ _MIDDLE = _PLACES[-2]
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """States claimed to lie on one solution; of a periodic one the last is the first."""
+    """States that should lie on one solution; of a periodic one the last is the first."""
 
     phases: Array  # increasing, shape (m + 1,)
     states: Array  # shape (m + 1, n)
     constants: Constants  # coefficients of the equations
-    pieces: int  # pieces to begin with, in each of the m parts
+    pieces: int  # initial number of pieces in each of the m parts
     # Whether the Jacobians must be as well resolved, for what is derived from them
     slopes: bool = False
     # Whole turns of angles by which states may differ from what comes before them, shape (n,)
@@ -64,16 +64,16 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Retraced:
-    """A motion in pieces, in scaled states."""
+    """A trajectory in pieces, in scaled states."""
 
     edges: Array  # phases at which the N pieces begin and end, shape (N + 1,)
     nodes: Array  # states at the beginning of each, shape (N, n)
     stages: Array  # states at its Gauss points, shape (N, m, n)
-    # What each piece lacks to end where the next begins, by the equations, shape (N, n)
+    # Distance between the end of each piece by the equations and the next node, shape (N, n)
     defects: Array
-    # Whether the pieces cover the motion, rather than a part that satisfies the equations
-    whole: bool
-    tried: int  # number of pieces that were held against the equations
+    # Whether the pieces cover the trajectory, rather than a part that satisfies the equations
+    complete: bool
+    tried: int  # number of pieces that were compared with the equations
     resolved: bool = True  # whether the pieces are short enough for that
 
     @property
@@ -88,71 +88,62 @@ class Retraced:
         return found if np.isfinite(found) else np.inf
 
 
-@dataclass(frozen=True, eq=False)
-class _Pieces:
-    """Pieces of one motion, one a row."""
+class _Pieces(NamedTuple):
+    """Pieces of one trajectory, one a row."""
 
     begin: Array
     length: Array
     states: Array
 
-    def some(self, chosen: Mask) -> _Pieces:
-        return _Pieces(self.begin[chosen], self.length[chosen], self.states[chosen])
 
+class _Compared(NamedTuple):
+    """Pieces compared with the equations: scaled states at points within and at the end."""
 
-@dataclass(frozen=True, eq=False)
-class _Held:
-    """Pieces held against the equations: states within, the end, what is lacking; scaled."""
-
-    pieces: _Pieces
+    begin: Array
+    length: Array
+    states: Array
     stages: Array
     middles: Array
     ends: Array
-    lacking: Array
+    defects: Array
     resolved: Mask
 
-    def some(self, chosen: Mask) -> _Held:
-        return _Held(
-            self.pieces.some(chosen),
-            self.stages[chosen],
-            self.middles[chosen],
-            self.ends[chosen],
-            self.lacking[chosen],
-            self.resolved[chosen],
-        )
+    def rows(self, chosen: Any) -> _Compared:
+        parts: Any = (part[chosen] for part in self)
+        return _Compared(*parts)
 
     def halves(self) -> _Pieces:
         """Cut each in two, in their order."""
-        half = self.pieces.length / 2
-        begin = np.stack([self.pieces.begin, self.pieces.begin + half], axis=1)
-        states = np.stack([self.pieces.states, self.middles], axis=1)
+        half = self.length / 2
+        begin = np.stack([self.begin, self.begin + half], axis=1)
+        states = np.stack([self.states, self.middles], axis=1)
         return _Pieces(begin.ravel(), np.repeat(half, 2), states.reshape(-1, states.shape[2]))
 
 
 def retrace(flow: Flow, scales: Array, motion: Motion) -> Retraced:
-    """Cut a motion into pieces until each satisfies the equations.
+    """Cut a trajectory into pieces until each satisfies the equations.
 
-    If that does not come to an end, they are the pieces it began with.
+    If that does not end, the pieces are the initial ones.
     """
-    first = held = _held(flow, scales, motion, _first_pieces(flow, motion))
-    done, end, tried = list[_Held](), float(motion.phases[-1]), len(first.ends)
+    first = compared = _compared(flow, scales, motion, _first_pieces(flow, motion))
+    done, end, tried = list[_Compared](), float(motion.phases[-1]), len(first.ends)
     while True:
-        done.append(held.some(held.resolved))
-        waiting = held.some(~held.resolved)
+        done.append(compared.rows(compared.resolved))
+        waiting = compared.rows(~compared.resolved)
         if not len(waiting.ends):
             return _joined(done, motion, scales, end, tried)
-        if tried > TRIED or not np.isfinite(waiting.lacking).all():
+        if tried > MAX_TRIED or not np.isfinite(waiting.defects).all():
             found = _joined([first], motion, scales, float(motion.phases[-1]), tried)
             return replace(found, resolved=False)
-        if len(waiting.ends) > ABREAST:
-            end = float(waiting.pieces.begin[ABREAST])
-            waiting = waiting.some(np.arange(len(waiting.ends)) < ABREAST)
-        held = _held(flow, scales, motion, waiting.halves())
-        tried += len(held.ends)
+        if len(waiting.ends) > BATCH:
+            end = float(waiting.begin[BATCH])
+            waiting = waiting.rows(np.arange(len(waiting.ends)) < BATCH)
+        compared = _compared(flow, scales, motion, waiting.halves())
+        tried += len(compared.ends)
 
 
 def _first_pieces(flow: Flow, motion: Motion) -> _Pieces:
-    """Cut the parts of a motion into equal pieces."""
+    """Cut the parts of a trajectory into equal pieces."""
     count, phases = motion.pieces, motion.phases
     states = flow.sample(motion.states[:-1], phases[:-1], phases[1:], count, motion.constants)
     lengths = np.diff(phases) / count
@@ -160,8 +151,8 @@ def _first_pieces(flow: Flow, motion: Motion) -> _Pieces:
     return _Pieces(begin.ravel(), np.repeat(lengths, count), states.reshape(begin.size, -1))
 
 
-def _held(flow: Flow, scales: Array, motion: Motion, pieces: _Pieces) -> _Held:
-    """Carry each piece to its end, and compare its change with the integral of the rates."""
+def _compared(flow: Flow, scales: Array, motion: Motion, pieces: _Pieces) -> _Compared:
+    """Integrate each piece to its end, and compare its change with the integral of the rates."""
     phases = pieces.begin[:, None] + pieces.length[:, None] * _FRACTIONS[_ORDER]
     states = flow.along(pieces.states, phases, motion.constants)
     rates = flow.rates(states.reshape(phases.size, -1), phases.ravel(), motion.constants)
@@ -170,15 +161,15 @@ def _held(flow: Flow, scales: Array, motion: Motion, pieces: _Pieces) -> _Held:
     change = states[:, -1] - states[:, 0]
     weights = _GAUSS.weights
     coarse = change - np.einsum("k,ikn->in", weights, rates[:, _STAGES])
-    lacking = change - np.einsum("k,ikn->in", np.tile(weights / 2, 2), rates[:, _FINE])
+    defects = change - np.einsum("k,ikn->in", np.tile(weights / 2, 2), rates[:, _FINE])
     size = 1.0 + np.abs(states).max(axis=(1, 2)) + np.abs(rates).max(axis=(1, 2))
-    worst = np.maximum(np.abs(coarse), np.abs(lacking)).max(axis=1)
+    worst = np.maximum(np.abs(coarse), np.abs(defects)).max(axis=1)
     resolved = worst <= SMALL * size  # not where it is not a number
     if motion.slopes:
         resolved &= _slopes_resolved(flow, scales, motion, pieces, phases, states)
     resolved |= (pieces.length < SHORTEST) & np.isfinite(worst)
     middles = states[:, _MIDDLE] * scales
-    return _Held(pieces, states[:, _STAGES], middles, states[:, -1], lacking, resolved)
+    return _Compared(*pieces, states[:, _STAGES], middles, states[:, -1], defects, resolved)
 
 
 def _slopes_resolved(
@@ -196,22 +187,14 @@ def _slopes_resolved(
 
 
 def _joined(
-    done: Sequence[_Held], motion: Motion, scales: Array, end: float, tried: int
+    done: Sequence[_Compared], motion: Motion, scales: Array, end: float, tried: int
 ) -> Retraced:
     """Put the pieces up to an end in their order."""
-    begin = np.concatenate([item.pieces.begin for item in done])
-    order = np.argsort(begin, kind="stable")
-    order = order[begin[order] < end]
-    nodes = np.concatenate([item.pieces.states for item in done])[order] / scales
-    ends = np.concatenate([item.ends for item in done])[order]
-    lacking = np.concatenate([item.lacking for item in done])[order]
-    whole = end == motion.phases[-1]
-    last = motion.states[-1:] / scales if whole else ends[-1:]
-    return Retraced(
-        np.append(begin[order], end),
-        nodes,
-        np.concatenate([item.stages for item in done])[order],
-        lacking + without_turns(np.concatenate([nodes[1:], last]) - ends, motion.turns / scales),
-        whole,
-        tried,
-    )
+    pieces = _Compared(*map(np.concatenate, zip(*done, strict=True)))
+    order = np.argsort(pieces.begin, kind="stable")
+    pieces = pieces.rows(order[pieces.begin[order] < end])
+    nodes, complete = pieces.states / scales, end == motion.phases[-1]
+    last = motion.states[-1:] / scales if complete else pieces.ends[-1:]
+    apart = np.concatenate([nodes[1:], last]) - pieces.ends
+    defects = pieces.defects + without_turns(apart, motion.turns / scales)
+    return Retraced(np.append(pieces.begin, end), nodes, pieces.stages, defects, complete, tried)

@@ -25,7 +25,7 @@ from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
 
 FIRST = 0.0137
-"""Share of a period after which it is begun anew, so that all steps but the first fall
+"""Fraction of a period after which the integration is restarted, so that all later steps fall
 elsewhere."""
 
 
@@ -72,7 +72,7 @@ class Held:
 def hold_legs(
     flow: SwitchedFlow, legs: Iterable[Leg], start: Array, constants: Constants, weights: Array
 ) -> Held:
-    """Hold successive legs with all that lies between their ends against equations and friction.
+    """Compare successive phases and all between their ends with equations and friction.
 
     Shapes: start (n,).
     """
@@ -140,7 +140,7 @@ def _event(flow: SwitchedFlow, leg: Leg, now: ContactsNow, weights: Array) -> fl
 
 
 STEP = 1e-6
-"""Perturbation of scaled states: smaller ones leave fewer digits, larger ones are not small."""
+"""Perturbation of scaled states: a compromise of rounding and curvature."""
 
 COARSE = 1e-6
 """Difference of multipliers from those of perturbed motions that is allowed: differences have no
@@ -154,19 +154,19 @@ UNTOLD = 0.1
 def switched_difference(orbit: StickSlipOrbit) -> Difference:
     """Return the largest difference in units of what is allowed: of states and of multipliers.
 
-    The orbit is carried round with steps that fall elsewhere and held against equations and
-    friction; so are motions beside it. Where these change in another order, as beside a graze, no
-    multipliers are compared.
+    The orbit is integrated with steps that fall elsewhere and compared with equations and friction;
+    so are trajectories near it. Where these have their events in another order, as near a grazing
+    orbit, no multipliers are compared.
     """
     flow, model = switched_flow_of(orbit.model), orbit.model
     constants, scales = flow_of(model).constants_of(model), model.state_scales()
     weights, end = flow.weights(orbit.state, constants), float(orbit.period)
 
-    def carried(state: Array) -> tuple[Array, list[Mode]]:
+    def integrated(state: Array) -> tuple[Array, list[Mode]]:
         start = flow.held(orbit.first_mode, state, 0.0, constants)
         return elsewhere(flow, orbit.first_mode, start, end, constants, weights)
 
-    arrived, order = carried(orbit.state)
+    arrived, order = integrated(orbit.state)
     passed = dense_legs(model, orbit.state, orbit.first_mode, end)
     held = hold_legs(flow, passed, orbit.state, constants, weights)
     apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
@@ -177,7 +177,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
         columns = []
         for one in np.eye(len(scales)):
             (more, first), (less, second) = (
-                carried(orbit.state + sign * step * one * scales) for sign in (1, -1)
+                integrated(orbit.state + sign * step * one * scales) for sign in (1, -1)
             )
             if not order == first == second:
                 return None
@@ -189,7 +189,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
         return place
     multipliers = _judged(orbit, matrix)
     if multipliers.excess > 1:
-        # Beside a touch, after stick that lasts d, third derivatives go as d^-3.
+        # Near a grazing, after stick that lasts d, third derivatives grow as d^-3.
         finer = differenced(STEP / 2)
         multipliers = multipliers if finer is None else _extrapolated(orbit, matrix, finer)
     return max(place, multipliers, key=lambda difference: difference.excess)
@@ -205,7 +205,7 @@ def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
 def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Difference:
     """Hold them against differences of two steps, whose error of second order is left out.
 
-    What extrapolation does not tell is as uncertain as a tenth of what it changes.
+    The extrapolated values are as uncertain as a tenth of what the extrapolation changes.
     """
     better = (4 * finer - matrix) / 3
     size = max(1.0, float(np.abs(orbit.multipliers).max()))

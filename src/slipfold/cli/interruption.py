@@ -21,7 +21,6 @@ KEEPING = frozenset(
         "slipfold.branches.make_branch.describe_in_turn",
         "slipfold.checks.curves.check_some",
         "slipfold.checks.motions.check_motion",
-        "slipfold.checks.motions.check_switched_motion",
         "slipfold.continuation.atlas.Atlas.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.integrated",

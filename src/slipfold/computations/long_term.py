@@ -120,7 +120,7 @@ def _unobserved(progress: Progress) -> None:
 def _checked(motion: Trajectory, observer: Observer) -> Checked:
     """Check a solution, unless it was interrupted."""
     from slipfold.checks.checked import Checked
-    from slipfold.checks.motions import check_motion, check_switched_motion
+    from slipfold.checks.motions import check_motion
 
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         return Checked((), interrupted=True)
@@ -128,7 +128,7 @@ def _checked(motion: Trajectory, observer: Observer) -> Checked:
         observer(Progress("checks", 0))
     except KeyboardInterrupt:
         return Checked((), interrupted=True)
-    return check_motion(motion) if motion.sticking is None else check_switched_motion(motion)
+    return check_motion(motion)
 
 
 @documented
