@@ -15,7 +15,6 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.trail import Sight, Stop, Stretch
 from slipfold.models.turns import without_turns
-from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 BEFORE = 3e-3
@@ -99,7 +98,7 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
 
     Of one node the other half begins half a period later.
     """
-    if orbits.segments == 1 and isinstance(orbits.by, Segments):
+    if orbits.segments == 1 and orbits.kind == "periodic":
         nodes, constants = orbits.nodes(z), orbits.constants(z)
         later = orbits.by.states(nodes, constants, np.array([orbits.phase + orbits.period / 2]))
         return without_turns((nodes - later)[0] / orbits.scales, orbits.by.turns)

@@ -13,7 +13,6 @@ from slipfold.design_space.placed import Placed
 from slipfold.errors import InputError
 from slipfold.loci.gradients import corrected
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import Orbits
@@ -43,12 +42,10 @@ class PlacedOrbit(Placed):
 
         Shapes: returns (), (d,).
         """
-        phases, by = np.arange(PHASES) / PHASES, self.orbits.by
-        assert isinstance(by, Segments)
+        phases = np.arange(PHASES) / PHASES
         slopes, moving = [], np.empty(0)
         for name, rate in zip(self.names, self.rates, strict=True):
             orbits, z = self.beside(name)
-            assert isinstance(orbits.by, Segments)
             nodes, constants = orbits.nodes(z), orbits.constants(z)
             which, states, matrices, vectors = orbits.by.carried_to(nodes, constants, phases)
             nodes_rate = self.orbits.nodes(rate)[which]

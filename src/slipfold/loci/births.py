@@ -28,7 +28,6 @@ from slipfold.orbits.critical import (
     doubled_orbit,
     hopf_cycle,
 )
-from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -187,8 +186,6 @@ def _parent_start(
         parent = LocusEquations(resting, "HB")
     else:
         half = orbits.with_period(orbits.period // 2)
-        assert isinstance(orbits.by, Segments)
-        assert isinstance(half.by, Segments)
         rounds = [half.by.start, half.by.start + half.period]
         halves = orbits.by.states(nodes, orbits.constants(point.z), np.concatenate(rounds))
         both = halves.reshape(2, half.segments, -1)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
-from slipfold.orbits.discretisation import Segments
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.multipliers import motion_bases
 from slipfold.orbits.orbit_curve import Orbits
@@ -102,7 +101,6 @@ class SegmentMap:
         linearisation: Linearisation,
         scales: Array | None = None,
     ) -> None:
-        assert isinstance(orbits.by, Segments)
         self._by = orbits.by
         self._nodes = orbits.nodes(z)
         self._constants = constants

@@ -14,7 +14,7 @@ from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.collocation import INTERVALS, Collocation
-from slipfold.orbits.discretisation import STAGES, Segments
+from slipfold.orbits.discretisation import STAGES
 from slipfold.orbits.kinds import STANDING
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.linearisation import Conditions, Linearisation
@@ -111,7 +111,6 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     if isinstance(orbits.by, Collocation):
         return _fitted(curve, point)
     count = 4 * INTERVALS * orbits.period
-    assert isinstance(orbits.by, Segments)
     scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
     by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
     other = curve.described_by(by)
@@ -124,7 +123,6 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
 
 def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Array]:
     """Describe an orbit by collocation on a mesh that fits it; nothing is corrected."""
-    assert isinstance(orbits.by, Segments)
     scheme = orbits.by.scheme(orbits.nodes(z), orbits.constants(z), stages)
     count = max(orbits.segments, 4 * INTERVALS * orbits.period)
     by: Collocation | None = Collocation(

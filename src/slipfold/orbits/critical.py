@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.orbits.discretisation import Cut, Segments
+from slipfold.orbits.discretisation import Cut
 from slipfold.orbits.eigenvalues import transition
 from slipfold.orbits.grazing import MarginalShooting
 from slipfold.orbits.kinds import Cycles, Equilibria
@@ -240,8 +240,6 @@ def doubled_orbit(orbits: Orbits, z: Array) -> Emanating:
     for block in part.blocks[:-1]:
         along.append(block @ along[-1])
     child = orbits.with_period(2 * orbits.period)
-    assert isinstance(orbits.by, Segments)
-    assert isinstance(child.by, Segments)
     # A segment of the child is two of the parent, or one of either round.
     own, turns = np.divmod(child.by.start, orbits.period)[::-1]
     same = np.abs(orbits.by.start[None, :] - own[:, None]).argmin(axis=1)

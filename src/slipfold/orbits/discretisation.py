@@ -18,121 +18,6 @@ from slipfold.flow.equations import Constants, power_of_two
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 
-
-class Discretisation(ABC):
-    """How equations of orbits are computed from states at some phases.
-
-    It knows which parameters are free, but no unknown: states and constants go in, and mismatches
-    with their derivatives come out, in scaled variables.
-
-    `free` has the free parameters with their scales, in their own units; `segments` is the number m
-    of phases.
-    """
-
-    growing = False
-    """Whether multipliers keep their digits beside any that are larger by orders of magnitude."""
-
-    noise = 1e-9
-    """What rounding makes of test functions of multipliers."""
-
-    smooth = True
-    """Whether orbits are those of one and the same smooth flow."""
-
-    slips_in_planes = False
-    """Whether contacts change what they do on the way and some of them slip in any direction."""
-
-    phase = 0.0
-    """Phase of the first node."""
-
-    def __init__(
-        self, model: Model, free: Mapping[str, float], period: int = 1, segments: int = 1
-    ) -> None:
-        self.model = model
-        self.period = period
-        self.segments = segments
-        self._free(free)
-        self.flow: Flow = flow_of(model)
-        self.measure_in(model.state_scales())
-        self.flow_scales = power_of_two(self.scales)
-
-    def _free(self, free: Mapping[str, float]) -> None:
-        self.free = dict(free)
-        self.units = np.array(list(free.values()), dtype=float)
-        self.indices = [self.model.parameter_index(name) for name in free]
-
-    def freeing(self, free: Mapping[str, float]) -> Self:
-        """Return the same with other free parameters."""
-        other = copy(self)
-        other._free(free)
-        other.measure_in(self.scales)
-        return other
-
-    def measure_in(self, scales: Array) -> None:
-        """Take scales of the states, shape (n,)."""
-        self.scales = scales
-        self.turns = self.model.whole_turns / scales
-        self.ratios = scales[None, :] / scales[:, None]
-        self.pull_units = self.units / scales[:, None]
-
-    def taken(self, other: Discretisation, nodes: Array, constants: Constants) -> Array:
-        """Return the nodes of an orbit that has those of another discretisation, shape (m, n).
-
-        Shapes: nodes (m', n).
-        """
-        return nodes
-
-    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
-        """Return the states at equidistant phases from that of the first node, shape (M, n).
-
-        There are at least as many as asked for, and as nodes. Shapes: nodes (m, n).
-        """
-        return nodes
-
-    def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
-        """Return states that an orbit passes through and their phases, (q, n) and (q,), if known.
-
-        They are known without more work, in turn, and to a few digits less than nodes.
-        Shapes: nodes (m, n).
-        """
-        return None
-
-    def moved_to(
-        self, other: Discretisation, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Array, Array]:
-        """Return an orbit and a direction at the phases of another discretisation.
-
-        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
-        """
-        return nodes, along
-
-    def better(self, nodes: Array, constants: Constants) -> Discretisation | None:
-        """Return one that is made for this orbit, None where this one serves as well.
-
-        Shapes: nodes (m, n).
-        """
-        return None
-
-    def piece(self, nodes: Array, constants: Constants) -> Hashable:
-        """Return what is the same for orbits that depend smoothly on each other.
-
-        Shapes: nodes (m, n).
-        """
-        return None
-
-    @abstractmethod
-    def with_period(self, period: int) -> Self:
-        """Return the same for orbits of another period."""
-
-    @abstractmethod
-    def shifted(
-        self, nodes: Array, constants: Constants, along: Array, rates: Array
-    ) -> tuple[Self, Array, Array]:
-        """Return the same with other errors, and an orbit and a direction in terms of it.
-
-        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m, n).
-        """
-
-
 STAGES = 6
 """Points an interval: errors at its ends fall with the 12th power of its length, of Radau points
 with the 11th."""
@@ -183,18 +68,97 @@ PHASES = 256
 """Phases at which the start of one cycle that lies nearest to another is searched."""
 
 
-class Segments(Discretisation):
-    """How orbits that move are computed: by what happens over m segments of a period.
+class Discretisation(ABC):
+    """How equations of orbits are computed from states at the beginnings of m segments of a period.
 
-    `edges` are the phases at which they begin and end, shape (m + 1,).
+    It knows which parameters are free, but no unknown: states and constants go in, and mismatches
+    with their derivatives come out, in scaled variables.
+
+    `free` has the free parameters with their scales, in their own units; `edges` are the phases at
+    which segments begin and end, shape (m + 1,).
     """
 
+    growing = False
+    """Whether multipliers keep their digits beside any that are larger by orders of magnitude."""
+
+    noise = 1e-9
+    """What rounding makes of test functions of multipliers."""
+
+    smooth = True
+    """Whether orbits are those of one and the same smooth flow."""
+
+    slips_in_planes = False
+    """Whether contacts change what they do on the way and some of them slip in any direction."""
+
     def __init__(self, model: Model, free: Mapping[str, float], period: int, edges: Array) -> None:
-        super().__init__(model, free, period, len(edges) - 1)
-        self.edges = edges
-        self.start, self.end = edges[:-1], edges[1:]
+        self.model, self.period, self.segments = model, period, len(edges) - 1
+        self.edges, self.start, self.end = edges, edges[:-1], edges[1:]
         self.phase = float(edges[0])
         self._following = (np.arange(self.segments) + 1) % self.segments
+        self._free(free)
+        self.flow: Flow = flow_of(model)
+        self.measure_in(model.state_scales())
+        self.flow_scales = power_of_two(self.scales)
+
+    def _free(self, free: Mapping[str, float]) -> None:
+        self.free = dict(free)
+        self.units = np.array(list(free.values()), dtype=float)
+        self.indices = [self.model.parameter_index(name) for name in free]
+
+    def freeing(self, free: Mapping[str, float]) -> Self:
+        """Return the same with other free parameters."""
+        other = copy(self)
+        other._free(free)
+        other.measure_in(self.scales)
+        return other
+
+    def measure_in(self, scales: Array) -> None:
+        """Take scales of the states, shape (n,)."""
+        self.scales = scales
+        self.turns = self.model.whole_turns / scales
+        self.ratios = scales[None, :] / scales[:, None]
+        self.pull_units = self.units / scales[:, None]
+
+    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
+        """Return the states at equidistant phases from that of the first node, shape (M, n).
+
+        There are at least as many as requested, and as nodes. Shapes: nodes (m, n).
+        """
+        return nodes
+
+    def stage_states(self, nodes: Array, constants: Constants) -> tuple[Array, Array] | None:
+        """Return states that an orbit passes through and their phases, (q, n) and (q,), if known.
+
+        They are known without more work and to a few digits less than nodes. Shapes: nodes (m, n).
+        """
+        return None
+
+    def better(self, nodes: Array, constants: Constants) -> Discretisation | None:
+        """Return one that is made for this orbit, None where this one serves as well.
+
+        Shapes: nodes (m, n).
+        """
+        return None
+
+    def piece(self, nodes: Array, constants: Constants) -> Hashable:
+        """Return what is the same for orbits that depend smoothly on each other.
+
+        Shapes: nodes (m, n).
+        """
+        return None
+
+    @abstractmethod
+    def with_period(self, period: int) -> Self:
+        """Return the same for orbits of another period."""
+
+    @abstractmethod
+    def shifted(
+        self, nodes: Array, constants: Constants, along: Array, rates: Array
+    ) -> tuple[Self, Array, Array]:
+        """Return the same with other errors, and an orbit and a direction in terms of it.
+
+        Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m, n).
+        """
 
     def apart(self, ends: Array, nodes: Array) -> Array:
         """Return by how much scaled states differ, whole turns of angles left out.
@@ -291,19 +255,19 @@ class Segments(Discretisation):
         Shapes: nodes (m, n); vectors (r, m, n); returns bent (r, m, n, n), pulled (r, m, n, k).
         """
 
-    @abstractmethod
     def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
         """Return the third derivatives of the segments' ends along vectors, in scaled states.
 
         Shapes: nodes (m, n); vectors (r, m, n); returns (r, m, n).
         """
+        raise NotImplementedError
 
     def taken(self, other: Discretisation, nodes: Array, constants: Constants) -> Array:
         """Return the nodes of an orbit that has those of another discretisation, shape (m, n).
 
         Shapes: nodes (m', n).
         """
-        if not isinstance(other, Segments) or np.array_equal(self.edges, other.edges):
+        if np.array_equal(self.edges, other.edges):
             return nodes
         return other.states(nodes, constants, self.start)
 
@@ -323,8 +287,6 @@ class Segments(Discretisation):
 
         Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
         """
-        if not isinstance(other, Segments):
-            return nodes, along
         which, states, matrices, vectors = self.carried_to(nodes, constants, other.start)
         return states, np.einsum("jab,jb->ja", matrices, along[which]) + vectors @ rates
 
@@ -371,5 +333,5 @@ class Segments(Discretisation):
         return np.concatenate([along_nodes, along_free]), forward, bent
 
 
-Cut = Callable[[Model, Mapping[str, float], int, int], Segments]
+Cut = Callable[[Model, Mapping[str, float], int, int], Discretisation]
 """Makes a discretisation of a model, its free parameters, a period and a number of segments."""

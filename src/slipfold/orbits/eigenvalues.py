@@ -36,6 +36,7 @@ class Eigenvalues(Multipliers):
     """Eigenvalues of the Jacobian, mapped: the imaginary axis to the unit circle, zero to one."""
 
     tests = ("fold", "HB")
+    of_product = False
 
     def factors(self, part: Linearisation) -> Array:
         """Return the matrix itself: nothing is carried from one phase to another."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Cut, Discretisation, Segments
+from slipfold.orbits.discretisation import Cut, Discretisation
 from slipfold.orbits.eigenvalues import Eigenvalues, Paced, eigenvalues_of
-from slipfold.orbits.linearisation import MANY, NO_CONDITIONS, Conditions, Linearisation, defect_of
+from slipfold.orbits.linearisation import MANY, Conditions, Linearisation
 from slipfold.orbits.multipliers import CycleMultipliers, Multipliers
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -24,6 +24,9 @@ class VectorField(Discretisation):
 
     noise = 1e-12
     """Nothing is integrated, and so errors are those of rounding."""
+
+    def __init__(self, model: Model, free: Mapping[str, float]) -> None:
+        super().__init__(model, free, 1, np.array([0.0, 1.0]))
 
     def with_period(self, period: int) -> VectorField:
         """Return the same: equilibria repeat after any time."""
@@ -38,36 +41,40 @@ class VectorField(Discretisation):
         other.measure_in(self.scales * factors)
         return other, nodes, along
 
-    def rates(self, nodes: Array, constants: Constants) -> Array:
-        """Return the rates, shape (1, n). Shapes: nodes (1, n)."""
-        return self.flow.rates(nodes, np.zeros(1), constants) / self.scales
+    def mismatch(self, nodes: Array, constants: Constants) -> Array:
+        """Return the rates, shape (1, n)."""
+        return self.rates(nodes, constants)
+
+    def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
+        """Return the rates and their derivatives, those by the states as changes of the states."""
+        rates, slopes, pulls = self.changing_rates(nodes, constants)
+        return rates, np.eye(len(self.scales)) + slopes, pulls
 
     def jacobian(self, nodes: Array, constants: Constants) -> Array:
-        """Return their derivatives with respect to the scaled states, shape (n, n).
+        """Return the derivatives of the rates by the scaled states, shape (n, n)."""
+        return self.flow.jacobians(nodes, self.start, constants)[0] * self.ratios
 
-        Shapes: nodes (1, n).
-        """
-        return self.flow.jacobians(nodes, np.zeros(1), constants)[0] * self.ratios
+    def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
+        """Return the same state at any phases, shape (q, n)."""
+        return np.repeat(nodes, len(phases), axis=0)
 
-    def pulls(self, nodes: Array, constants: Constants) -> Array:
-        """Return their derivatives with respect to the k scaled parameters, shape (n, k).
+    def carried_to(
+        self, nodes: Array, constants: Constants, phases: Array
+    ) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Return the same state at any phases, with its derivatives."""
+        count, n = len(phases), nodes.shape[1]
+        vectors = np.zeros((count, n, len(self.units)))
+        states = self.states(nodes, constants, phases)
+        return np.zeros(count, dtype=np.intp), states, np.tile(np.eye(n), (count, 1, 1)), vectors
 
-        Shapes: nodes (1, n).
-        """
-        along = constants.rates[:, self.indices]
-        return self.flow.pulls(nodes, np.zeros(1), constants, along)[0] * self.pull_units
-
-    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Any, Any]:
-        """Return the derivatives of ``jacobian @ vectors``, shapes (r, n, n) and (r, n, k).
-
-        Shapes: nodes (1, n); vectors (r, n).
-        """
-        states, phases = np.tile(nodes, (len(vectors), 1)), np.zeros(len(vectors))
-        along = constants.rates[:, self.indices]
+    def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
+        """Return the derivatives of ``jacobian @ vectors``."""
+        r, _, n = vectors.shape
+        states, along = np.tile(nodes, (r, 1)), constants.rates[:, self.indices]
         second, mixed = self.flow.curvatures(
-            states, phases, constants, vectors * self.scales, along
+            states, np.zeros(r), constants, vectors.reshape(r, n) * self.scales, along
         )
-        return second * self.ratios, mixed * self.pull_units
+        return (second * self.ratios)[:, None], (mixed * self.pull_units)[:, None]
 
 
 class ForcedOrbits(Orbits):
@@ -75,8 +82,6 @@ class ForcedOrbits(Orbits):
 
     `by` makes the discretisation of model, free parameters, period and number of segments.
     """
-
-    by: Segments
 
     def __init__(
         self,
@@ -87,18 +92,6 @@ class ForcedOrbits(Orbits):
         by: Cut = Shooting,
     ) -> None:
         super().__init__(model, vary, by(model, vary, period, segments), Multipliers())
-
-    def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, shape (m n,)."""
-        residual = self.by.mismatch(self.nodes(z), self.constants(z))
-        return defect_of(residual, NO_CONDITIONS.values)
-
-    def linearise(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives."""
-        nodes, constants = self.nodes(z), self.constants(z)
-        transitions = self.by.transitions(nodes, constants)
-        settled = self.by.settled(transitions[1], nodes, constants)
-        return Linearisation(*transitions, settled=settled)
 
     def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the monodromy matrix."""
@@ -129,9 +122,8 @@ class Cycles(Orbits):
     The model's ``duration`` sets the scale of the duration; `period` is the number of rounds.
     """
 
-    by: Segments
     spectrum: CycleMultipliers
-    free_phase = True
+    free_phase, gauges = True, 1
 
     def __init__(
         self,
@@ -148,18 +140,9 @@ class Cycles(Orbits):
         """Return the duration of one round in seconds."""
         return float(self.free_values(z)[0])
 
-    def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero, shape (m n + 1,): nothing for the phase."""
-        residual = self.by.mismatch(self.nodes(z), self.constants(z))
-        return defect_of(residual, np.zeros(1))
-
-    def linearise(self, z: Array) -> Linearisation:
-        """Return the mismatch and its derivatives; that steps are orthogonal to the flow is met."""
-        nodes, constants = self.nodes(z), self.constants(z)
-        transitions = self.by.transitions(nodes, constants)
-        settled = self.by.settled(transitions[1], nodes, constants)
-        gauge = Conditions(np.zeros(1), self.flow_direction(z)[None])
-        return Linearisation(*transitions, gauge, self.spectrum.matrix, settled)
+    def conditions(self, z: Array) -> Conditions:
+        """Return that steps are orthogonal to the flow, which is met."""
+        return Conditions(np.zeros(1), self.flow_direction(z)[None])
 
     def eigenvalues(self, z: Array, linearisation: Linearisation) -> Complex:
         """Return the multipliers besides that of the flow's direction, largest modulus first.
@@ -280,27 +263,10 @@ class Equilibria(Orbits):
         units = self.model.values["duration"] / self.unit(point.z)
         return np.exp(eigenvalues_of(self.jacobian(point.z)) * units)
 
-    def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero: the rates per unit of time, shape (n,)."""
-        return defect_of(self.by.rates(self.nodes(z), self.constants(z)), NO_CONDITIONS.values)
-
-    def linearise(self, z: Array) -> Linearisation:
-        """Return the rates and their derivatives per unit of time."""
-        nodes, constants = self.nodes(z), self.constants(z)
-        return Linearisation(
-            self.by.rates(nodes, constants),
-            (np.eye(len(self.scales)) + self.by.jacobian(nodes, constants))[None],
-            self.by.pulls(nodes, constants)[None],
-            watched=self.spectrum.matrix,
-        )
-
     def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, None, None]:
         """Return the gradient of a function of the matrix that the spectrum watches."""
-        left, right = self.spectrum.lifted(found, part)
-        second, mixed = self.by.curvatures(self.nodes(z), self.constants(z), right)
-        along_state = np.einsum("ra,rab->b", left, second)
-        along_free = np.einsum("ra,rak->k", left, mixed)
-        return np.concatenate([along_state, along_free]), None, None
+        backward, forward = (item[:, None] for item in self.spectrum.lifted(found, part))
+        return self.by.changed(forward, backward, self.nodes(z), self.constants(z))[0], None, None
 
 
 def orbits_of(

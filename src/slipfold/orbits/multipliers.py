@@ -201,6 +201,9 @@ class Multipliers:
     tests: tuple[str, ...] = ("PD", "fold", "NS")
     """Test functions along a branch, as `slipfold.orbits.test_functions` names them."""
 
+    of_product = True
+    """Whether the matrix whose eigenvalues are watched is the product of the transitions."""
+
     def matrix(self, part: Linearisation) -> Array:
         """Return the matrix whose eigenvalues are watched, in scaled states."""
         return part.product
@@ -233,6 +236,8 @@ class CycleMultipliers(Multipliers):
 
     They are those of the monodromy matrix on the quotient of the space by that direction.
     """
+
+    of_product = False
 
     def matrix(self, part: Linearisation) -> Array:
         """Return the monodromy matrix on the quotient, shape (n - 1, n - 1).

@@ -21,7 +21,13 @@ from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.discretisation import Discretisation
-from slipfold.orbits.linearisation import MANY, Linearisation
+from slipfold.orbits.linearisation import (
+    MANY,
+    NO_CONDITIONS,
+    Conditions,
+    Linearisation,
+    defect_of,
+)
 from slipfold.orbits.multipliers import Multipliers
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import (
@@ -194,6 +200,9 @@ class Orbits(OrbitCurve):
     free_phase = False
     """Whether an orbit may be started anywhere, as a cycle may."""
 
+    gauges = 0
+    """Number of conditions that are always met and only direct steps."""
+
     def __init__(
         self, model: Model, vary: Mapping[str, float], by: Discretisation, spectrum: Multipliers
     ) -> None:
@@ -262,6 +271,22 @@ class Orbits(OrbitCurve):
     def log_multiplier_slope(self, z: Array) -> Array:
         """Return its gradient, shape (m n + k,)."""
         raise NotImplementedError
+
+    def conditions(self, z: Array) -> Conditions:
+        """Return the equations besides those of the discretisation."""
+        return NO_CONDITIONS
+
+    def defect(self, z: Array) -> Array:
+        """Return what Newton's method brings to zero, shape (m n + `gauges`,)."""
+        return defect_of(self.by.mismatch(self.nodes(z), self.constants(z)), np.zeros(self.gauges))
+
+    def linearise(self, z: Array) -> Linearisation:
+        """Return the mismatch and its derivatives."""
+        nodes, constants = self.nodes(z), self.constants(z)
+        transitions = self.by.transitions(nodes, constants)
+        settled = self.by.settled(transitions[1], nodes, constants)
+        watched = None if self.spectrum.of_product else self.spectrum.matrix
+        return Linearisation(*transitions, self.conditions(z), watched, settled)
 
     @abstractmethod
     def slope(

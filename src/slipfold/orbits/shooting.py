@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Segments
+from slipfold.models.turns import without_turns
+from slipfold.orbits.discretisation import Discretisation
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
 
-class Shooting(Segments):
+class Shooting(Discretisation):
     """The flow over m segments of a period: each has to end where the next begins.
 
     `phase` is that of the first node.
@@ -68,12 +69,12 @@ class Shooting(Segments):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
         ends = self.ends(nodes, self.start, self.end, constants)
-        return self.apart(ends / self.scales, nodes[self._following] / self.scales)
+        return without_turns((ends - nodes[self._following]) / self.scales, self.turns)
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.carried(nodes, self.start, self.end, constants)
-        mismatch = self.apart(ends / self.scales, nodes[self._following] / self.scales)
+        mismatch = without_turns((ends - nodes[self._following]) / self.scales, self.turns)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 
