@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import slipfold as sf
 from slipfold.design_space.placed_orbit import PlacedOrbit
 from slipfold.design_space.placed_point import PlacedPoint
-from slipfold.loci.locus_curve import locus_curve
+from slipfold.loci.locus import locus_curve
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import COLUMN, figure_style, settle
 

@@ -12,7 +12,7 @@ from helpers.locus_diagrams import doubling_locus, made_locus_diagram
 from slipfold.computations.loci import with_place
 from slipfold.continuation.end import End
 from slipfold.loci.locus import LocusEnd
-from slipfold.loci.progress import locus_progress
+from slipfold.loci.window import locus_progress
 from slipfold.models import SlidingOscillator
 from slipfold.results.result import load
 

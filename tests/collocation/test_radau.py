@@ -8,7 +8,7 @@ from slipfold.branches.method import forced_orbits
 from slipfold.branches.settings import Settings
 from slipfold.collocation_points import gauss_points, radau_points
 from slipfold.continuation.newton import correct
-from slipfold.loci import given_point
+from slipfold.loci import start as given_point
 from slipfold.orbits import continued
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme, scheme_for

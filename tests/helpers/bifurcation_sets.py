@@ -18,8 +18,8 @@ from slipfold.branches.one_branch import trace_branch
 from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.describe import coefficient_at
 from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.make_locus import coefficient_at
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
 from slipfold.orbits.continued import hold_parameter

@@ -6,8 +6,8 @@ import pytest
 import slipfold as sf
 from slipfold.branches import Settings
 from slipfold.continuation.newton import correct
-from slipfold.loci.given_point import as_unknown
 from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.start import as_unknown
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=1)
 

@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches import trace_response
-from slipfold.loci.into_stick.touches import ends_in_stick
+from slipfold.loci.fan import ends_in_stick
 from slipfold.models import model_named
 
 WINDOW = {"f": (11.5, 13.5), "Nd": (0.0, 0.98)}

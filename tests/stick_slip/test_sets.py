@@ -6,8 +6,7 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from helpers.dry_friction import belt, highest_after_a_touch, sliding
-from slipfold.loci.fan import follow_line
-from slipfold.loci.into_stick.touches import Touches
+from slipfold.loci.fan import Touches, follow_line
 
 WINDOW = {"Vd": (0.5, 1.5), "f": (0.05, 0.35)}
 

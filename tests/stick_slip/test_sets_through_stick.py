@@ -9,12 +9,12 @@ from helpers.dry_friction import DUFFING_ON_BELT
 from helpers.moreau import march
 from slipfold.branches.settings import Settings
 from slipfold.loci.fan import FanLine
-from slipfold.loci.into_stick.motions import sticking_orbits
-from slipfold.loci.into_stick.responses import (
+from slipfold.loci.into_stick import (
     changes_in_stick,
     follow_sticking,
     found_in_stick,
     stable_beside,
+    sticking_orbits,
     unfinished,
 )
 

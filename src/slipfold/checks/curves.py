@@ -116,7 +116,7 @@ def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Check
 
     def report(done: int) -> None:
         if observer is not None:
-            from slipfold.loci.progress import locus_progress  # a response needs no loci
+            from slipfold.loci.window import locus_progress  # a response needs no loci
 
             first, second = loci[-1].stopped.values
             observer(locus_progress("checks", done, None, (first, second), "by another method"))

@@ -15,8 +15,8 @@ from slipfold.errors import InputError
 from slipfold.explorer.plain import BETWEEN, axis_of, number, short
 from slipfold.lines import locus_stretches, measure_of, stretches_of
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
-from slipfold.loci.progress import LocusLine
 from slipfold.loci.region_map import RegionMap
+from slipfold.loci.window import LocusLine
 from slipfold.measured.measurement import Measurement
 from slipfold.progress import Progress
 from slipfold.results.diagram import Diagram

@@ -12,7 +12,7 @@ from slipfold.computations.long_term import basins
 from slipfold.errors import InputError
 from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
 from slipfold.explorer.plain import axis_of, now_and_then, number, short
-from slipfold.loci.raster import model_exists
+from slipfold.loci.region_votes import model_exists
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places

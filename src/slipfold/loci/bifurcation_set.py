@@ -9,17 +9,14 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.modes import contacts_of
-from slipfold.loci.fan import FanLine, follow_fan, follow_settled, largest_period
+from slipfold.loci.fan import FanLine, Touches, follow_fan, follow_settled, largest_period
 from slipfold.loci.follow import follow_found
-from slipfold.loci.into_stick.copies import without_copies
-from slipfold.loci.into_stick.responses import follow_sticking, found_in_stick, unfinished
-from slipfold.loci.into_stick.touches import Touches
+from slipfold.loci.into_stick import follow_sticking, found_in_stick, unfinished, without_copies
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
-from slipfold.loci.progress import locus_progress
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
-from slipfold.loci.window import Window, check_window, measured_across
+from slipfold.loci.window import Window, check_window, locus_progress, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.grazing import MET
 from slipfold.progress import Observer

@@ -1,37 +1,136 @@
-"""Loci from special points of branches, and from the points of codimension two on the way."""
+"""Loci of a window: one from its first point to its end, and all that leave it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.change import Change, Growing
+from slipfold.branches.closed_branches import Returns, has_copy, step_beside_parent
+from slipfold.branches.ends import failure_reason
+from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
+from slipfold.branches.stops import Limits, Unresolved
 from slipfold.continuation.atlas import Atlas, Chart, Start
 from slipfold.continuation.end import End
+from slipfold.continuation.follow import Endings, follow
+from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
+from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.loci.births import CROSSED, parents_of, starts_at
-from slipfold.loci.describe import pair_of
-from slipfold.loci.given_point import as_unknown, on_a_mesh
-from slipfold.loci.known_loci import begins_or_ends_at, lies_on
 from slipfold.loci.locus import Locus, locus_title
-from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.make_locus import as_loci
-from slipfold.loci.one_locus import trace_locus
-from slipfold.loci.progress import LocusLine, locus_progress
-from slipfold.loci.special_points import tests_of
-from slipfold.loci.start import LocusStart, regular_start
-from slipfold.loci.window import Window, check_window, measured_across
+from slipfold.loci.locus_equations import LocusEquations, begins_or_ends_at, lies_on
+from slipfold.loci.make_locus import as_loci, pair_of, plane_of
+from slipfold.loci.special_points import SpecialPoints, tests_of
+from slipfold.loci.start import (
+    CROSSED,
+    FIRST,
+    EndsAtParent,
+    LocusStart,
+    as_unknown,
+    ends_beside_parent,
+    on_a_mesh,
+    parents_of,
+    regular_start,
+    starts_at,
+)
+from slipfold.loci.window import LocusLine, Window, check_window, locus_progress, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.test_functions import PAIRED
 from slipfold.progress import Observer
+
+UNDAMPED = 1e-6
+"""Distance from the unit circle within which multipliers beside the critical ones are on it."""
+
+
+def trace_locus(
+    curve: LocusEquations,
+    start: OrbitPoint,
+    window: Window,
+    settings: Settings,
+    *,
+    born: bool = False,
+    first_step: float = FIRST,
+    watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
+    through_stick: bool = False,
+) -> Trail[OrbitPoint]:
+    """Follow a locus in the direction of its tangent, to its end."""
+    orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
+    return follow(
+        curve,
+        start,
+        orbits.bounds(*window),
+        lambda curve: [
+            *_monitors(curve, settings),
+            *([Growing(curve)] if change.may_come(curve) else []),
+        ],
+        settings=settings,
+        departs=born,
+        first_step=first_step,
+        cap=step_beside_parent if has_copy(orbits) else None,
+        endings=_LocusEndings(window, settings),
+        otherwise=change.otherwise,
+        watch=watch,
+    )
+
+
+def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPoint]]:
+    """What is watched along a locus: what ends it early first, what takes longest last."""
+    monitors: list[Monitor[OrbitPoint]] = [Seams(curve), Unresolved(curve)]
+    if has_copy(curve.orbits):
+        monitors.append(EndsAtParent(curve, settings))
+    return [
+        *monitors,
+        Returns(curve, "the locus closed on itself"),
+        Limits(curve),
+        SpecialPoints(curve),
+    ]
+
+
+class _LocusEndings(Endings[OrbitPoint]):
+    """The ends of loci in words."""
+
+    def __init__(self, window: Window, settings: Settings) -> None:
+        self._window = window
+        self._settings = settings
+
+    def left(self, trail: Trail[OrbitPoint]) -> End:
+        """Return the end of a locus that left the window."""
+        curve, last = trail.curve, trail.points[-1]
+        gaps = [
+            min(abs(last.z[place] - low), abs(high - last.z[place]))
+            for place, low, high in curve.orbits.bounds(*self._window)
+        ]
+        nearest = gaps.index(min(gaps))
+        edge = curve.place(last.z)[nearest]
+        reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {edge:g}"
+        return End("window", reason, pair_of(curve, last))
+
+    def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
+        """Return the end of a locus that could not be followed."""
+        curve, last = trail.curve, trail.points[-1]
+        stop = ends_beside_parent(curve, last, self._settings)
+        if stop is not None and stop.beyond is not None:
+            trail.points.append(stop.beyond)
+            trail.reached = (stop.reached,)
+            return stop.end
+        kind, reason = failure_reason(curve.orbits, last, failure)
+        on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
+        if on_circle > (2 if curve.condition in PAIRED else 1):
+            reason = (
+                f"{on_circle} multipliers lie on the unit circle there, as where nothing damps, "
+                f"and which of them crosses it is not defined ({reason})"
+            )
+        return End(kind, reason, pair_of(curve, last))
+
 
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""

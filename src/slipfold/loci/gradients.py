@@ -12,9 +12,7 @@ from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive
 from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.errors import BREAKDOWNS
-from slipfold.loci.births import CROSSED
-from slipfold.loci.given_point import as_unknown, on_a_mesh
-from slipfold.loci.start import MOVED
+from slipfold.loci.start import CROSSED, MOVED, as_unknown, on_a_mesh
 from slipfold.orbits.critical import Critical, crossing_gap
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits

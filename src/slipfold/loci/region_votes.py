@@ -1,9 +1,10 @@
-"""What responses that cross a region say of the stable orbits in it, and whether they agree."""
+"""What responses say of each cell of the window, and whether simulation agrees."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +12,99 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
+from slipfold.flow.simulate import simulate
+from slipfold.flow.trajectory import Trajectory
 from slipfold.loci.fan import FanLine
-from slipfold.loci.into_stick.responses import stable_beside
-from slipfold.loci.raster import Raster
-from slipfold.loci.stable_spans import is_among, stable_orbits
+from slipfold.loci.into_stick import stable_beside
+from slipfold.loci.isolated import is_among, other_orbits, stable_orbits
+from slipfold.loci.region_map import Region, RegionCheck
+from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.orbits.continued import Straight, carry_to
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import OrbitPoint
+
+CELLS = 480
+"""Cells in either direction: half a line's width in a figure."""
+
+BLOCK = 8
+"""Cells in either direction that are first asked for at once whether a model exists there."""
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Cells of a window."""
+
+    window: Window  # least and largest value of two parameters
+
+    def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
+        """Return the cells that values of a parameter lie in, shape (n,). Shapes: values (n,)."""
+        low, high = self.window[axis]
+        cells = ((np.asarray(values) - low) / (high - low) * CELLS).astype(int)
+        return np.clip(cells, 0, CELLS - 1)
+
+    def centres(self, axis: int) -> Array:
+        """Return the values of a parameter at the centres of the cells, shape (CELLS,)."""
+        low, high = self.window[axis]
+        return np.linspace(low, high, 2 * CELLS + 1)[1::2]
+
+    def draw(self, mask: NDArray[np.bool_], values: Array) -> None:
+        """Mark the cells that a polyline passes, without gaps.
+
+        Shapes: mask (CELLS, CELLS); values (n, 2).
+        """
+        for a, b in pairwise(values):
+            length = [
+                abs(b[i] - a[i]) / (high - low) * CELLS for i, (low, high) in enumerate(self.window)
+            ]
+            count = int(2 * max(length)) + 2
+            between = a + np.linspace(0, 1, count)[:, None] * (b - a)
+            inside = np.all(
+                [
+                    (low <= v) & (v <= high)
+                    for v, (low, high) in zip(between.T, self.window, strict=True)
+                ],
+                axis=0,
+            )
+            kept = between[inside]
+            mask[self.columns(kept[:, 1], 1), self.columns(kept[:, 0], 0)] = True
+
+
+def where_models_exist(model: Model, plane: tuple[str, str], raster: Raster) -> NDArray[np.bool_]:
+    """Tell the cells at whose centre the parameters contradict each other from the others.
+
+    Returns shape (CELLS, CELLS).
+    """
+    first, second = raster.centres(0), raster.centres(1)
+    middles = np.arange(BLOCK // 2, CELLS, BLOCK)
+    coarse = np.array(
+        [[model_exists(model, plane, first[i], second[j]) for i in middles] for j in middles]
+    )
+    fine = np.kron(coarse, np.ones((BLOCK, BLOCK), dtype=bool)).astype(bool)
+    for row, column in zip(*np.nonzero(_beside_others(coarse)), strict=True):
+        for j in range(row * BLOCK, (row + 1) * BLOCK):
+            for i in range(column * BLOCK, (column + 1) * BLOCK):
+                fine[j, i] = model_exists(model, plane, first[i], second[j])
+    return fine
+
+
+def model_exists(model: Model, plane: tuple[str, str], first: float, second: float) -> bool:
+    """Whether the parameters do not contradict each other at a place."""
+    try:
+        model.replace(**{plane[0]: float(first), plane[1]: float(second)})
+    except InputError:
+        return False
+    return True
+
+
+def _beside_others(coarse: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Blocks that have a neighbour of the other sort, diagonals included."""
+    padded = np.pad(coarse, 1, mode="edge")
+    n, m = coarse.shape
+    around = [padded[i : i + n, j : j + m] for i in range(3) for j in range(3)]
+    return np.asarray(np.any([other != coarse for other in around], axis=0))
+
 
 SEEDS = 3
 """Orbits tried, the nearest first, where one is to be carried to a place."""
@@ -154,3 +239,70 @@ def _carried(
 
     reached = carry_to(Straight(orbits, begin, end), orbits.pack(nodes, begin), end[-1], refuse)
     return None if isinstance(reached, Failure) else orbits.nodes(reached.z)
+
+
+FORCING_PERIODS = 3000
+"""Forcing periods a motion is given: the slowest decay of the base case, 0.96 a period, needs a
+thousand near a boundary."""
+
+SETTLED = 1e-7
+"""Distance from a periodic response that counts as settled, in scaled states."""
+
+NUDGE = 1e-4
+"""Distance from a stable orbit at which a motion starts, in scaled states."""
+
+
+def check_region(
+    model: Model,
+    plane: tuple[str, str],
+    region: Region,
+    orbits: Mapping[int, Sequence[Array]],
+    states: Array,
+    *,
+    may_stick: bool = False,
+) -> tuple[RegionCheck, ...]:
+    """Simulate from rest, from beside each stable orbit and from states far off, well inside.
+
+    Shapes: orbits (m, n_states); states (k, n_states).
+    """
+    at = model.replace(**dict(zip(plane, region.place, strict=True)))
+    # Where contacts stick, motions from rest go on through that, and are looked at as such.
+    checks = [] if may_stick else [_from_rest(at, region)]
+    for period in sorted(set(region.slipping)):
+        found = orbits.get(period, ())
+        checks += [_from_orbit(at, region, period, nodes[0]) for nodes in found]
+        for _ in range(region.slipping.count(period) - len(found)):
+            note = "the orbit could not be carried to this place"
+            checks.append(RegionCheck(region.place, f"period {period}", 0, False, note))
+    for orbit in other_orbits(at, orbits, states):
+        note = f"settled on a response of period {orbit.period} that none across the region has"
+        checks.append(RegionCheck(region.place, "elsewhere", orbit.period, False, note))
+    return tuple(checks)
+
+
+def _from_rest(model: Model, region: Region) -> RegionCheck:
+    check = _judged(simulate(model, FORCING_PERIODS, tolerance=SETTLED), region)
+    if check.agrees:
+        return check
+    # A motion may rest for ever on a response that is not stable, as symmetry lets it.
+    pushed = _beside(model, model.start)
+    return _judged(simulate(model, FORCING_PERIODS, pushed, tolerance=SETTLED), region)
+
+
+def _judged(motion: Trajectory, region: Region) -> RegionCheck:
+    settled = motion.settlement.period or 0
+    # Longer periods and tori are no contradiction: the label speaks of periods 1 and 2.
+    agrees = settled not in (1, 2) or settled in region.stable
+    return RegionCheck(region.place, "rest", settled, agrees, motion.settlement.message)
+
+
+def _beside(model: Model, state: Array) -> Array:
+    return np.asarray(state + NUDGE * model.state_scales() / np.sqrt(len(state)))
+
+
+def _from_orbit(model: Model, region: Region, period: int, state: Array) -> RegionCheck:
+    motion = simulate(model, FORCING_PERIODS, _beside(model, state), tolerance=SETTLED)
+    settled = motion.settlement.period or 0
+    return RegionCheck(
+        region.place, f"period {period}", settled, settled == period, motion.settlement.message
+    )

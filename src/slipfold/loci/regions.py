@@ -13,19 +13,22 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.loci.fan import FanLine
-from slipfold.loci.into_stick.motions import add_sticking, sticking_checks
-from slipfold.loci.into_stick.responses import changes_in_stick
-from slipfold.loci.into_stick.touches import BranchEnd
+from slipfold.loci.fan import BranchEnd, FanLine
+from slipfold.loci.into_stick import add_sticking, changes_in_stick, sticking_checks
 from slipfold.loci.isolated import PLACES, Starts
-from slipfold.loci.locus import Locus
-from slipfold.loci.locus_curve import locus_curve
-from slipfold.loci.progress import locus_progress
-from slipfold.loci.raster import CELLS, Raster, where_models_exist
-from slipfold.loci.region_check import check_region
+from slipfold.loci.locus import Locus, locus_curve
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap
-from slipfold.loci.region_votes import Vote, agree, carried_orbits, collect_votes
-from slipfold.loci.window import Window
+from slipfold.loci.region_votes import (
+    CELLS,
+    Raster,
+    Vote,
+    agree,
+    carried_orbits,
+    check_region,
+    collect_votes,
+    where_models_exist,
+)
+from slipfold.loci.window import Window, locus_progress
 from slipfold.models.model import Model
 from slipfold.orbits.grazing import MET
 from slipfold.orbits.test_functions import critical_places

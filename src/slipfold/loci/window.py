@@ -1,12 +1,15 @@
-"""A window in a plane of two parameters."""
+"""The window in the plane of two parameters, and progress in it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
+from slipfold.progress import Progress
 
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Least and largest value of each of two parameters."""
@@ -45,3 +48,25 @@ def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Mod
     """Return a model that knows how large its states become at the corners of a window."""
     corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
     return measured_within(model, list(corners))
+
+
+@dataclass(frozen=True)
+class LocusLine:
+    """The part of a locus that is being followed: from its start in one direction."""
+
+    number: int  # number of the line, from 0
+    type: str  # type of the locus, as of `Locus`
+    period: int  # period of its orbits
+    start: tuple[float, float]  # values of the two parameters at its first point
+
+
+def locus_progress(
+    stage: str,
+    done: int,
+    total: int | None,
+    place: tuple[float, float],
+    text: str,
+    **values: Any,
+) -> Progress:
+    """Return the state of a computation of loci at values of the two parameters."""
+    return Progress(stage, done, total, text, {"place": place, **values})

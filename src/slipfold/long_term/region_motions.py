@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.loci.progress import locus_progress
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
-from slipfold.loci.window import Window
+from slipfold.loci.window import Window, locus_progress
 from slipfold.long_term.open_motions import PERIODIC
 from slipfold.long_term.places import NOT_DONE, Places
 from slipfold.models.model import Model

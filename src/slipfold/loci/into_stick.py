@@ -1,0 +1,351 @@
+"""Windows in which contacts may begin to stick: responses and trajectories there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.branches.branch import Branch
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.errors import InputError
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.simulate import simulate_smooth_or_switched
+from slipfold.flow.trajectory import last_round
+from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_dear, slips_in_planes
+from slipfold.loci.isolated import ONE_ORBIT
+from slipfold.loci.locus import Locus, locus_curve
+from slipfold.loci.region_map import Region, RegionCheck
+from slipfold.loci.window import Window, locus_progress
+from slipfold.models.model import Model
+from slipfold.models.turns import without_turns
+from slipfold.orbits.grazing import MET
+from slipfold.orbits.test_functions import CRITICAL, critical_places
+from slipfold.progress import Observer
+
+SAME = 1e-6
+"""Distance of ends, in widths of the window, that are one."""
+
+
+def without_copies(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
+    """Return loci without those touches that coincide in the plane with one before."""
+    kept, numbers = list[Locus](), dict[int, int]()
+    for locus in loci:
+        twin = next((other for other in kept if _coincide(other, locus, window)), None)
+        if twin is None:
+            kept.append(locus)
+            numbers[locus.id] = len(kept)
+        else:
+            numbers[locus.id] = numbers[twin.id]
+    return tuple(loci) if len(kept) == len(loci) else tuple(_told(item, numbers) for item in kept)
+
+
+def _coincide(one: Locus, other: Locus, window: Window) -> bool:
+    """Whether two loci of touches have both ends in common."""
+    if one.type not in MET or (one.type, one.period) != (other.type, other.period):
+        return False
+    low, high = np.transpose(window)
+    ends = np.array([[item.begun.values, item.stopped.values] for item in (one, other)])
+    places = (ends - low) / (high - low)
+    ways = (places[1], places[1][::-1])
+    return any(float(np.abs(places[0] - way).max()) < SAME for way in ways)
+
+
+def _told(locus: Locus, numbers: dict[int, int]) -> Locus:
+    """Return a locus that names itself and others by their new numbers."""
+    special = tuple(
+        replace(point, leads_to=tuple(numbers[number] for number in point.leads_to))
+        for point in locus.special
+    )
+    parent = None if locus.parent is None else numbers[locus.parent]
+    return replace(locus, id=numbers[locus.id], parent=parent, special=special)
+
+
+WHOLE = ("span", "closed")
+"""Kinds of ends at which a response is known as far as it goes."""
+
+
+NONE_STUCK = 1e-5
+"""Share of the time below which nothing sticks yet: at a touch a contact comes to rest at once."""
+
+ON = 0.01
+"""Distance from a locus, in widths of the window, within which a response ends on it."""
+
+ALONG_LINES, IN_THE_PLANE = 8, 4
+"""Responses that are followed, evenly spread over the lines that come to stick: each takes four
+times as long as in slip, of contacts in the plane seconds; a locus is met by several lines."""
+
+
+def follow_sticking(
+    model: Model,
+    lines: list[FanLine],
+    plane: tuple[str, str],
+    window: Window,
+    settings: Settings,
+    observer: Observer | None = None,
+) -> Iterator[Branch]:
+    """Add to lines their responses through stick, where they come to it, and return these."""
+    if not contacts_of(model):
+        return
+    coming = [number for number, line in enumerate(lines) if _comes_to_stick(line)]
+    most = IN_THE_PLANE if slips_in_planes(model) else ALONG_LINES
+    some = np.linspace(0, len(coming) - 1, min(len(coming), most)).round().astype(int)
+    for number in (coming[place] for place in some):
+        line = lines[number]
+        along = window[plane.index(line.vary)]
+        if observer is not None:
+            middle = {line.fixed: line.value, line.vary: sum(along) / 2}
+            at, text = (middle[plane[0]], middle[plane[1]]), "through stick"
+            observer(locus_progress("responses", number, len(lines), at, text))
+        found = follow_line(
+            model, line.vary, along, line.fixed, line.value, settings, through_stick=True
+        )
+        sticking = tuple(item for item in found.branches if item.stuck_fraction is not None)
+        failure = found.failure or line.failure
+        lines[number] = replace(line, sticking=sticking, failure=failure)
+        yield from sticking
+        if lines[number].interrupted:
+            return
+
+
+def _comes_to_stick(line: FanLine) -> bool:
+    """Whether a response in slip ends at stick, or there is none."""
+    ends = (ends_in_stick(branch, row) for branch in line.branches for row in (0, -1))
+    return not line.branches or any(ends)
+
+
+def found_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
+    """Yield the special points of a branch where it has come to stick, or to turn.
+
+    Of touches only those at which a response begins to stick at all, or turns back: others change
+    nothing that labels of regions say.
+    """
+    for point in branch.special:
+        if not point.stuck_fraction >= 0:
+            continue
+        if point.type in MET:
+            begins = point.stuck_fraction < NONE_STUCK or _turns_back(branch, point)
+            if is_dear(branch) or not begins:
+                continue
+        yield point
+
+
+def _turns_back(branch: Branch, point: SpecialPoint) -> bool:
+    """Whether the parameter goes back from a point on."""
+    after = int(np.searchsorted(branch.arclength, point.arclength, "right"))
+    sides = branch.parameter[max(after - 2, 0)], branch.parameter[min(after + 1, len(branch) - 1)]
+    return bool(np.prod(np.array(sides) - point.value) > 0)
+
+
+def changes_in_stick(line: FanLine) -> Iterator[float]:
+    """Yield where stable responses through stick begin, end or lose their stability."""
+    for branch in line.sticking:
+        for point in found_in_stick(branch):
+            others = np.delete(point.multipliers, critical_places(point.type, point.multipliers))
+            changes = point.type in CRITICAL or _turns_back(branch, point)
+            if changes and (np.abs(others) <= 1).all():
+                yield point.value
+        if branch.stopped.kind not in WHOLE and branch.stable[-1]:
+            yield branch.stopped.value
+
+
+def unfinished(
+    line: FanLine, plane: tuple[str, str], window: Window, loci: Sequence[Locus]
+) -> Iterator[str]:
+    """Say of responses through stick that were given up inside the window where and why.
+
+    Not of those that end on a locus: what goes on beyond begins there.
+    """
+    low, high = np.transpose(window)
+    for branch in line.sticking:
+        end = branch.stopped
+        place = np.array([end.value, line.value])[:: 1 if line.vary == plane[0] else -1]
+        inside = (low < place).all() and (place < high).all()
+        if end.kind not in WHOLE and inside and not _lies_on_one(place, loci, high - low):
+            at = ", ".join(
+                f"{name} = {value:.6g}" for name, value in zip(plane, place, strict=True)
+            )
+            yield f"a response through stick was followed no farther than {at}: {end.reason}"
+
+
+def _lies_on_one(place: Array, loci: Sequence[Locus], size: Array) -> bool:
+    for locus in loci:
+        curve = locus_curve(locus)
+        for i in range(len(locus) - 1):
+            if (np.linalg.norm((curve.between(i) - place) / size, axis=1) < ON).any():
+                return True
+    return False
+
+
+def stable_beside(line: FanLine, value: float) -> Iterator[Array]:
+    """Yield a state of each stretch of stable orbits beside a value, from which motions settle.
+
+    Shapes: (n_states,).
+    """
+    for branch in line.sticking:
+        parameter, edges = branch.parameter, np.flatnonzero(np.diff(branch.stable)) + 1
+        for rows in np.split(np.arange(len(branch)), edges):
+            if branch.stable[rows[0]] and np.ptp([*parameter[rows], value]) <= np.ptp(
+                parameter[rows]
+            ):
+                yield branch.nodes[rows[np.abs(parameter[rows] - value).argmin()], 0]
+
+
+Place = tuple[float, float]
+
+ROUNDS = (64, 256, 1024)
+"""Forcing periods after which it is looked whether a motion has settled."""
+
+SETTLED = 1e-7
+"""Distance from a periodic response that counts as settled, in scaled states."""
+
+PERIODS = (1, 2)
+"""Periods of the responses that labels speak of."""
+
+PLACES = 3
+"""Places of a piece at which motions are looked at: at two, one that differs has no majority."""
+
+
+class Settled(NamedTuple):
+    """What a motion has come to."""
+
+    period: int  # in forcing periods; 0 if it does not repeat itself, or has ended
+    states: Array  # at the last strobes, the latest last, shape (period or 1, n)
+    note: str
+    # Share of the last round in which a contact sticks; NaN if slip does not come to zero
+    fraction: float = np.nan
+
+    @property
+    def state(self) -> Array:
+        """The last state."""
+        return np.asarray(self.states[-1])
+
+    @property
+    def stops(self) -> bool:
+        """Whether slip comes to zero."""
+        return not np.isnan(self.fraction)
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is a response that stops, of a period that labels speak of."""
+        return self.stops and self.period in PERIODS
+
+
+def settle(model: Model, state: Array) -> Settled:
+    """Return what a motion from a state comes to. Shapes: state (n,)."""
+    before = 0
+    for count in ROUNDS:
+        motion = simulate_smooth_or_switched(model, count, state, tolerance=SETTLED)
+        state = motion.strobe[-1]
+        if motion.stopped is not None:
+            break
+        # What approaches period 1 from either side in turn repeats itself in two periods sooner.
+        if motion.settlement.settled and motion.settlement.period in (1, before):
+            break
+        before = motion.settlement.period or 0
+    period, note = motion.settlement.period or 0, motion.settlement.message
+    states = motion.strobe[-max(period, 1) :]
+    last = None if motion.stopped is not None else last_round(motion)
+    if last is None or motion.sticking is None:
+        return Settled(period, states, note)
+    begin = motion.periods - max(period, 1)
+    changes = any(item.end > begin for item in motion.sticking.intervals[:-1])
+    stops = changes or last.fraction > 0
+    return Settled(period, states, note, last.fraction if stops else np.nan)
+
+
+def sticking_orbits(
+    model: Model,
+    plane: tuple[str, str],
+    places: Sequence[Place],
+    seeds: Sequence[Sequence[Array]],
+) -> tuple[list[list[Settled]], bool]:
+    """Return the stable responses that stop at each place, and whether places agree.
+
+    Motions start from rest and from states of the responses found there; what they settle on at
+    one place is tried at the others: inside a region it exists at all.
+    """
+    at = [model.replace(**dict(zip(plane, place, strict=True))) for place in places]
+    seen = list[list[Settled]]()
+    for each, states in zip(at, seeds, strict=True):
+        seen.append([])
+        for found in (settle(each, each.start), *(_settle_from(each, state) for state in states)):
+            _add(each, found, seen[-1])
+    for i, each in enumerate(at):
+        for other in [item for others in seen[:i] + seen[i + 1 :] for item in others]:
+            if _periods(seen[i]).count(other.period) < max(
+                _periods(others).count(other.period) for others in seen
+            ):
+                _add(each, _settle_from(each, other.state), seen[i])
+    return seen, all(_periods(found) == _periods(seen[0]) for found in seen)
+
+
+def _settle_from(model: Model, state: Array) -> Settled:
+    """Settle from a state of another place, which may be none that can be started from."""
+    try:
+        return settle(model, state)
+    except InputError as error:
+        return Settled(0, state[None], str(error))
+
+
+def _add(model: Model, found: Settled, known: list[Settled]) -> None:
+    """Add what a motion came to unless it is known, or none that labels speak of."""
+    if not found.counts:
+        return
+    scales, whole = model.state_scales(), model.whole_turns
+    for other in known:
+        if other.period == found.period and any(
+            np.abs(without_turns(state - found.state, whole) / scales).max() < ONE_ORBIT
+            for state in other.states
+        ):
+            return
+    known.append(found)
+
+
+def _periods(found: Sequence[Settled]) -> list[int]:
+    return sorted(item.period for item in found)
+
+
+def add_sticking(
+    model: Model,
+    plane: tuple[str, str],
+    region: Region,
+    places: Sequence[Place],
+    seeds: Sequence[Sequence[Array]],
+) -> tuple[Region, list[Settled]]:
+    """Return a region with the stable responses in it that stick, and these."""
+    every = np.linspace(0, len(places) - 1, min(PLACES, len(places))).round().astype(int)
+    of = [places[i] for i in every], [seeds[i] for i in every]
+    seen, agree = sticking_orbits(model, plane, *of)
+    most = max(seen, key=len, default=[])
+    fractions = [one.fraction for found in seen for one in found]
+    periods = tuple(_periods(most))
+    label = replace(
+        region,
+        stable=tuple(sorted([*region.stable, *periods])),
+        sticking=periods,
+        stuck=(min(fractions), max(fractions)) if fractions else (0.0, 0.0),
+        consistent=region.consistent and agree,
+    )
+    return label, most
+
+
+def sticking_checks(
+    model: Model, plane: tuple[str, str], region: Region, responses: Sequence[Settled]
+) -> tuple[RegionCheck, ...]:
+    """Let motions settle well inside a region, from rest and from its responses that stick."""
+    at = model.replace(**dict(zip(plane, region.place, strict=True)))
+    rest = settle(at, at.start)
+    known = region.sticking if rest.stops else region.slipping
+    agrees = rest.period not in PERIODS or rest.period in known
+    checks = [RegionCheck(region.place, "rest", rest.period, agrees, rest.note)]
+    for item in responses:
+        found = _settle_from(at, item.state)
+        same = found.stops and found.period == item.period
+        note = found.note if found.stops else f"{found.note}, and always slips"
+        checks.append(RegionCheck(region.place, f"period {item.period}", found.period, same, note))
+    return tuple(checks)
