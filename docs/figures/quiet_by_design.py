@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.design_space.placed_orbit import PlacedOrbit
-from slipfold.design_space.placed_point import PlacedPoint
+from slipfold.design_space.optimum import PlacedOrbit, PlacedPoint
 from slipfold.loci.locus import locus_curve
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import COLUMN, figure_style, settle

@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from slipfold.computations.thresholds import design as design
     from slipfold.computations.thresholds import threshold_map as threshold_map
     from slipfold.computations.thresholds import uncertainty as uncertainty
+    from slipfold.design_space.sampling import SobolIndices as SobolIndices
     from slipfold.design_space.scatter import Scatter as Scatter
-    from slipfold.design_space.sobol_indices import SobolIndices as SobolIndices
     from slipfold.errors import InputError as InputError
     from slipfold.loci.locus import Locus as Locus
     from slipfold.loci.locus import LocusEnd as LocusEnd
@@ -51,10 +51,10 @@ if TYPE_CHECKING:
     from slipfold.long_term import Spectrum as Spectrum
     from slipfold.long_term import find_spectrum as find_spectrum
     from slipfold.long_term.attractor import Attractor as Attractor
-    from slipfold.measured.csv_file import read_measurement as read_measurement
     from slipfold.measured.least_squares import Estimate as Estimate
     from slipfold.measured.measurement import Measurement as Measurement
-    from slipfold.measured.quantity import Quantity as Quantity
+    from slipfold.measured.measurement import Quantity as Quantity
+    from slipfold.measured.measurement import read_measurement as read_measurement
     from slipfold.models import BaseMotion as BaseMotion
     from slipfold.models import BoucWen as BoucWen
     from slipfold.models import ConstantLoad as ConstantLoad
@@ -167,8 +167,8 @@ _HOMES = {
         "threshold_map",
         "uncertainty",
     ),
+    "slipfold.design_space.sampling": ("SobolIndices",),
     "slipfold.design_space.scatter": ("Scatter",),
-    "slipfold.design_space.sobol_indices": ("SobolIndices",),
     "slipfold.errors": ("InputError",),
     "slipfold.loci.locus": (
         "Locus",
@@ -186,10 +186,8 @@ _HOMES = {
         "find_spectrum",
     ),
     "slipfold.long_term.attractor": ("Attractor",),
-    "slipfold.measured.csv_file": ("read_measurement",),
     "slipfold.measured.least_squares": ("Estimate",),
-    "slipfold.measured.measurement": ("Measurement",),
-    "slipfold.measured.quantity": ("Quantity",),
+    "slipfold.measured.measurement": ("Measurement", "Quantity", "read_measurement"),
     "slipfold.models": (
         "BaseMotion",
         "BoucWen",

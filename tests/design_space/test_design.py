@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.design_space import confirmed
-from slipfold.design_space.placed_orbit import PlacedOrbit
-from slipfold.design_space.placed_point import PlacedPoint
+from slipfold.design_space import optimum as confirmed
+from slipfold.design_space.optimum import PlacedOrbit, PlacedPoint
 
 CHOOSE = {"alpha": ("75deg", "85deg"), "Vd": (0.3, 1.0)}
 LOAD = 0.02

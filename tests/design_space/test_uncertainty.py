@@ -8,12 +8,9 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.design_space.drawn import drawn
-from slipfold.design_space.placed import Lost
-from slipfold.design_space.placed_point import PlacedPoint
-from slipfold.design_space.scatter import Scatter, scatter_text
-from slipfold.design_space.scatter_given import parse_scatter
-from slipfold.design_space.sobol_indices import index_design, indices_of, names_of
+from slipfold.design_space.optimum import Lost, PlacedPoint
+from slipfold.design_space.sampling import drawn, index_design, indices_of, names_of
+from slipfold.design_space.scatter import Scatter, parse_scatter, scatter_text
 
 SMALL = {"Vd": "normal 0.2%", "alpha": "uniform 0.2deg", "mu": "normal 0.002"}
 

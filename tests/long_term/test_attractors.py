@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import belt
-from slipfold.long_term.box import checked_box
+from slipfold.long_term.search import checked_box
 
 MODELS = sf.built_in_models()
 

@@ -13,9 +13,8 @@ from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.settlement import Settlement
-from slipfold.long_term.birkhoff import average
-from slipfold.long_term.rotation import rotation_of
-from slipfold.long_term.verdict import verdict_of
+from slipfold.long_term.exponents import verdict_of
+from slipfold.long_term.rotation import average, rotation_of
 
 MODELS = sf.built_in_models()
 

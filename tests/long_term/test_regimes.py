@@ -10,9 +10,8 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.ensembles import Crowd, models_with, strobe_many
-from slipfold.long_term import places
-from slipfold.long_term.open_motions import tell_open
-from slipfold.long_term.repeats import repeats_of
+from slipfold.long_term import classification as places
+from slipfold.long_term.classification import repeats_of, tell_open
 from slipfold.plots.regions import COLOURS
 
 OSCILLATOR = sf.SlidingOscillator()

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import slipfold as sf
 from slipfold.computations import bifurcation_set
 from slipfold.loci.region_map import Region, RegionMap, RegionMotion
-from slipfold.long_term.region_motions import resolve_regions
+from slipfold.long_term.regimes import resolve_regions
 from slipfold.plots.loci import legend_options
 from slipfold.plots.regions import COLOURS, draw_regions, region_labels, sharpen
 

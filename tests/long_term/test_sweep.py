@@ -10,7 +10,7 @@ from helpers.command_line import run
 from helpers.dry_friction import den_hartog
 from slipfold.errors import InputError
 from slipfold.flow.ensembles import OwnMotion
-from slipfold.long_term.repeats import reached, repeats_of
+from slipfold.long_term.classification import reached, repeats_of
 from slipfold.plots.trajectories import dots_of
 
 OSCILLATOR = sf.SlidingOscillator(f=12.2)

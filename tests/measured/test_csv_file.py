@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.measured.csv_file import csv_of, read_measurement
+from slipfold.measured.measurement import csv_of, read_measurement
 
 MODEL = sf.SlidingOscillator()
 

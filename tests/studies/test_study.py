@@ -8,7 +8,7 @@ import xarray as xr
 
 import slipfold as sf
 from helpers.studies import CHEAP, content
-from slipfold.design_space.drawn import drawn
+from slipfold.design_space.sampling import drawn
 from slipfold.errors import InputError
 from slipfold.results import gathered
 from slipfold.studies import plan

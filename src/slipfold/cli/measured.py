@@ -52,7 +52,7 @@ DATA = argument(
 
 
 def _read_data(given: Any, values: Any) -> Measurement:
-    from slipfold.measured.csv_file import read_measurement
+    from slipfold.measured.measurement import read_measurement
 
     return read_measurement(given["data"], values["model"])
 
@@ -98,7 +98,7 @@ def measure(
     measured by then is kept.
     """
     from slipfold.computations.measured import measure as compute
-    from slipfold.measured.csv_file import csv_of
+    from slipfold.measured.measurement import csv_of
     from slipfold.results.writing import check_writable, write_file
 
     if csv is not None:

@@ -219,7 +219,7 @@ def bifurcation_set(
     )
     labels, stopped = found.regions, found.interrupted
     if labels is not None and grid is not None:
-        from slipfold.long_term.region_motions import resolve_regions
+        from slipfold.long_term.regimes import resolve_regions
 
         labels, stopped = resolve_regions(base, names, spans, labels, grid, observer)
     checked = check_loci(found.loci, observer)

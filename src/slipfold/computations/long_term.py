@@ -291,7 +291,7 @@ def basin_fractions(
     >>> [len(items) for items in found.attractors]
     [1, 2, 1]
     """
-    from slipfold.long_term.basin_fractions import find_fractions
+    from slipfold.long_term.basins import find_fractions
     from slipfold.results.attractors import BasinFractions
 
     refuse_varied((vary,), parameters, "span")
@@ -354,7 +354,7 @@ def basins(
     >>> found.labels.shape, sorted(item.period for item in found)
     ((8, 12), [1, 2])
     """
-    from slipfold.long_term.basin_boundaries import find_basins
+    from slipfold.long_term.basins import find_basins
     from slipfold.results.attractors import Basins
 
     changed = measured(checked_model(model).replace(**parameters))
@@ -399,7 +399,7 @@ def basins(
 
 def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int]) -> list[Array]:
     """Return the coordinates of starts along both axes; one axis may be the phase."""
-    from slipfold.long_term.box import checked_box
+    from slipfold.long_term.search import checked_box
     from slipfold.results.attractors import PHASE
 
     known = [item.name for item in model.states]

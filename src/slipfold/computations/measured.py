@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from slipfold.computations.given import Values, checked_model, parse_ends, parse_values
 from slipfold.errors import InputError
-from slipfold.measured.measurement import Measurement
-from slipfold.measured.quantity import parse_measured
+from slipfold.measured.measurement import Measurement, parse_measured
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.options import (

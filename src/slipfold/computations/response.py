@@ -144,8 +144,8 @@ def response(
     branches, failure = _followed(follow, begin, bool(search)) if not found else ((), None)
     searched = None
     if search:  # imported late: its modules take longer to import than a branch to follow
-        from slipfold.long_term.box import checked_box
         from slipfold.long_term.coexisting import find_coexisting
+        from slipfold.long_term.search import checked_box
 
         box = None if search is True else checked_box(changed, search)
         branches, searched = find_coexisting(changed, vary, ends, branches, follow, box, observer)

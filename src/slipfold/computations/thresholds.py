@@ -164,11 +164,16 @@ def uncertainty(
     >>> [round(end, 4) for end in found.band(0.95)]
     [0.0431, 0.0442]
     """
-    from slipfold.design_space.correlation import parse_correlation
-    from slipfold.design_space.drawn import drawn
-    from slipfold.design_space.placed_point import PlacedPoint
-    from slipfold.design_space.sampling import INTERRUPTED, thresholds_at
-    from slipfold.design_space.sobol_indices import index_design, indices_of, names_of
+    from slipfold.design_space.optimum import PlacedPoint
+    from slipfold.design_space.sampling import (
+        INTERRUPTED,
+        drawn,
+        index_design,
+        indices_of,
+        names_of,
+        thresholds_at,
+    )
+    from slipfold.design_space.scatter import parse_correlation
     from slipfold.results.uncertainty import ThresholdUncertainty
 
     point = checked_point(point)
@@ -228,7 +233,7 @@ def _load(value: float | str, parameter: Parameter) -> float:
 def _scatters(
     point: SpecialPoint, scatter: Mapping[str, str | Mapping[str, Any]]
 ) -> tuple[Scatter, ...]:
-    from slipfold.design_space.scatter_given import parse_scatter
+    from slipfold.design_space.scatter import parse_scatter
 
     if not scatter:
         raise InputError('no parameter scatters; give some, e.g. scatter={"mu": "normal 5%"}')
@@ -300,9 +305,7 @@ def design(
     >>> found.values.round(4).tolist(), found.thresholds.round(4).tolist()
     ([[0.8727, 0.4]], [[0.0816]])
     """
-    from slipfold.design_space.optimum import Choice, Demand, choose_least
-    from slipfold.design_space.placed_orbit import PlacedOrbit
-    from slipfold.design_space.placed_point import PlacedPoint
+    from slipfold.design_space.optimum import Choice, Demand, PlacedOrbit, PlacedPoint, choose_least
     from slipfold.results.thresholds import Design
 
     point = checked_point(point)
@@ -484,7 +487,7 @@ def _confirmed(
 
 
 def _is_confirmed(point: SpecialPoint, names: tuple[str, ...], choice: Choice, load: float) -> bool:
-    from slipfold.design_space.confirmed import is_confirmed
+    from slipfold.design_space.optimum import is_confirmed
 
     values = dict(zip(names, choice.values.tolist(), strict=True))
     return is_confirmed(point, values, float(choice.thresholds[0]), load)

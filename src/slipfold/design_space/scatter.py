@@ -1,15 +1,100 @@
-"""How a parameter scatters about its value."""
+"""Distributions of parameters: their kinds, correlations, and what users give."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.suggestion import unknown
+from slipfold.text.validated import validated
+
+SINGULAR = 1e-10
+"""Eigenvalue of a correlation matrix that is zero: some parameters then determine another."""
+
+
+def parse_correlation(given: Any, names: Sequence[str]) -> Array:
+    """Return a correlation matrix from pairs of parameters, or checked if it is one.
+
+    Shapes: returns (d, d).
+
+    >>> parse_correlation({"mu,Vd": 0.5}, ["mu", "Vd"]).tolist()
+    [[1.0, 0.5], [0.5, 1.0]]
+    """
+    matrix = np.eye(len(names))
+    if isinstance(given, Mapping):
+        seen = set()
+        for key, value in given.items():
+            one, other = _pair(key, names)
+            if frozenset((one, other)) in seen:
+                raise InputError(
+                    f"the correlation of {names[one]} and {names[other]} is given twice"
+                )
+            seen.add(frozenset((one, other)))
+            number = parse_quantity(
+                value, "", f"the correlation of {names[one]} and {names[other]}"
+            )
+            matrix[one, other] = matrix[other, one] = number
+    elif given is not None:
+        try:
+            matrix = np.array(given, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(
+                f'correlation = {given!r} cannot be used; give pairs, e.g. {{"mu,Vd": 0.5}}'
+            ) from None
+    return _checked(matrix, names)
+
+
+def _pair(key: Any, names: Sequence[str]) -> tuple[int, int]:
+    pair = [part.strip() for part in key.split(",")] if isinstance(key, str) else list(key)
+    if len(pair) != 2 or pair[0] == pair[1]:
+        raise InputError(
+            f"correlation {key!r} does not name two different parameters; give e.g. mu,Vd=0.5"
+        )
+    for name in pair:
+        if name not in names:
+            raise unknown("no parameter that scatters is named", name, names)
+    return list(names).index(pair[0]), list(names).index(pair[1])
+
+
+def _checked(matrix: Array, names: Sequence[str]) -> Array:
+    count = len(names)
+    regular = matrix.shape == (count, count) and np.isfinite(matrix).all()
+    if not (regular and np.array_equal(matrix, matrix.T) and (np.diag(matrix) == 1).all()):
+        raise InputError(
+            f"the correlation matrix of {', '.join(names)} is not {count} by {count}, finite and "
+            "symmetric with ones on its diagonal; give one that is, or pairs of names"
+        )
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least < SINGULAR:
+        # Between the unit matrix and this one eigenvalues go linearly.
+        factor = np.floor(100 * (1 - SINGULAR) / (1 - least) - 1e-9) / 100
+        raise InputError(
+            f"the correlations of {', '.join(names)} contradict each other: the smallest "
+            f"eigenvalue of their matrix is {least:.3g}, but it must be positive; make them "
+            f"smaller, e.g. {factor:.2g} times what they are"
+        )
+    return matrix
+
+
+def correlated(shares: Array, matrix: Array) -> Array:
+    """Return shares whose normal scores have correlations. Shapes: shares (n, d), matrix (d, d)."""
+    if np.array_equal(matrix, np.eye(len(matrix))):
+        return shares
+    from scipy.special import ndtr, ndtri
+
+    scores = ndtri(np.clip(shares, 2.0**-53, 1 - 2.0**-53))
+    return np.asarray(ndtr(scores @ np.linalg.cholesky(matrix).T))
+
 
 SAME = 1e-9
 """Difference of a mean from a value, over its size, that is rounding."""
@@ -146,3 +231,224 @@ def scattered_away(scatters: Iterable[Scatter], values: Mapping[str, float]) -> 
         for item in scatters
         if abs(item.mean - values[item.name]) > SAME * max(abs(item.mean), item.size)
     ]
+
+
+Number = float | str
+"""A number in the SI unit of the parameter, or text with a unit or in percent of a value."""
+
+Share = Annotated[float, Field(allow_inf_nan=False)]
+
+WIDEST = 5.0
+"""Largest deviation of a logarithm; more are percent whose sign was forgotten."""
+
+WIDE = 1.0
+"""Deviation of a logarithm from which on words are asked whether they lack a sign of percent."""
+
+MOST_PERCENT = 100.0
+"""Percent that may have been meant."""
+
+WRITTEN = re.compile(r"\s*(normal|uniform|lognormal)(?:\s+|\s*:)(.*?)\s*")
+
+
+class _Normal(BaseModel):
+    """The normal distribution, cut off at ends if any are given."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    distribution: Literal["normal"]
+    mean: Number | None = None
+    deviation: Number | None = None
+    relative: Share | None = None
+    low: Number | None = Field(None, alias="from")
+    high: Number | None = Field(None, alias="to")
+
+    def of(self, parameter: Parameter, base: float) -> Scatter:
+        """Return the scatter; what is not given is about the value of the base case."""
+        mean = base if self.mean is None else _number(self.mean, parameter, base)
+        size = _size(parameter, mean, self.deviation, self.relative, "its deviation")
+        low, high = _ends(self.low, self.high, parameter, base)
+        if not low < high:
+            raise InputError(
+                f"{parameter.name} is cut off at {low:g} and {high:g}; give from below to"
+            )
+        if not low <= mean <= high:
+            side, end = ("below", low) if mean < low else ("above", high)
+            raise InputError(
+                f"the scatter of {parameter.name} is cut off {side} {end:g}, which leaves out its "
+                f"mean {mean:g}; give ends with the mean between them, or another mean"
+            )
+        return Scatter(parameter.name, "normal", mean, size, low, high)
+
+
+class _Uniform(BaseModel):
+    """Every value between two ends is as likely as any other."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    distribution: Literal["uniform"]
+    mean: Number | None = None
+    half_width: Number | None = None
+    relative: Share | None = None
+    low: Number | None = Field(None, alias="from")
+    high: Number | None = Field(None, alias="to")
+
+    def of(self, parameter: Parameter, base: float) -> Scatter:
+        """Return the scatter, between its ends or about a value."""
+        if self.low is None and self.high is None:
+            mean = base if self.mean is None else _number(self.mean, parameter, base)
+            size = _size(parameter, mean, self.half_width, self.relative, "from and to, half_width")
+            return Scatter(parameter.name, "uniform", mean, size)
+        if self.low is None or self.high is None:
+            raise InputError(
+                f"the scatter of {parameter.name} has one end, the other is missing; give from "
+                "and to"
+            )
+        if (self.mean, self.half_width, self.relative) != (None, None, None):
+            raise InputError(
+                f"the scatter of {parameter.name} has ends, from and to; leave out mean, "
+                "half_width and relative"
+            )
+        low, high = _ends(self.low, self.high, parameter, base)
+        if not low < high:
+            raise InputError(
+                f"{parameter.name} is scattered from {low:g} to {high:g}; give from below to"
+            )
+        if _is_percent(self.low) and not low <= base <= high:
+            raise InputError(
+                f"{parameter.name} is scattered from {low:g} to {high:g}, since percent are of "
+                f"{parameter.name} = {base:g}; give ends on both sides of 100%, or without percent"
+            )
+        return Scatter(parameter.name, "uniform", (low + high) / 2, (high - low) / 2)
+
+
+class _Lognormal(BaseModel):
+    """The logarithm is normal, so that all values are positive."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    distribution: Literal["lognormal"]
+    median: Number | None = None
+    deviation: Share
+    """Of the natural logarithm: 0.05 are five percent or so."""
+
+    def of(self, parameter: Parameter, base: float) -> Scatter:
+        """Return the scatter."""
+        median = base if self.median is None else _number(self.median, parameter, base)
+        if not median > 0:
+            raise InputError(
+                f"{parameter.name} has the median {median:g}, but a lognormal distribution has a "
+                "positive one; give another median or distribution"
+            )
+        if self.deviation > WIDEST:
+            raise InputError(
+                f"the scatter of {parameter.name} has the deviation {self.deviation:g} of its "
+                f"logarithm, but {WIDEST:g} is the most; give e.g. 5%"
+            )
+        size = _positive(parameter, median, self.deviation)
+        return Scatter(parameter.name, "lognormal", median, size)
+
+
+_TABLE: TypeAdapter[_Uniform | _Normal | _Lognormal] = TypeAdapter(
+    Annotated[_Uniform | _Normal | _Lognormal, Field(discriminator="distribution")]
+)
+
+
+def parse_scatter(
+    given: str | Mapping[str, Any], parameter: Parameter, base: float, place: str = ""
+) -> Scatter:
+    """Read how a parameter scatters about its value in the base case.
+
+    Words are short for a table: ``"normal 5%"`` of the value, ``"normal 0.02:0.4:0.6"`` cut off at
+    ends, ``"uniform 2deg"`` to either side, ``"uniform 0.4:0.6"``, ``"lognormal 2%"``. Ends in
+    percent are of the value, too: ``"uniform 95%:105%"``. `place` is where it stands, if not
+    simply the scatter of the parameter.
+    """
+    place = place or f"the scatter of {parameter.name}"
+    table = _table_of(given, parameter) if isinstance(given, str) else given
+    read: Any = validated(_TABLE.validate_python, table, place, "distribution")
+    found: Scatter = read.of(parameter, base)
+    return found
+
+
+def _table_of(text: str, parameter: Parameter) -> dict[str, Any]:
+    match = WRITTEN.fullmatch(text)
+    kind, rest = match.groups() if match else ("", "")
+    size, *ends = (part.strip() for part in rest.split(":"))
+    if kind == "uniform" and len(ends) == 1 and (size or ends[0]):
+        return {"distribution": kind, "from": size or None, "to": ends[0] or None}
+    if not size or len(ends) != (2 if kind == "normal" and ends else 0):
+        raise InputError(
+            f"the scatter of {parameter.name}, {text!r}, is not known; give normal or uniform and "
+            'a size, in percent of the value or with a unit, e.g. "normal 5%", "uniform 2deg", '
+            '"uniform FROM:TO", "normal 5%:FROM:TO" or "lognormal 5%"'
+        )
+    name = f"the scatter of {parameter.name}"
+    if kind == "lognormal":
+        deviation = parse_quantity(size, "", name)
+        if not size.endswith("%") and WIDE <= deviation <= MOST_PERCENT:
+            raise InputError(
+                f"{name}, {text!r}, is a factor of {math.exp(deviation):.3g} to either side; was "
+                f"{size}% meant? Give that, or a table with deviation = {size}"
+            )
+        return {"distribution": kind, "deviation": deviation}
+    cut = {key: end for key, end in zip(("from", "to"), ends, strict=False) if end}
+    if size.endswith("%"):
+        return {"distribution": kind, "relative": parse_quantity(size, "", name), **cut}
+    key = "deviation" if kind == "normal" else "half_width"
+    return {"distribution": kind, key: parse_quantity(size, parameter.unit, name), **cut}
+
+
+def _is_percent(given: Number | None) -> bool:
+    return isinstance(given, str) and given.rstrip().endswith("%")
+
+
+def _number(given: Number, parameter: Parameter, whole: float) -> float:
+    """Return a number in the SI unit of the parameter; percent are of `whole`."""
+    if _is_percent(given):
+        found = parse_quantity(given, "", parameter.name) * whole
+    else:
+        found = parse_quantity(given, parameter.unit, parameter.name)
+    if not math.isfinite(found):
+        raise InputError(f"{parameter.name} = {given!r} is not a finite number; give one")
+    return found
+
+
+def _ends(
+    low: Number | None, high: Number | None, parameter: Parameter, base: float
+) -> tuple[float, float]:
+    """Return two ends, infinite where none is given; percent are of the value `base`."""
+    if None not in (low, high) and _is_percent(low) != _is_percent(high):
+        raise InputError(
+            f"the scatter of {parameter.name} has the ends {low} and {high}, of which one is in "
+            "percent of its value; give both in percent, or neither"
+        )
+    return (
+        -math.inf if low is None else _number(low, parameter, base),
+        math.inf if high is None else _number(high, parameter, base),
+    )
+
+
+def _size(
+    parameter: Parameter, mean: float, size: Number | None, relative: float | None, key: str
+) -> float:
+    """Return how wide it is, which is said in one of two ways."""
+    if (size is None) == (relative is None):
+        raise InputError(
+            f"the scatter of {parameter.name} needs either {key}, in "
+            f"{parameter.unit or 'its own unit'}, or relative, a share of its mean"
+        )
+    wide = (
+        abs(mean) * relative if relative is not None else _number(size or 0, parameter, abs(mean))
+    )
+    return _positive(parameter, mean, wide)
+
+
+def _positive(parameter: Parameter, mean: float, size: float) -> float:
+    if size > 0 and math.isfinite(size):
+        return size
+    raise InputError(
+        f"the scatter of {parameter.name} has the size {size:g} about {parameter.name} = {mean:g}; "
+        "give more"
+        if not size > 0
+        else f"the scatter of {parameter.name} has no finite size; give less"
+    )

@@ -14,8 +14,7 @@ from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
 from slipfold.explorer.plain import axis_of, now_and_then, number, short
 from slipfold.loci.region_votes import model_exists
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.open_motions import PERIODIC
-from slipfold.long_term.places import NOT_DONE, Places
+from slipfold.long_term.classification import NOT_DONE, PERIODIC, Places
 from slipfold.models.model import Model
 from slipfold.progress import Progress
 from slipfold.results.attractors import Basins, in_words

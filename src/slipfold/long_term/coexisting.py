@@ -1,4 +1,4 @@
-"""Branches that nothing leads to: what motions find at some places of a span, followed."""
+"""Branches that no other branch leads to, searched for from many starts."""
 
 from __future__ import annotations
 
@@ -14,16 +14,44 @@ from slipfold.branches.orbit_between import orbit_between
 from slipfold.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, strobes_of
-from slipfold.long_term.box import Box, box_around
 from slipfold.long_term.branch_search import BranchSearch
-from slipfold.long_term.cycle_line import CycleLine
-from slipfold.long_term.equilibria import equilibria_in
-from slipfold.long_term.search import search
+from slipfold.long_term.search import Box, box_around, search
+from slipfold.long_term.verified import CycleLine
+from slipfold.models.equilibria import damped_newton
+from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
+
+SAME_EQUILIBRIUM = 1e-8
+"""Distance, in scaled states, of two equilibria that are one."""
+
+HALVINGS = 12
+"""Times a step is halved before a start is given up: there are others."""
+
+
+def equilibria_in(model: Model, starts: Array) -> list[Array]:
+    """Return what Newton's method finds from many starts, each equilibrium once.
+
+    One at which a limit of the model is passed is none. Shapes: starts (k, n).
+    """
+    functions, scales = evaluation_of(model), model.state_scales()
+    states = damped_newton(functions.linear_of(model), starts, scales, HALVINGS)
+    found: list[Array] = []
+    for state in states[np.isfinite(states).all(axis=1)]:
+        values = dict(
+            zip(functions.names, functions.outputs(model, state, np.zeros(())), strict=True)
+        )
+        if any(not values[limit.output] > limit.bound for limit in model.limits):
+            continue
+        reduced = without_turns(state, model.whole_turns)
+        apart = [without_turns(reduced - other, model.whole_turns) / scales for other in found]
+        if all(np.abs(each).max() > SAME_EQUILIBRIUM for each in apart):
+            found.append(reduced)
+    return found
+
 
 PLACES = 4
 """Places on the span, evenly spaced, at which motions are started."""

@@ -1,17 +1,148 @@
-"""What motions do over a plane of two parameters, which of them coexist included."""
+"""What trajectories do over a plane of parameters and in regions of a bifurcation set."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.long_term.neighbours import continue_to_neighbours
-from slipfold.long_term.places import Places
+from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
+from slipfold.loci.window import Window, locus_progress
+from slipfold.long_term.classification import (
+    BATCH,
+    CHAOS,
+    NOT_DONE,
+    OPEN,
+    PERIODIC,
+    STICKS,
+    TORUS,
+    UNDECIDED,
+    Judged,
+    Places,
+)
 from slipfold.models.model import Model
-from slipfold.progress import Observer
+from slipfold.models.turns import without_turns
+from slipfold.progress import Observer, Progress
+
+Rows = NDArray[np.intp]
+
+SAME = 1e-2
+"""Distance in scales between the means of two responses of one period above which they differ."""
+
+NONE = "none"
+"""The kind where a cell has no further motion."""
+
+APERIODIC = (TORUS, CHAOS, UNDECIDED)
+
+UP, DOWN = 1, 2
+"""Runs that have already continued their motions along the second parameter."""
+
+STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1))
+"""From a cell to those beside it, along the first and the second parameter."""
+
+
+def continue_to_neighbours(work: Places, grid: Rows) -> None:
+    """Continue each motion of each cell to the cells beside it, and again from what is new there.
+
+    A motion is new if the cell has none of its kind, or, if it repeats, none of its period and
+    mean. New motions are stored in further runs. Shapes: grid (n1, n2), the cells.
+    """
+    new = _distinct(work)
+    while len(new):
+        proposals = _proposals(work, grid, new)
+        work.total += len(proposals) * work.periods_of_a_motion
+        found = [
+            _continued(work, proposals[first : first + BATCH])
+            for first in range(0, len(proposals), BATCH)
+        ]
+        new = np.concatenate([np.empty((0, 2), np.intp), *found])
+
+
+def _distinct(work: Places) -> Rows:
+    """Return run and cell of each motion that no earlier run has in that cell."""
+    cells = np.arange(work.kinds.shape[1])
+    found = []
+    for run in range(len(work.kinds)):
+        rows = np.full(len(cells), run)
+        new = ~_known(work, cells, work.stored(rows, cells), run)
+        found.append(np.column_stack([rows[new], cells[new]]))
+    return np.concatenate(found)
+
+
+def _proposals(work: Places, grid: Rows, sources: Rows) -> Rows:
+    """Return run and cell of motions, each with a cell beside it to which it is continued."""
+    shape = grid.shape
+    found = []
+    for step in STEPS:
+        places = np.array(np.unravel_index(sources[:, 1], shape)) + np.array(step)[:, None]
+        inside = ((places >= 0) & (places < np.array(shape)[:, None])).all(axis=0)
+        # Where a sweep has this very motion, it has been in the next cell as well.
+        done = (DOWN, UP)[step[1] > 0] if step[1] else None
+        if done is not None:
+            swept = work.stored(np.full(len(sources), done), sources[:, 1])
+            inside &= ~_same(work, swept, work.stored(*sources.T))
+        targets = grid[tuple(places[:, inside])]
+        found.append(np.column_stack([sources[inside], targets]))
+    proposals = np.concatenate(found)
+    # Motions that stick are expensive, and not told apart.
+    sticks = work.kinds[proposals[:, 0], proposals[:, 1]] == STICKS
+    stuck_there = (work.kinds[:, proposals[:, 2]] == STICKS).any(axis=0)
+    return proposals[~(sticks & stuck_there)]
+
+
+def _continued(work: Places, proposals: Rows) -> Rows:
+    """Follow some proposals; store what is new, and return its runs and cells."""
+    runs, cells, targets = proposals.T
+    found = work.judged(targets, work.states[runs, cells])
+    # What does not repeat soon is taken for what it was, and followed for longer if that is new.
+    opened = found.kinds == OPEN
+    before = work.kinds[runs, cells]
+    found.kinds[opened] = np.where(np.isin(before, APERIODIC), before, UNDECIDED)[opened]
+    new = ~_known(work, targets, found)
+    longer = np.flatnonzero(new & opened)
+    if len(longer):
+        judged, interrupted = work.judged_open(targets[longer], found.states[longer])
+        if interrupted:
+            raise KeyboardInterrupt
+        found.put(longer, judged)
+        new &= ~_known(work, targets, found)
+    return _stored(work, targets, found, np.flatnonzero(new))
+
+
+def _stored(work: Places, targets: Rows, found: Judged, rows: Rows) -> Rows:
+    """Store motions that are new, one after the other; return their runs and cells."""
+    kept = []
+    for row in rows:
+        cell, motion = targets[row : row + 1], found.rows(np.array([row]))
+        if _known(work, cell, motion)[0]:
+            continue
+        free = np.flatnonzero(work.kinds[:, cell[0]] == NONE)
+        if not len(free):
+            work.add_run(NONE)
+            free = np.array([len(work.kinds) - 1])
+        work.store(free[:1], cell, motion)
+        kept.append((free[0], cell[0]))
+    return np.array(kept, np.intp).reshape(-1, 2)
+
+
+def _known(work: Places, cells: Rows, found: Judged, runs: int | None = None) -> NDArray[np.bool_]:
+    """Whether motions add nothing to what the first runs, or all of them, have in their cells."""
+    known = ~np.isin(found.kinds, (PERIODIC, STICKS, *APERIODIC))
+    for run in range(len(work.kinds) if runs is None else runs):
+        known |= _same(work, work.stored(np.full(len(cells), run), cells), found)
+    return known
+
+
+def _same(work: Places, one: Judged, other: Judged) -> NDArray[np.bool_]:
+    """Whether pairs of motions cannot be told apart; of an undecided one it is not known."""
+    apart = np.abs(without_turns(one.means - other.means, work.model.whole_turns) / work.scales)
+    periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
+    same = (one.kinds == other.kinds) & (periodic | (one.kinds != PERIODIC))
+    both = np.isin(one.kinds, APERIODIC) & np.isin(other.kinds, APERIODIC)
+    return same | both & ((one.kinds == UNDECIDED) | (other.kinds == UNDECIDED))
+
 
 RUNS = ("rest", "up", "down")
 """The first runs; those after them are motions continued from neighbouring cells."""
@@ -82,3 +213,108 @@ def _plane(work: Places, cells: tuple[int, int], interrupted: bool) -> Plane:
         work.means.reshape(*shape, -1),
         interrupted,
     )
+
+
+Labels = NDArray[np.int64]
+
+TRANSIENT = 400
+"""Forcing periods after which it is seen whether a motion repeats, as in a map of regimes."""
+
+MARGIN = 2
+"""Cells of the regions' map around a place that have to lie in the region: nearer to a border the
+label may be that of the other side."""
+
+
+def resolve_regions(
+    model: Model,
+    plane: tuple[str, str],
+    window: Window,
+    regions: RegionMap,
+    points: tuple[int, int],
+    observer: Observer | None = None,
+) -> tuple[RegionMap, bool]:
+    """Follow motions on a grid in regions whose stable responses are none or not known.
+
+    Returns the regions with their motions, and whether that was interrupted. A region whose label
+    motions contradict has a check more that says so, and is not known any longer.
+    """
+    places = {
+        region.id: _places(regions, region, window, points)
+        for region in regions.regions
+        if not (region.known and region.stable)
+    }
+    if not places:
+        return regions, False
+    numbers = np.repeat([*places], [len(found) for found in places.values()])
+    values = np.array([place for found in places.values() for place in found])
+
+    def tell(progress: Progress) -> None:
+        if observer is not None:
+            text = f"forcing periods of motions at {len(values)} places"
+            middle = (float(values[0, 0]), float(values[0, 1]))
+            observer(locus_progress("regimes", progress.done, progress.total, middle, text))
+
+    columns = dict(zip(plane, values.T, strict=True))
+    work = Places(model, columns, 1, np.asarray(model.start, dtype=float), TRANSIENT, tell)
+    interrupted = False
+    try:
+        work.from_rest(0)
+        work.tell_open()
+    except KeyboardInterrupt:
+        interrupted = True
+    found: dict[int, list[RegionMotion]] = {number: [] for number in places}
+    told = zip(work.told_kinds[0], work.periods[0], work.exponents[0], strict=True)
+    for number, place, (kind, period, exponent) in zip(numbers, values, told, strict=True):
+        if kind != NOT_DONE:
+            at = (float(place[0]), float(place[1]))
+            known = None if np.isnan(exponent) else float(exponent)
+            found[int(number)].append(RegionMotion(at, str(kind), int(period), known))
+    resolved = tuple(_with(region, tuple(found.get(region.id, ()))) for region in regions.regions)
+    return replace(regions, regions=resolved), interrupted
+
+
+def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
+    """Return a region with its motions, and a check for each period of those that its label lacks.
+
+    Longer periods are no contradiction: the label speaks of periods 1 and 2.
+    """
+    against = []
+    for period in sorted({1, 2} - {*region.stable}):
+        seen = [one.values for one in motions if (one.kind, one.period) == (PERIODIC, period)]
+        if seen:
+            note = (
+                f"settled on a response of period {period} that none across the region has, seen "
+                f"at {len(seen)} of {len(motions)} places"
+            )
+            against.append(RegionCheck(seen[0], "rest", period, False, note))
+    return replace(region, motions=motions, checks=(*region.checks, *against))
+
+
+def _places(
+    regions: RegionMap, region: Region, window: Window, points: tuple[int, int]
+) -> list[tuple[float, float]]:
+    """Return the centres of the cells of a grid that lie in a region, or the region's own place."""
+    first, second = (
+        low + (np.arange(count) + 0.5) * (high - low) / count
+        for (low, high), count in zip(window, points, strict=True)
+    )
+    inside = _within(regions.labels == region.id)
+    columns, rows = (
+        np.abs(cells - values[:, None]).argmin(axis=1)
+        for cells, values in ((regions.first, first), (regions.second, second))
+    )
+    grid = inside[np.ix_(rows, columns)]
+    found = [(float(first[i]), float(second[j])) for j, i in np.argwhere(grid)]
+    return found or [region.place]
+
+
+def _within(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the cells of an area that lie off its borders; the edge of the map is none."""
+    rows, columns = mask.shape
+    padded = np.pad(mask, MARGIN, mode="edge")
+    around = [
+        padded[i : i + rows, j : j + columns]
+        for i in range(2 * MARGIN + 1)
+        for j in range(2 * MARGIN + 1)
+    ]
+    return np.asarray(np.all(around, axis=0))

@@ -1,23 +1,94 @@
-"""All attractors that motions from many starts come to, each verified."""
+"""All attractors that trajectories from starts in a box converge to, each verified."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.errors import InputError
+from slipfold.flow.ensembles import released
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.known import Known
-from slipfold.long_term.motions import Motions
-from slipfold.long_term.verified import Verified
+from slipfold.long_term.verified import Known, Motions, Verified
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.suggestion import unknown
 from slipfold.progress import Observer, Progress
+
+REACH = 1.5
+"""Of a box that nobody gives: times the typical size of each state, about the model's start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """States between two corners; where they agree a state is the same in all starts."""
+
+    low: Array  # shape (n,)
+    high: Array  # shape (n,)
+
+    def starts(self, number: int, seed: int) -> Array:
+        """Return starts of low discrepancy (scrambled Sobol points), shape (number, n)."""
+        from scipy.stats import qmc  # takes a second, which only a search should
+
+        moves = self.high > self.low
+        states = np.tile(self.low, (number, 1))
+        if moves.any():
+            points = qmc.Sobol(int(moves.sum()), rng=np.random.default_rng(seed))
+            shares = points.random_base2(int(np.ceil(np.log2(max(number, 2)))))[:number]
+            states[:, moves] += shares * (self.high - self.low)[moves]
+        return states
+
+
+def checked_box(model: Model, given: Any) -> Box:
+    """Read a box from intervals by state; the other states are those of the model's start.
+
+    >>> from slipfold.models import SlidingOscillator
+    >>> checked_box(SlidingOscillator(), {"y": (-0.5, "0.5")}).high.tolist()
+    [0.0, 0.5, 0.0, 0.0]
+    """
+    units = {state.name: state.unit for state in model.states}
+    low, high = model.start.copy(), model.start.copy()
+    if not isinstance(given, Mapping) or not given:
+        example = {next(iter(units)): (-1, 1)}
+        raise InputError(f"box = {given!r} does not say which states; give e.g. {example!r}")
+    for name, ends in given.items():
+        if name not in units:
+            raise unknown(f"{model.name} has no state", name, units)
+        try:
+            first, last = ends
+        except (TypeError, ValueError):
+            raise InputError(
+                f"the box of {name}, {ends!r}, is not a pair of numbers; give its least and its "
+                "largest value"
+            ) from None
+        place = list(units).index(name)
+        low[place], high[place] = (parse_quantity(end, units[name], name) for end in (first, last))
+        if not (np.isfinite([low[place], high[place]]).all() and low[place] < high[place]):
+            raise InputError(
+                f"the box of {name} from {low[place]:g} to {high[place]:g} is empty; give its "
+                "least value first"
+            )
+    return Box(low, high)
+
+
+def box_around(model: Model, reached: Array | None = None) -> Box:
+    """Return the box that is meant where nobody gives one.
+
+    It is about the model's start, by the typical sizes of states or how far orbits reach from it,
+    whichever is larger. Shapes: reached (n,).
+    """
+    sizes = model.state_scales() if reached is None else np.maximum(model.state_scales(), reached)
+    half = np.where(model.whole_turns > 0, model.whole_turns / 2, REACH * sizes)
+    return Box(model.start - half, model.start + half)
+
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """What a start came to that came to no attractor."""
@@ -217,3 +288,26 @@ def _paced(model: Model, starts: Array) -> Model:
 def kind_of(item: Attractor) -> str:
     """Return what an attractor is wherever it goes on."""
     return item.kind if item.period is None else f"period {item.period}"
+
+
+def search_released(
+    model: Model,
+    starts: Array,
+    phases: Array,
+    periods: int | None = None,
+    observer: Observer | None = None,
+    known: tuple[Known, ...] = (),
+) -> Searched:
+    """Let motions go on from their phases to phase zero, and from there until each is known.
+
+    `known` are the attractors of a search before. Shapes: starts (k, n); phases (k,), from 0 to 1.
+    """
+    states, stops = released(model, starts, phases)
+    if not stops:
+        return search(model, states, periods, observer, known=known)
+    going = np.setdiff1d(np.arange(len(starts)), [*stops])
+    found = search(model, states[going], periods, observer, known=known)
+    labels = np.full(len(starts), ENDED)
+    labels[going] = found.labels
+    ends = Counter(stop.kind for stop in stops.values()) + Counter(found.ends)
+    return replace(found, labels=labels, ends=dict(ends))

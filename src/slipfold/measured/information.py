@@ -9,9 +9,9 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.measured.explanation import Prediction, sensitivities
 from slipfold.measured.least_squares import covariance_of
-from slipfold.measured.prediction import Prediction, sensitivities
-from slipfold.measured.quantity import Quantity
+from slipfold.measured.measurement import Quantity
 from slipfold.measured.stable_orbits import StableOrbit, stable_orbits
 from slipfold.models.model import Model
 

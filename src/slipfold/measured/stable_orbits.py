@@ -14,7 +14,7 @@ from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.continuation.interpolation import polynomial
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.measured.quantity import Quantity, read_off
+from slipfold.measured.measurement import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.extrema import find_extrema

@@ -23,8 +23,7 @@ from slipfold.lines import (
     stretches_of,
     torus_stretches,
 )
-from slipfold.measured.measurement import Measurement
-from slipfold.measured.quantity import parse_measured
+from slipfold.measured.measurement import Measurement, parse_measured
 from slipfold.models.model import Model
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import (

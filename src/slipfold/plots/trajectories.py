@@ -14,7 +14,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.flow.trajectory import Trajectory
-from slipfold.long_term.repeats import reached, sampled_outputs
+from slipfold.long_term.classification import reached, sampled_outputs
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.long_term.sweep import DOWN, UP
 from slipfold.orbits.periodic_orbit import PeriodicOrbit

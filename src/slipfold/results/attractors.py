@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.basin_boundaries import WITHIN_CELL, WITHIN_ERROR
-from slipfold.long_term.box import Box
-from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, kind_of
+from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
+from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, Box, kind_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import State
 from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Field, Items, axis

@@ -15,8 +15,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.measured.information import Planned, best_rows, expected
 from slipfold.measured.least_squares import Estimate
-from slipfold.measured.measurement import Measurement
-from slipfold.measured.quantity import Quantity
+from slipfold.measured.measurement import Measurement, Quantity
 from slipfold.models.model import Model
 from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table
 from slipfold.results.records import Provenance, SavedTable

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
-from slipfold.design_space.sobol_indices import SALTELLI, SobolIndices, indices_of
+from slipfold.design_space.sampling import SALTELLI, SobolIndices, indices_of
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.results.fields import REAL, TEXT, Column, meaning_of

@@ -14,12 +14,17 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.long_term.exponents import Estimate
-from slipfold.long_term.neighbours import NONE, SAME
-from slipfold.long_term.open_motions import CHAOS, PERIODIC, STICKS, TORUS, UNDECIDED
-from slipfold.long_term.places import NOT_DONE
-from slipfold.long_term.repeats import repeats_of
-from slipfold.long_term.verdict import Verdict
+from slipfold.long_term.classification import (
+    CHAOS,
+    NOT_DONE,
+    PERIODIC,
+    STICKS,
+    TORUS,
+    UNDECIDED,
+    repeats_of,
+)
+from slipfold.long_term.exponents import Estimate, Verdict
+from slipfold.long_term.regimes import NONE, SAME
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.models.turns import without_turns

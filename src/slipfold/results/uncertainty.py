@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.design_space.sampling import INTERRUPTED
+from slipfold.design_space.sampling import INTERRUPTED, SobolIndices
 from slipfold.design_space.scatter import Scatter, scatter_text, scattered_away
-from slipfold.design_space.sobol_indices import SobolIndices
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from slipfold.arrays import Array
-from slipfold.design_space.correlation import parse_correlation
-from slipfold.design_space.drawn import check_power, drawn
-from slipfold.design_space.scatter_given import parse_scatter
-from slipfold.design_space.sobol_indices import SALTELLI, index_design
+from slipfold.design_space.sampling import SALTELLI, check_power, drawn, index_design
+from slipfold.design_space.scatter import parse_correlation, parse_scatter
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import source_of_tables
 from slipfold.models.model import Model

@@ -25,9 +25,8 @@ from slipfold.flow.scales import measured
 from slipfold.flow.simulate import initial_state, simulate_smooth_or_switched
 from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
 from slipfold.loci.window import measured_across
-from slipfold.long_term.box import Box, box_around, checked_box
 from slipfold.long_term.exponents import find_exponents
-from slipfold.long_term.search import ENDED, UNDECIDED, search
+from slipfold.long_term.search import ENDED, UNDECIDED, Box, box_around, checked_box, search
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.output import Output

@@ -13,8 +13,7 @@ from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import Motion, initial_state
-from slipfold.long_term.birkhoff import bump
-from slipfold.long_term.rotation import rotation_of
+from slipfold.long_term.rotation import bump, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.tori.circles import FEWEST, MOST, TAIL, CirclePoint, Circles, tail

@@ -1,0 +1,496 @@
+"""Ensembles of trajectories classified: periodic, torus, chaos, sticking or stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.flow.ensembles import TOGETHER, Crowd, March, models_with
+from slipfold.flow.equilibrium import PUSH
+from slipfold.flow.flow import flow_of
+from slipfold.long_term.exponents import SURE
+from slipfold.long_term.rotation import average, bump
+from slipfold.models.model import Model
+from slipfold.models.turns import mean_state, without_turns
+from slipfold.progress import Observer, Progress
+
+FLOOR = 1e-8
+"""Change in scales, from one response to the next, that errors of steps may make."""
+
+FADES = 1e-5
+"""Change in scales over a part of a period below which that part is the period."""
+
+NEAR = 1e-3
+"""Distance in scales that a motion may still be away from the response it comes to."""
+
+AROUND = 4.0
+"""Distances from a response between which states lie that wind round it."""
+
+SHRINKS = 0.9
+"""Ratio of the changes at the end and at the beginning below which they shrink."""
+
+
+def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) -> NDArray[np.int64]:
+    """Return after how many states each motion repeats; 0 where that cannot be said.
+
+    The change over a period either is no more than errors of steps, or shrinks by so much that what
+    is still to come, a geometric series, is little. A motion that winds round a response on its way
+    there nearly repeats after each turn: the period is the shortest after which it is not farther
+    away than that. Of one that repeats after two periods, but moves next to nothing in one, that
+    movement is still to fade.
+
+    Shapes: states (..., m, n); scales, turns (n,); returns (...).
+    """
+    count = states.shape[-2]
+    found = np.zeros(states.shape[:-2], np.int64)
+    changes, left = {}, np.zeros(states.shape[:-2])
+    for period in range(1, min(longest, count // 3) + 1):
+        apart = without_turns(states[..., period:, :] - states[..., :-period, :], turns) / scales
+        change = np.abs(apart).max(axis=-1)
+        width = max(change.shape[-1] // 3, 1)
+        first, last = change[..., :width].max(axis=-1), change[..., -width:].max(axis=-1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = last / first
+            rate = ratio ** (period / (change.shape[-1] - width))
+            rest = last * rate / (1 - rate)
+        settles = (last <= FLOOR) | ((ratio < SHRINKS) & (rest <= NEAR))
+        new = settles & (found == 0)
+        found[new], left[new] = period, np.where(last <= FLOOR, FLOOR, rest)[new]
+        changes[period] = last
+    for period in sorted(changes, reverse=True):
+        within = (found % period == 0) & (found > 0) & (changes[period] <= AROUND * left)
+        found[within] = period
+    for period in sorted(changes, reverse=True):
+        found[(found > period) & (found % period == 0) & (changes[period] <= FADES)] = period
+    return found
+
+
+def sampled_outputs(model: Model, vary: str, values: Array, states: Array, samples: int) -> Array:
+    """Return all outputs at equal intervals of the forcing period that follows each state.
+
+    NaN of a motion that sticks.
+
+    Shapes: values (m,); states (m, n); returns (m, samples, n_outputs).
+    """
+    flow = flow_of(model)
+    parameters = np.tile(model.vector, (len(values), 1))
+    parameters[:, [item.name for item in model.parameters].index(vary)] = values
+    scales = np.tile(flow.constants_of(model).scales, (len(values), 1))
+    found = np.empty((len(values), samples, len(flow.output_names)))
+    phases = np.arange(samples) / samples
+    for first in range(0, len(values), TOGETHER):
+        some = slice(first, first + TOGETHER)
+        constants = flow.constants(parameters[some], scales[some])
+        between = states[None, some]
+        if samples > 1:
+            march = March(model, constants)
+            between = march.samples(states[some].T, samples).transpose(0, 2, 1)
+        for place, phase in enumerate(phases):
+            rows = np.full(between.shape[1], phase)
+            found[some, place] = flow.outputs(between[place], rows, constants)
+    return found
+
+
+def reached(values: Array, measure: str) -> Array:
+    """Return what an output reaches in each period: its extremes lie on parabolas.
+
+    Shapes: values (m, samples), of a period and the first one of the next; returns (m,).
+    """
+    high, low = _peak(values), -_peak(-values)
+    return {"max": high, "min": low, "peak_to_peak": high - low}.get(
+        measure, np.maximum(np.abs(high), np.abs(low))
+    )
+
+
+def _peak(values: Array) -> Array:
+    rows = np.arange(len(values))
+    place = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
+    before, here, after = (values[rows, place + shift] for shift in (-1, 0, 1))
+    bend = before - 2 * here + after
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = here - (after - before) ** 2 / (8 * bend)
+    inside = (bend < 0) & (np.abs(after - before) <= -2 * bend)
+    return np.where(inside, top, values.max(axis=1))
+
+
+PERIODIC, STICKS, STOPPED = "periodic", "sticks", "stopped"
+TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"
+
+PAIR_PERIODS = (1000, 4000)
+"""Forcing periods of pairs, one after the other."""
+
+APART = 1e-7
+"""Distance of a pair in scales: far above what steps in common leave of rounding."""
+
+ZERO = 3e-4
+"""Exponents a period that may be those of a torus, and their largest errors; no chaos is told."""
+
+ROUNDING = 1e-7
+"""Exponents a period that steps and rounding may leave of zero."""
+
+EVEN = 2e-5
+"""Errors of the exponents of chaos are larger: what grows more evenly leaves a response.
+
+So does what nearly repeats at the beginning, which is not chaotic yet.
+"""
+
+LEAVES = 1e-2
+"""Change in scales over some periods, at the beginning, of what may leave a response later."""
+
+SHRUNK = 0.9
+"""Share of its distance to a response that a motion has left at most, if it is seen to come to it;
+less where its exponent lets expect less."""
+
+RECENT = 48
+"""Periods in which a motion is seen to repeat."""
+
+CLASSES = 24
+"""States are averaged apart by their number modulo this: periods that divide it show."""
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What motions do; shapes (k, ...). Of an interruption only those not undecided are told."""
+
+    kinds: NDArray[np.object_]
+    periods: NDArray[np.int64]
+    exponents: Array
+    states: Array
+    means: Array
+    interrupted: bool = False
+
+
+def tell_open(
+    models: list[Model], states: Array, tell: Callable[[int, int], None] = lambda done, more: None
+) -> Told:
+    """Follow each motion beside another one close to it; who is told may interrupt.
+
+    The exponent is the mean growth of their distance, which is made small again each period. If it
+    is above zero the motion is chaotic, if it is zero within its error a torus. If it is below,
+    nearby motions come to one response: averages over states of equal number modulo 24 say of what
+    period, if motions are coming nearer to these averages. What is judged when somebody interrupts
+    is kept.
+
+    Shapes: states (k, n).
+    """
+    found = Told(
+        np.full(len(states), UNDECIDED, object),
+        np.zeros(len(states), np.int64),
+        np.full(len(states), np.nan),
+        states.copy(),
+        np.full(states.shape, np.nan),
+    )
+    rest = np.arange(len(states))
+    try:
+        for round_, periods in enumerate(PAIR_PERIODS):
+            if round_:
+                tell(0, 2 * periods * len(rest))
+            pairs = _Pairs([models[row] for row in rest], found.states[rest], periods)
+            for _ in range(periods):
+                pairs.go_on()
+                tell(2 * len(rest), 0)
+            pairs.judge(found, rest)
+            rest = rest[found.kinds[rest] == UNDECIDED]
+            if not len(rest):
+                break
+    except KeyboardInterrupt:
+        return replace(found, interrupted=True)
+    return found
+
+
+class _Pairs:
+    """Motions, each beside another one, for some periods."""
+
+    def __init__(self, models: list[Model], states: Array, periods: int) -> None:
+        self._scales, self._turns = models[0].state_scales(), models[0].whole_turns
+        self._count, n = states.shape
+        direction = np.random.default_rng(0).normal(size=states.shape)
+        direction /= np.linalg.norm(direction, axis=1)[:, None]
+        beside = states + APART * direction * self._scales
+        # Side by side, so that a pair takes the same steps.
+        both = np.stack([states, beside], axis=1).reshape(-1, n)
+        self._crowd = Crowd([model for model in models for _ in range(2)], both)
+        self._logarithms = np.zeros((periods, self._count))
+        self._weights = bump(periods)
+        self._sums = np.zeros((CLASSES, self._count, n))
+        self._shares = np.zeros(CLASSES)
+        self._first = np.empty((RECENT, self._count, n))
+        self._last = np.full((RECENT, self._count, n), np.nan)
+        self._sticks = np.zeros(self._count, bool)
+        self._done = 0
+
+    def go_on(self) -> None:
+        """Carry all pairs over a period."""
+        crowd = self._crowd
+        crowd.go_on()
+        states = crowd.states
+        base = states[::2]
+        between = without_turns(states[1::2] - base, self._turns) / self._scales
+        distance = np.linalg.norm(between, axis=1)
+        self._sticks |= crowd.stuck.reshape(-1, 2).any(axis=1)
+        crowd.leave(np.repeat(self._sticks, 2))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self._logarithms[self._done] = np.log(distance / APART)
+            between *= (APART / distance)[:, None]
+        moved = np.full_like(states, np.nan)
+        moved[1::2] = base + between * self._scales
+        moved[1::2][self._sticks] = np.nan
+        crowd.move(moved)
+        place, weight = self._done % CLASSES, self._weights[self._done]
+        if self._done < RECENT:
+            self._first[self._done] = base
+        near = self._first[place]  # of the same number: an angle is taken next to that
+        self._sums[place] += weight * (near + without_turns(base - near, self._turns))
+        self._shares[place] += weight
+        self._last[self._done % RECENT] = base
+        self._done += 1
+
+    def judge(self, found: Told, rows: NDArray[np.intp]) -> None:
+        """Say what the motions do, as far as that is clear."""
+        last = np.roll(self._last, -(self._done % RECENT), axis=0)
+        stopped = np.array([stop is not None for stop in self._crowd.stopped])[::2]
+        repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
+        grown = average(np.nan_to_num(self._logarithms[len(self._logarithms) // 4 :]))
+        averages = self._sums / self._shares[:, None, None]
+        for place, row in enumerate(rows):
+            exponent, error = grown.values[place], grown.errors[place]
+            found.states[row] = last[-1, place]
+            found.exponents[row] = exponent
+            slack = SURE * error + ROUNDING
+            if stopped[place] or self._sticks[place]:
+                found.kinds[row] = STOPPED if stopped[place] else STICKS
+                found.exponents[row] = np.nan
+            elif repeats[place]:
+                self._set_periodic(found, row, last[-repeats[place] :, place])
+            elif exponent > slack + ZERO and error > EVEN:
+                if not self._nearly_repeats(self._first[:, place]):
+                    found.kinds[row] = CHAOS
+            elif error > ZERO:
+                continue
+            elif abs(exponent) <= min(slack, ZERO):
+                found.kinds[row] = TORUS
+            elif exponent < -slack and exponent * self._done < np.log(SHRUNK):
+                # Of orbits of long periods averages are equal, too, but nothing shrinks.
+                share = min(SHRUNK, np.exp(exponent * self._done / 2))
+                states = self._first[:, place], last[:, place]
+                period = self._comes_to(averages[:, place], *states, share)
+                if period:
+                    self._set_periodic(found, row, averages[:period, place])
+
+    def _set_periodic(self, found: Told, row: int, states: Array) -> None:
+        found.kinds[row], found.periods[row] = PERIODIC, len(states)
+        found.means[row] = mean_state(states, self._turns)
+
+    def _nearly_repeats(self, states: Array) -> bool:
+        """Whether a motion has a response nearby, which it may be about to leave."""
+        changes = [
+            np.abs(without_turns(states[period:] - states[:-period], self._turns) / self._scales)
+            for period in range(1, RECENT // 3 + 1)
+        ]
+        return min(change.max() for change in changes) < LEAVES
+
+    def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
+        """Return the period of the averages, if the motion comes nearer to them; else 0."""
+        numbers = np.arange(RECENT)
+        late = (self._done - RECENT + numbers) % CLASSES
+        before, after = (
+            np.abs(without_turns(states - averages[which], self._turns) / self._scales).max()
+            for states, which in ((first, numbers % CLASSES), (last, late))
+        )
+        if not after < max(share * before, NEAR):
+            return 0
+        for period in (1, 2, 3, 4, 6, 8, 12, 24):
+            between = averages - averages[numbers[:CLASSES] % period]
+            apart = np.abs(without_turns(between, self._turns) / self._scales).max()
+            if apart <= max(NEAR, 0.1 * after):
+                return period
+        return 0
+
+
+NOT_DONE = "not done"
+
+OPEN = "open"
+"""Of a motion that is to be followed for longer."""
+
+KEPT = 48
+"""Periods after the transient in which a motion is seen to repeat."""
+
+STUCK = 32
+"""Periods in which a contact stuck after which a motion is not followed any further."""
+
+BATCH = 2048
+"""Motions that are followed together: between them an interruption loses nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What motions do, as far as it is known; shapes (k, ...)."""
+
+    kinds: NDArray[np.object_]
+    periods: NDArray[np.int64]
+    exponents: Array
+    states: Array
+    means: Array
+    changes: Array  # of the state over the period, in scales; NaN where it was not seen
+
+    def put(self, rows: NDArray[np.intp], others: Judged) -> None:
+        """Replace some of them."""
+        for name, values in vars(others).items():
+            getattr(self, name)[rows] = values
+
+    def rows(self, rows: NDArray[Any]) -> Judged:
+        """Return some of them."""
+        return Judged(*(values[rows] for values in vars(self).values()))
+
+
+class Places:
+    """Motions at many values of parameters, in one run or several; what is known of them so far."""
+
+    def __init__(
+        self,
+        model: Model,
+        values: Mapping[str, Array],
+        runs: int,
+        start: Array,
+        transient: int,
+        observer: Observer | None,
+    ) -> None:
+        count = len(next(iter(values.values())))
+        self.models = models_with(model, count, values)
+        self.model = model.measured_in(self.models[0].found_sizes)
+        self.scales = self.models[0].state_scales()
+        # Off a motion that symmetry would keep unstable.
+        self.start = start + PUSH * self.scales
+        self.transient, self.observer = transient, observer
+        shape, n = (runs, count), len(start)
+        self.kinds = np.full(shape, NOT_DONE, object)
+        self.periods = np.zeros(shape, np.int64)
+        self.exponents = np.full(shape, np.nan)
+        self.states, self.means = np.full((2, *shape, n), np.nan)
+        self.changes = np.full(shape, np.nan)
+        self.done, self.total = 0, runs * count * self.periods_of_a_motion
+
+    @property
+    def periods_of_a_motion(self) -> int:
+        """Forcing periods after which each motion is judged."""
+        return self.transient + KEPT
+
+    def from_rest(self, run: int) -> None:
+        """Follow a motion from the start in each place."""
+        cells = np.arange(len(self.models))
+        for first in range(0, len(cells), BATCH):
+            some = cells[first : first + BATCH]
+            self.follow(run, some, np.tile(self.start, (len(some), 1)))
+
+    def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
+        """Follow a motion in some places; return their last states, or the start if they ended."""
+        found = self._followed(cells, starts)
+        self.store(run, cells, found)
+        self.store(run, cells, self._seen_again(cells, found))
+        return np.where(np.isnan(found.states).any(axis=1, keepdims=True), self.start, found.states)
+
+    def judged(self, cells: NDArray[np.intp], starts: Array) -> Judged:
+        """Follow motions in some places, and say what they do; none of it is stored."""
+        return self._seen_again(cells, self._followed(cells, starts))
+
+    def _seen_again(self, cells: NDArray[np.intp], found: Judged) -> Judged:
+        """Follow what still comes nearer to a response once more: past a saddle it leaves again."""
+        nearer = np.flatnonzero((found.periods > 0) & (found.changes > FLOOR))
+        if len(nearer):
+            self.total += len(nearer) * self.periods_of_a_motion
+            found.put(nearer, self._followed(cells[nearer], found.states[nearer]))
+        return found
+
+    def _followed(self, cells: NDArray[np.intp], starts: Array) -> Judged:
+        """Follow motions once."""
+        models = [self.models[cell] for cell in cells]
+        total = self.periods_of_a_motion
+        window = np.full((KEPT + 1, *starts.shape), np.nan)
+        stuck = np.zeros(len(cells), np.int64)
+        sticks = np.zeros(len(cells), bool)
+        with Crowd(models, starts) as crowd:
+            for period in range(1, total + 1):
+                crowd.go_on()
+                stuck += crowd.stuck
+                crowd.leave(stuck >= STUCK)
+                if period > self.transient:
+                    sticks |= crowd.stuck
+                if period >= self.transient:
+                    window[period - self.transient] = crowd.states
+                self._tell(len(cells))
+            states = crowd.states
+            stopped = np.array([stop is not None for stop in crowd.stopped])
+        window[:, stuck >= STUCK] = np.nan  # they were left where they were
+        return self._judge(window, np.where(stopped[:, None], np.nan, states), sticks)
+
+    def store(self, run: int | NDArray[np.intp], cells: NDArray[np.intp], found: Judged) -> None:
+        """Store what motions of one run, or of a run each, do in some places."""
+        for name, values in vars(found).items():
+            getattr(self, name)[run, cells] = values
+
+    def stored(self, run: NDArray[np.intp], cells: NDArray[np.intp]) -> Judged:
+        """Return what is known of motions."""
+        names = Judged.__dataclass_fields__
+        return Judged(*(getattr(self, name)[run, cells] for name in names))
+
+    def add_run(self, kind: str) -> None:
+        """Add a run whose motions are of one kind until something is stored."""
+        self.kinds = np.concatenate([self.kinds, np.full_like(self.kinds[:1], kind)])
+        self.periods = np.concatenate([self.periods, np.zeros_like(self.periods[:1])])
+        for name in ("exponents", "states", "means", "changes"):
+            known = getattr(self, name)
+            setattr(self, name, np.concatenate([known, np.full_like(known[:1], np.nan)]))
+
+    def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Judged:
+        """Say what motions do, as far as they repeat, stick or stopped."""
+        whole_turns = self.models[0].whole_turns
+        periods = repeats_of(window.transpose(1, 0, 2), self.scales, whole_turns)
+        before = window[-1 - periods, np.arange(len(states))]
+        apart = without_turns(window[-1] - before, whole_turns) / self.scales
+        kinds = np.full(len(states), OPEN, object)
+        kinds[periods > 0] = PERIODIC
+        kinds[sticks] = STICKS
+        kinds[np.isnan(states).any(axis=1)] = STOPPED
+        means = np.full_like(states, np.nan)
+        for row in np.flatnonzero(periods):
+            means[row] = mean_state(window[-periods[row] :, row], whole_turns)
+        exponents, changes = np.full(len(states), np.nan), np.abs(apart).max(axis=1)
+        return Judged(kinds, periods, exponents, states, means, changes)
+
+    def tell_open(self) -> None:
+        """Look longer at motions that neither repeat nor stick, of all runs together."""
+        runs, cells = np.nonzero(self.kinds == OPEN)
+        self.total += 2 * len(cells) * PAIR_PERIODS[0]
+        for first in range(0, len(cells), BATCH):
+            run, cell = runs[first : first + BATCH], cells[first : first + BATCH]
+            found, interrupted = self.judged_open(cell, self.states[run, cell])
+            known = (found.kinds != UNDECIDED) | (not interrupted)
+            self.store(run[known], cell[known], found.rows(known))
+            if interrupted:
+                raise KeyboardInterrupt
+
+    def judged_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Judged, bool]:
+        """Look longer at motions; return what they do, and whether that was interrupted."""
+        told = tell_open([self.models[cell] for cell in cells], states, self._tell_pairs)
+        changes = np.full(len(cells), np.nan)
+        parts = told.kinds, told.periods, told.exponents, told.states, told.means, changes
+        return Judged(*parts), told.interrupted
+
+    def _tell(self, periods: int) -> None:
+        self.done += periods
+        if self.observer is not None:
+            self.observer(Progress("forcing periods", self.done, max(self.total, self.done)))
+
+    def _tell_pairs(self, periods: int, more: int) -> None:
+        self.total += more
+        self._tell(periods)
+
+    @property
+    def told_kinds(self) -> NDArray[np.str_]:
+        """What the motions do, as far as that is known."""
+        return np.where(self.kinds == OPEN, NOT_DONE, self.kinds).astype(str)
