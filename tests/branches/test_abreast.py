@@ -75,34 +75,6 @@ def test_whole_branches_are_those_of_each_response_alone():
         assert branches[0].stable.argmin() > 0
 
 
-def test_what_is_found_does_not_depend_on_what_is_beside_it():
-    def told(responses):
-        return [
-            [(p.type, p.value, p.uncertainty, p.coefficient) for p in branch.special]
-            for response in responses
-            for branch in response.branches
-        ]
-
-    models = scattered(7, seed=3)
-    together = abreast(models, span=(0.0, 0.2))
-    assert told(abreast(models[2:3], span=(0.0, 0.2))) == told(together[2:3])
-    assert told(abreast(models[1:6], span=(0.0, 0.2))) == told(together[1:6])
-
-
-def test_another_parameter_downwards():
-    model, span = sf.SlidingOscillator(Nd=0.1), (13.5, 12.5)
-    (found,) = abreast([model], "f", span)
-    assert found is not None
-    assert_alike(found, trace_response(model, "f", span), 1.0)
-
-
-def test_a_model_without_limits_whose_sizes_find_themselves():
-    model = sf.built_in_models()["duffing"]()
-    (found,) = abreast([model], "W", (0.5, 1.6))
-    assert [point.type for point in found.branches[0].special] == ["LP", "LP"]
-    assert_alike(found, trace_response(model, "W", (0.5, 1.6)), 1.1)
-
-
 def test_folds_but_none_beyond_a_limit():
     model = sf.SlidingOscillator(f=12.36, mu=0.595, alpha=1.4475, Vd=0.7108)
     (found,) = branches_abreast([model], "Nd", SPAN, sf.Settings())
@@ -137,26 +109,3 @@ def test_rest_under_a_pulsing_spring_loses_its_stability_where_it_does_alone():
     for response, k in zip(found, (30.0, 86.0), strict=True):
         assert_alike(response, trace_response(model.replace(k=k), "d", span), 0.04)
         assert [point.type for point in response.branches[0].special] == ["NS"]
-
-
-@pytest.mark.parametrize(
-    "settings",
-    [
-        sf.Settings(steps=sf.Steps(points=8)),
-        sf.Settings(steps=sf.Steps(smallest=1e-3)),
-        sf.Settings(steps=sf.Steps(largest=1e-3)),
-        sf.Settings(newton=sf.Newton(iterations=2)),
-    ],
-    ids=["points", "smallest", "largest", "iterations"],
-)
-def test_settings_that_would_not_be_kept_are_left_to_each_alone(settings):
-    assert responses_abreast(scattered(1, seed=7), "Nd", SPAN, settings) == [None]
-
-
-def test_what_is_out_of_the_ordinary_is_left():
-    built_in = sf.built_in_models()
-    closes = sf.SlidingOscillator(Nd=0.06)  # a doubled branch that ends at another doubling
-    assert abreast([closes], "f", (12.0, 13.0)) == [None]
-    assert abreast([built_in["vanderpol-free"]()], "mu", (0.5, 2.0)) == [None]
-    sticks = sf.SlidingOscillator(f=12.5, Vd=0.05)
-    assert abreast([sticks]) == [None]

@@ -116,29 +116,6 @@ def test_the_unit_of_time_does_not_matter(scale):
     assert hopf.duration == pytest.approx(2 * math.pi / scale, rel=1e-10)
 
 
-def test_cycles_are_saved_and_read_back(tmp_path):
-    diagram = sf.response(model_named("stuart-landau"), vary="r", span=(-0.1, 0.1))
-    path = tmp_path / "cycles.nc"
-    diagram.save(path)
-    again = sf.load(path)
-    for old, new in zip(diagram.branches, again.branches, strict=True):
-        assert (old.kind, old.model) == (new.kind, new.model)
-        assert np.array_equal(old.nodes, new.nodes)
-        assert (old.durations is None) == (new.durations is None)
-        if old.durations is not None:
-            assert np.array_equal(old.durations, new.durations)
-        assert [p.duration for p in old.special] == [p.duration for p in new.special]
-
-
-def test_a_system_of_ones_own_is_read_back_with_its_equations(tmp_path):
-    model = sf.System(
-        name="lure", parameters={"a": 2.0}, states={"x": "y", "y": "-a*y - x"}
-    )  # the name of a built-in one, with other equations
-    diagram = sf.response(model, vary="a", span=(1, -1))
-    diagram.save(tmp_path / "own.nc")
-    assert sf.load(tmp_path / "own.nc").model == diagram.model
-
-
 def test_an_equilibrium_that_does_not_exist_is_refused():
     model = sf.System(name="runaway", parameters={"a": 1.0}, states={"x": "a + x^2"})
     with pytest.raises(sf.InputError, match="no equilibrium of runaway was found at a = 1"):
@@ -166,14 +143,6 @@ def test_van_der_pol_from_its_rest_over_the_centres_to_the_relaxation_cycle():
     assert cycle.multipliers[1].real == pytest.approx(8.59695063604e-4, abs=known)
 
 
-@pytest.mark.parametrize("span", [(0, 0.2), (0.2, 0)])
-@pytest.mark.parametrize("mu", [0.35, 0.55])
-def test_no_pair_is_said_to_cross_where_all_lie_on_the_circle(mu, span):
-    # Without damping both pairs are imaginary; which comes there first is rounding.
-    diagram = sf.response(model_named("squeal", mu=mu), vary="c", span=span)
-    assert diagram.special == ()
-
-
 def test_the_edge_without_damping_is_no_locus():
     window = ((0.3, 0.8), (0, 0.2))
     found = sf.bifurcation_set(
@@ -193,12 +162,3 @@ def test_an_undamped_response_is_neutral():
     diagram = sf.response(model, vary="W", span=(0.55, 0.8))
     ends = [line.split() for line in diagram.summary().splitlines() if " EP " in line]
     assert [line[-1] for line in ends] == ["neutral", "neutral"]
-
-
-def test_rates_without_bound_at_a_guess_are_no_warning():
-    # Newton's steps from 1 lead to where the derivative of the root has no bound.
-    root = sf.System(parameters={"a": 0.5}, states={"x": "a - x^0.5"})
-    diagram = sf.response(root, vary="a", span=(1e-3, 1))
-    (branch,) = diagram.branches
-    assert branch.stopped.kind == "span"
-    assert branch.states[:, 0] == pytest.approx(branch.parameter**2, rel=1e-9)

@@ -85,42 +85,6 @@ def test_cycles_meet_cycles(growth):
     assert np.abs(height[[0, -1]]) == pytest.approx(np.abs(height[0]), rel=1e-9)
 
 
-def test_a_closed_branch_of_cycles():
-    model = sf.System(
-        name="ring",
-        parameters={"r": -0.5},
-        states={
-            "x": "x*(1 - x^2 - y^2) - y",
-            "y": "y*(1 - x^2 - y^2) + x",
-            "z": "r*(1 - r)*z - z^3 + 0.3*z*x",
-        },
-    )
-    cycle = sf.periodic_orbit(model, state=[1, 0, 0], duration=6)
-    flat, other = sf.response(cycle, vary="r", span=(-0.5, 1.5), settings=ALONE).branches
-    assert [item.leads_to for item in flat.special] == [2, 2]
-    assert kinds(other) == ["BP", "BP"]
-    assert other.stopped.reason == "the branch closed on itself"
-
-
-def test_a_cycle_ends_at_another_hopf_point():
-    # Radius^2 = r (1 - r): born at r = 0, it dies at r = 1.
-    model = sf.System(
-        name="bubble",
-        parameters={"r": -0.5},
-        states={
-            "x": "r*(1 - r)*x - 2*y - x*(x^2 + y^2)",
-            "y": "2*x + r*(1 - r)*y - y*(x^2 + y^2)",
-        },
-    )
-    rest, cycles = sf.response(model, vary="r", span=(-0.5, 1.5)).branches
-    assert [(item.type, item.leads_to) for item in rest.special] == [("HB", 2), ("HB", 2)]
-    assert cycles.special == ()
-    assert cycles.stopped.reason == "the branch closed on a Hopf point at r = 1"
-    assert cycles.parameter[-1] == pytest.approx(1, abs=1e-11)
-    radius = np.hypot(*cycles.states[:-1].T)
-    assert radius**2 == pytest.approx((cycles.parameter * (1 - cycles.parameter))[:-1], abs=1e-8)
-
-
 def test_lorenz_convection_and_its_hopf_points():
     # Lorenz (1963): pitchfork at rho = 1; Hopf at sigma (sigma + beta + 3)/(sigma - beta - 1).
     model = model_named("lorenz")
@@ -215,14 +179,3 @@ def test_a_pitchfork_that_misses_itself_is_a_fold(e):
     assert branch.special[0].value == pytest.approx(3 * (e / 2) ** (2 / 3), rel=1e-5, abs=0)
     assert branch.parameter[-1] == 1
     assert others == []
-
-
-def test_two_sided_branches_are_saved_and_summed_up(tmp_path):
-    model = system("pitchfork", x="r*x - x^3")
-    diagram = sf.response(model, vary="r", span=(-0.5, 0.5))
-    diagram.save(tmp_path / "two.nc")
-    again = sf.load(tmp_path / "two.nc")
-    for old, new in zip(diagram.branches, again.branches, strict=True):
-        assert np.array_equal(old.arclength, new.arclength)
-        assert [item.leads_to for item in old.special] == [item.leads_to for item in new.special]
-    assert "Branch 2 begins at r = 0.5: reached the end of the span" in diagram.summary()

@@ -131,45 +131,6 @@ def test_a_breakdown_ends_a_locus_with_a_sentence(
             assert locus.begun.reason
 
 
-def test_neurons_whose_rates_divide_zero_by_zero_keep_what_was_found():
-    # Hodgkin and Huxley (1952) as it stands in textbooks: at V = -40 and V = -55 mV two rates are
-    # 0/0. Cycles end there, by a sentence; the equilibria and their Hopf points are kept.
-    model = sf.System(
-        name="hodgkin-huxley",
-        parameters={"I": 150.0},
-        states={
-            "V": {
-                "rate": "I - 120*m^3*h*(V - 50) - 36*n^4*(V + 77) - 0.3*(V + 54.387)",
-                "start": -43,
-            },
-            "m": {
-                "rate": "0.1*(V + 40)/(1 - exp(-(V + 40)/10))*(1 - m) - 4*exp(-(V + 65)/18)*m",
-                "start": 0.42,
-            },
-            "h": {
-                "rate": "0.07*exp(-(V + 65)/20)*(1 - h) - h/(1 + exp(-(V + 35)/10))",
-                "start": 0.1,
-            },
-            "n": {
-                "rate": "0.01*(V + 55)/(1 - exp(-(V + 55)/10))*(1 - n) - 0.125*exp(-(V + 65)/80)*n",
-                "start": 0.7,
-            },
-        },
-    )
-    by_shooting = sf.Settings(discretisation="shooting")
-    # Beside 0/0 rates are rounding, and other first values round otherwise.
-    for first in (150, 150.1, 150.2, 150.3):
-        span = (first, 160)
-        rest, cycles = sf.response(model, vary="I", span=span, settings=by_shooting).branches
-        (hopf,) = rest.special
-        assert (hopf.type, hopf.criticality) == ("HB", "supercritical")
-        assert rest.stopped.kind == "span"
-        assert len(cycles) > 5
-        assert "is written 1/exprel(-x)" in cycles.stopped.reason
-    # Collocation has no point at these places, and goes on.
-    assert sf.response(model, vary="I", span=(150, 160)).branches[1].stopped.kind == "span"
-
-
 def test_a_cycle_that_comes_to_a_singularity_says_so():
     model = sf.System(
         parameters={"A": 3.0},

@@ -70,24 +70,9 @@ def test_every_carried_point_is_an_orbit_with_its_multipliers(known):
             )
 
 
-def test_back_and_forth_leads_to_the_branches_it_began_with(known):
-    there = carry_branches(known.branches, known.model.replace(Vd=0.61))
-    back = carry_branches(there, known.model)
-    for ours, theirs in zip(back, known.branches, strict=True):
-        assert [p.value for p in ours.special] == pytest.approx(
-            [p.value for p in theirs.special], abs=3e-4
-        )
-
-
 def test_nothing_is_carried_where_bifurcations_vanish(known):
     # At 12.4 Hz the period doubling is subcritical: folds take the place of the tori.
     assert carry_branches(known.branches, known.model.replace(f=12.4)) is None
-
-
-def test_nothing_is_carried_of_autonomous_models():
-    model = sf.built_in_models()["lorenz"]()
-    branches = sf.response(model, "rho", (0.5, 20)).branches
-    assert carry_branches(branches, model.replace(sigma=10.1)) is None
 
 
 def structure(branches):

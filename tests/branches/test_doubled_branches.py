@@ -70,24 +70,6 @@ def test_frequency_response_closes_on_both_doublings(case, backward):
         assert child.nodes[index, :half] == pytest.approx(child.nodes[index, half:], abs=1e-8)
 
 
-@pytest.mark.parametrize("case", CASES, ids=str)
-def test_the_parents_doubling_is_no_fold_of_the_child(case):
-    main, child = traced(case)
-    for item in child.special:
-        for other in main.special:
-            assert abs(item.value - other.value) > 1e-6
-
-
-@pytest.mark.parametrize("case", CASES, ids=str)
-def test_doubled_orbits_do_not_repeat_sooner(case):
-    _, child = traced(case)
-    half = child.nodes.shape[1] // 2
-    size = child.model.state_scales()
-    apart = np.abs((child.nodes[:, :half] - child.nodes[:, half:]) / size).max(axis=(1, 2))
-    last = len(child) - 1 if child.stopped.kind == "closed" else len(child)
-    assert np.all(apart[1:last] > 1e-5)
-
-
 @pytest.mark.parametrize("index", range(len(CASCADES)))
 @pytest.mark.parametrize("reverse", [False, True])
 def test_cascades(index, reverse):

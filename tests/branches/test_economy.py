@@ -68,20 +68,3 @@ def test_a_linear_structure_needs_few_points_however_its_multipliers_turn(size, 
         response = np.linalg.solve(matrix, 2.0 * np.eye(size)[0])
         both = np.concatenate([response, 1j * w * response])
         assert state == pytest.approx(both.real, abs=1e-9)
-
-
-def test_cycles_keep_their_phase_from_point_to_point():
-    # Without that the arclength counts the motion along the cycle, and steps shrink for nothing.
-    lure = sf.built_in_models()["lure"]()
-    settings = sf.Settings(largest_period=1)
-    diagram = sf.response(lure, vary="a", span=(1.2, 0.62), settings=settings)
-    cycles = diagram.branches[1]
-    assert len(cycles) < 40
-    scaled = cycles.nodes / cycles.model.state_scales()
-    middle = 0.5 * (scaled[1:] + scaled[:-1])
-    x, y, z = np.moveaxis(middle, 2, 0)
-    a, b = 0.5 * (cycles.parameter[1:] + cycles.parameter[:-1])[:, None], cycles.model.b
-    flow = np.stack([y, z, -a * z - b * y - x + x**2], axis=2)
-    moved = np.diff(scaled, axis=0)
-    along = np.abs((moved * flow).sum(axis=(1, 2))) / np.linalg.norm(flow, axis=(1, 2))
-    assert (along < 0.3 * np.linalg.norm(moved, axis=(1, 2)) + 1e-6)[2:].all()

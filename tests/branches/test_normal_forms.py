@@ -11,7 +11,6 @@ import slipfold as sf
 from helpers.by_hand.stroboscopic import StroboscopicByHand, coefficient, critical_vectors
 from helpers.reference import CASES, traced
 from slipfold.branches import Settings, Steps, trace_response
-from slipfold.models.registry import built_in_models
 from slipfold.orbits import periodic_orbit
 
 
@@ -157,26 +156,6 @@ def test_slow_drift_at_a_torus_bifurcation(case, near, amplitude):
     near_slope, far_slope = np.linalg.lstsq(columns, np.array(inverse)[40:])[0][0] / -2
     assert (4 * near_slope - far_slope) / 3 == pytest.approx(item.coefficient, rel=2e-3)
     assert item.criticality == ("subcritical" if item.coefficient > 0 else "supercritical")
-
-
-FREIRE = {"vary": "n", "span": (-0.64, -0.55), "settings": sf.Settings(largest_period=1)}
-
-
-def test_normal_forms_from_section_to_section_are_those_of_the_return_map(monkeypatch):
-    """PD and NS of cycles of AUTO's demo tor, by the product of all matrices and without it."""
-    model = built_in_models()["freire"]()
-    by_product = sf.response(model, **FREIRE).special
-    monkeypatch.setattr("slipfold.normal_forms.normal_form.LOST", 0.0)
-    in_chain = sf.response(model, **FREIRE).special
-    pairs = [
-        (one.point, other.point)
-        for one, other in zip(by_product, in_chain, strict=True)
-        if one.point.type in ("PD", "NS")
-    ]
-    assert {one.type for one, _ in pairs} == {"PD", "NS"}
-    for one, other in pairs:
-        assert one.criticality == other.criticality is not None
-        assert other.coefficient == pytest.approx(one.coefficient, rel=1e-8)
 
 
 KOPER = """

@@ -22,13 +22,6 @@ def test_an_orbit_between_points_closes_and_lies_between_them(known):
         assert low < orbit.model.Nd < high
 
 
-def test_an_orbit_at_a_special_point_is_that_of_the_point(known):
-    point = known.branches[0].special[0]
-    orbit = orbit_between(known.branches[0], point.arclength)
-    assert orbit.model.Nd == point.value
-    np.testing.assert_array_equal(orbit.nodes, point.nodes)
-
-
 def test_a_value_asked_for_is_met_exactly(known):
     branch = known.branches[1]
     place = 0.5 * (branch.arclength[8] + branch.arclength[9])
@@ -38,14 +31,6 @@ def test_a_value_asked_for_is_met_exactly(known):
     assert orbit.model.Nd == pytest.approx(value, rel=1e-15)
     assert orbit.residual < 1e-10
     assert np.abs(orbit.nodes - near.nodes).max() / near.model.state_scales().max() < 0.1
-
-
-def test_a_value_that_the_branch_does_not_have_there_gives_the_orbit_of_the_place():
-    # Duffing's oscillator beyond its fold: the branch turns back.
-    branch = sf.response(sf.built_in_models()["duffing"](), "W", (0.5, 2)).branches[0]
-    fold = max(branch.special, key=lambda point: point.value)
-    orbit = orbit_between(branch, fold.arclength, fold.value + 0.2)
-    assert fold.value == orbit.model.W
 
 
 @pytest.fixture(scope="module")

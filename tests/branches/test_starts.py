@@ -54,23 +54,6 @@ def test_a_branch_is_followed_in_both_directions_from_inside_the_span():
     assert branch.begun.reason == "reached the end of the span at W = 0.5"
 
 
-@pytest.mark.parametrize(("first", "last"), [(0.5, 2.0), (2.0, 0.5)])
-@pytest.mark.parametrize("at", [0.5, 2.0])
-def test_from_an_end_of_the_span_there_is_one_direction(first, last, at):
-    diagram = sf.response(model_named("duffing"), "W", (first, last), start={"W": at})
-    (branch,) = diagram.branches
-    assert branch.parameter[[0, -1]] == pytest.approx([at, 2.5 - at])
-    assert sorted(values(branch, "LP")) == pytest.approx(sorted(FOLDS), abs=1e-10)
-
-
-def test_an_orbit_of_period_two_goes_back_to_where_it_was_born():
-    orbit = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.1), period=2)
-    (branch,) = sf.response(orbit, "Nd", (0, 0.5)).branches
-    assert values(branch, "NS") == pytest.approx([0.05669067722, 0.1664381671], abs=1e-10)
-    assert branch.begun.kind == "closed"
-    assert branch.begun.value == pytest.approx(0.0435789, abs=1e-6)
-
-
 def test_a_state_near_an_orbit_of_period_two_finds_it():
     near = sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.3), period=2).state * 1.001
     names = ("x", "y", "vx", "vy")

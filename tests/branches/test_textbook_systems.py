@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 from helpers.textbook_models import Decoupled, Duffing, Mathieu, Pitchfork, Torus, VanDerPol
 from helpers.toy_models import LinearOscillator
 from slipfold.branches import Settings, Steps, trace_response
-from slipfold.orbits import periodic_orbit
 
 STEPS = [pytest.param(0.02, marks=pytest.mark.long), 0.1, 1.0]
 
@@ -75,15 +74,6 @@ def test_doubling_of_the_damped_mathieu_equation(w, h, g):
     # vanishes they turn round after 5e-3 of arclength.
     side = np.sign(child.parameter[1] - h)
     assert (main.special[0].criticality == "supercritical") == (side > 0)
-
-
-def test_doublings_of_the_mathieu_equation_along_the_frequency():
-    branches = traced(Mathieu(h=0.3), "w", (1.7, 2.3))
-    first, second = branches[0].special
-    along_h = traced(Mathieu(w=first.value), "h", (0.2, 0.4))[0].special[0]
-    assert along_h.value == pytest.approx(0.3, abs=1e-10)
-    along_h = traced(Mathieu(w=second.value), "h", (0.2, 0.4))[0].special[0]
-    assert along_h.value == pytest.approx(0.3, abs=1e-10)
 
 
 @pytest.mark.parametrize("span", [(1.0, 1.2), (1.2, 1.0)])
@@ -163,12 +153,3 @@ def test_linear_oscillator_has_its_closed_form_everywhere(vary):
         # Derivatives on a branch may have been taken up to 1e-8 beside the orbit.
         assert abs(found - expected).min() < 1e-6
         assert branch.extrema.of("x")[1][index] == pytest.approx(abs(amplitude), abs=1e-11)
-
-
-def test_linear_oscillator_from_nothing():
-    model = LinearOscillator(zeta=0.01, f=0.97)
-    orbit = periodic_orbit(model)
-    assert orbit.stable
-    _, values = orbit.output("x", 64)
-    time = np.arange(64) / 64 / model.f
-    assert values == pytest.approx(model.exact(time, orbit.state)[:, 0], abs=1e-11)

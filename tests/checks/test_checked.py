@@ -1,7 +1,6 @@
 """Results are checked by themselves, for a tenth of their work, say so, and keep what they said."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -22,12 +21,6 @@ LOST = Check("end of branch 2 at Nd = 0.98 N", "quadrature", math.inf, 1e-8)
 @pytest.fixture(scope="module")
 def diagram():
     return sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5)
-
-
-@pytest.fixture(scope="module")
-def locus(diagram):
-    window = ((12.3, 12.6), (0, 0.1))
-    return sf.locus(diagram.special[0], ("f", "Nd"), window, switch=False)
 
 
 @pytest.fixture(scope="module")
@@ -62,16 +55,6 @@ def test_what_agrees_to_no_digit_does_not_agree():
     )
 
 
-def test_data():
-    checked = Checked((GOOD, BAD, LOST))
-    assert (checked.count, checked.agreeing, checked.agree) == (3, 1, False)
-    assert checked.disagreeing == (BAD, LOST)
-    text = json.dumps(checked.to_json(), allow_nan=False)
-    assert Checked.from_json(json.loads(text)) == checked
-    assert "NS of branch 2" in checked._repr_html_()
-    assert Checked((Check("x", "collocation", math.nan, 1e-8),)).agreeing == 0
-
-
 def test_a_response_checks_special_points_and_ends(diagram):
     names = [check.name.split(" at ")[0] for check in diagram.checked.checks]
     assert names == [
@@ -83,13 +66,6 @@ def test_a_response_checks_special_points_and_ends(diagram):
     assert str(diagram.checked) in diagram._repr_html_()
 
 
-def test_a_locus_checks_its_ends_and_special_points(locus):
-    names = {check.name.split(" at ")[0] for check in locus.checked.checks}
-    assert {"end of locus 1"} <= names
-    assert locus.checked.agree
-    assert str(locus.checked) in locus.summary()
-
-
 def test_a_simulation_checks_parts_of_the_motion(motion):
     assert [check.name for check in motion.checked.checks] == [
         *(f"the motion from {time:.6g} s on" for time in (699 / 12.2, 0)),
@@ -97,29 +73,6 @@ def test_a_simulation_checks_parts_of_the_motion(motion):
     ]
     assert motion.checked.agree
     assert motion.summary().splitlines()[-1] == "checked: 3 of 3 agree to 1e-12"
-
-
-def test_a_short_simulation_checks_less():
-    checks = sf.simulate(sf.SlidingOscillator(), 100, f=12.5).checked.checks
-    assert [check.name for check in checks] == [
-        "repetition of 8 of 100 forcing periods",
-    ]
-    checks = sf.simulate(sf.SlidingOscillator(), 500, f=12.5).checked.checks
-    assert [check.name for check in checks] == [
-        "the motion from 39.92 s on",
-        "repetition of 25 of 500 forcing periods",
-    ]
-
-
-def test_a_period_of_many_steps_is_computed_again_in_parts():
-    slow = sf.System(
-        parameters={"W": 1e-4},
-        states={"q": "v", "v": "cos(W*t) - 0.1*v - q"},
-        forcing={"period": "2*pi/W"},
-    )
-    motion = sf.simulate(slow, periods=3)
-    assert motion.checked.agree
-    assert len(motion.checked.checks) == 1
 
 
 def test_a_map_checks_some_thresholds(thresholds):
@@ -134,12 +87,6 @@ def test_a_map_checks_some_thresholds(thresholds):
 
 
 @pytest.mark.parametrize("moved", [1e-6, -1e-3])
-def test_a_wrong_threshold_does_not_agree(thresholds, moved):
-    wrong = dataclasses.replace(thresholds, values=thresholds.values * (1 + moved))
-    assert check_thresholds(wrong).agreeing == 0
-
-
-@pytest.mark.parametrize("moved", [1e-6, -1e-3])
 def test_the_right_orbit_at_a_wrong_threshold_does_not_agree(moved):
     over = {"Vd": [0.6, 0.7], "alpha": [1.0]}
     found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
@@ -149,17 +96,6 @@ def test_the_right_orbit_at_a_wrong_threshold_does_not_agree(moved):
     (one,) = check_thresholds(dataclasses.replace(wrong, states=states)).checks
     assert (one.method, one.agrees) == ("collocation", False)
     assert one.difference < 1e-2
-
-
-@pytest.mark.parametrize("kind", ["diagram", "locus", "motion", "thresholds"])
-def test_what_was_checked_is_kept(kind, request, tmp_path):
-    result = request.getfixturevalue(kind)
-    result.save(tmp_path / "result.nc")
-    copy = sf.load(tmp_path / "result.nc")
-    assert copy.checked == result.checked
-    record = json.loads(json.dumps(copy.to_json(), allow_nan=False))
-    assert record["checked"]["count"] == result.checked.count
-    assert record["checked"]["agree"] == result.checked.agreeing
 
 
 def test_what_is_checked_takes_a_tenth_of_the_work_and_is_never_nothing(monkeypatch):

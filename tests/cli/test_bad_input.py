@@ -153,12 +153,6 @@ def test_bad_input_leaves_an_old_result_alone(tmp_path):
     assert os.listdir(tmp_path) == ["x.nc"]
 
 
-def test_start_where_there_is_no_orbit(tmp_path):
-    # So slow a plate that the tip would stick at once.
-    arguments = ["response", "sliding", "--vary", "Nd=0.9:0.1", "--set", "Vd=1e-6"]
-    assert_refused(run(*arguments), "Nd")
-
-
 # -- places to write to ------------------------------------------------------------------------
 
 
@@ -270,15 +264,6 @@ def test_locus_of_a_saved_response(tmp_path):
     made_diagram(branches=()).save(path)
     assert_refused(run("locus", str(path), *window), "x.nc has none")
     assert os.listdir(tmp_path) == ["x.nc"]
-
-
-def test_locus_of_another_kind_of_result(tmp_path):
-    path = tmp_path / "x.nc"
-    made_locus_diagram().save(path)
-    arguments = ("locus", str(path), *LOCUS[2:])
-    assert_refused(run(*arguments), "x.nc holds a LocusDiagram", "slipfold response --out")
-    path.write_text("x,y\n")
-    assert_refused(run(*arguments), "x.nc is not a netCDF-4 file")
 
 
 def test_plot_of_what_there_is_not(tmp_path):

@@ -9,11 +9,8 @@ import pytest
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
-from slipfold.computations.loci import with_place
 from slipfold.continuation.end import End
 from slipfold.loci.locus import LocusEnd
-from slipfold.loci.window import locus_progress
-from slipfold.models import SlidingOscillator
 from slipfold.results.result import load
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
@@ -48,15 +45,6 @@ def test_json_on_standard_output_and_nothing_else():
     )
 
 
-def test_summary_is_the_default_output():
-    result = run(*SMALL)
-    assert result.exit_code == 0
-    assert result.stderr == ""
-    assert "TY" in result.stdout
-    assert "supercritical, to branch 2" in result.stdout
-    assert "Branch 2 (period 2" in result.stdout
-
-
 def test_all_files_of_one_response_agree(tmp_path):
     paths = {name: tmp_path / f"x.{name}" for name in ("nc", "json", "csv")}
     result = run(
@@ -70,13 +58,6 @@ def test_all_files_of_one_response_agree(tmp_path):
     points = sum(len(branch) + len(branch.special) for branch in diagram.branches)
     assert len(rows) == points
     assert result.stdout == diagram.summary() + "\n"
-
-
-def test_units_and_descending_spans():
-    result = run("response", "sliding", "--vary", "alpha=61:60deg", "--json", "-")
-    record = json.loads(result.stdout)
-    assert record["parameters"]["alpha"] == pytest.approx(1.0646508437165410)
-    assert record["branches"][0]["stopped"]["value"] == pytest.approx(1.0471975511965976)
 
 
 def test_settings_reach_the_computation(tmp_path):
@@ -134,17 +115,6 @@ def test_interruption_is_status_130_after_the_results_are_written(tmp_path, monk
     assert load(path).interrupted
 
 
-def test_interruption_outside_the_computation(monkeypatch):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    module = importlib.import_module("slipfold.computations.long_term")
-    monkeypatch.setattr(module, "simulate", interrupt)
-    result = run("simulate", "sliding")
-    assert result.exit_code == 130
-    assert result.stderr == "slipfold: interrupted; nothing was written\n"
-
-
 # -- locus -------------------------------------------------------------------------------------
 
 
@@ -163,84 +133,6 @@ def test_locus_as_json_on_standard_output_and_nothing_else():
     # shared/reference/sliding.json, force response at 12.5 Hz.
     ends = dict(end["values"] for end in (locus["begun"], locus["stopped"]))
     assert ends[12.5] == pytest.approx(0.043578911491, rel=1e-8)
-
-
-@pytest.fixture(scope="module")
-def saved_set(tmp_path_factory):
-    """Files of one bifurcation set by their endings, and what was printed."""
-    folder = tmp_path_factory.mktemp("set")
-    paths = {name: folder / f"x.{name}" for name in ("nc", "json", "csv")}
-    result = run(
-        *(*LOCUS, "--type", "PD", "--period", "1", "--set", "mu=0.49", "--max-step", "0.2"),
-        *("--out", str(paths["nc"]), "--json", str(paths["json"]), "--csv", str(paths["csv"])),
-    )
-    assert result.exit_code == 0
-    return paths, result
-
-
-def test_all_files_of_one_locus_agree(saved_set):
-    paths, result = saved_set
-    diagram = load(paths["nc"])
-    assert diagram.model.mu == 0.49
-    assert diagram.settings.steps.largest == 0.2
-    assert json.loads(paths["json"].read_text()) == diagram.to_json()
-    rows = list(csv.DictReader(paths["csv"].read_text().splitlines()))
-    assert len(rows) == sum(len(locus) + len(locus.special) for locus in diagram.loci)
-    assert result.stdout == diagram.summary() + "\n"
-
-
-def test_types_and_periods_reach_the_computation(monkeypatch):
-    asked = {}
-    module = importlib.import_module("slipfold.computations.loci")
-    monkeypatch.setattr(
-        module, "bifurcation_set", lambda *_, **given: asked.update(given) or made_locus_diagram()
-    )
-    assert run(*LOCUS).exit_code == 0
-    assert (asked["types"], asked["periods"], asked["regions"]) == (
-        None,  # those of the model
-        (1, 2),
-        False,
-    )
-    assert run(*LOCUS, "--type", "NS", "--type", "LP", "--period", "2").exit_code == 0
-    assert (asked["types"], asked["periods"]) == (["NS", "LP"], [2])
-    assert asked["regimes"] is None
-    assert run(*LOCUS, "--regions", "--regimes", "60x50").exit_code == 0
-    assert (asked["regions"], asked["regimes"]) == (True, (60, 50))
-
-
-@pytest.mark.parametrize("which", ["begun", "stopped"])
-def test_failure_of_a_locus_is_status_3_after_the_results_are_written(which, tmp_path, monkeypatch):
-    lost = LocusEnd("failed", "the locus was lost near f = 12; try a smaller largest step", (12, 1))
-    diagram = made_locus_diagram(loci=(doubling_locus(**{which: lost}),))
-    replace_result(monkeypatch, diagram, "bifurcation_set")
-    path = tmp_path / "x.nc"
-    result = run(*LOCUS, "--out", str(path), "--json", "-")
-    assert result.exit_code == 3
-    assert result.stderr == f"slipfold: locus 1 stopped early: {lost.reason}\n"
-    assert json.loads(result.stdout)["loci"][0][which]["kind"] == "failed"
-    assert load(path).failed
-
-
-@pytest.mark.parametrize(
-    ("loci", "counted"), [((), "0 points on 0 loci"), ((doubling_locus(),), "3 points on 1 locus")]
-)
-def test_interruption_of_loci_is_status_130(loci, counted, tmp_path, monkeypatch):
-    diagram = made_locus_diagram(loci=loci, interrupted=True)
-    replace_result(monkeypatch, diagram, "bifurcation_set")
-    path = tmp_path / "x.nc"
-    result = run(*LOCUS, "--out", str(path))
-    assert result.exit_code == 130
-    assert result.stderr == (
-        f"slipfold: interrupted after {counted}; what was finished is in {path}\n"
-    )
-    assert load(path).interrupted
-
-
-def test_progress_of_loci_says_where_it_is():
-    seen = []
-    observer = with_place(seen.append, SlidingOscillator(), ("f", "mu"))
-    observer(locus_progress("loci", 2, None, (12.5, 0.25), "PD of period 1, 12 points, GPD"))
-    assert str(seen[0]) == "loci: 2 done  PD of period 1, 12 points, GPD  f = 12.5 Hz, mu = 0.25"
 
 
 @pytest.fixture(scope="module")
@@ -308,14 +200,6 @@ def test_status_of_loci_of_a_saved_response(changes, status, saved_response, mon
     assert run("locus", saved_response, *WINDOW).exit_code == status
 
 
-def test_plot_of_a_bifurcation_set(saved_set):
-    path = saved_set[0]["nc"]
-    result = run("plot", str(path))
-    assert result.exit_code == 0
-    assert result.stdout == ""
-    assert path.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
-
-
 # -- the other commands ------------------------------------------------------------------------
 
 
@@ -337,24 +221,6 @@ def test_simulation_that_meets_a_limit_says_so():
     result = run("simulate", "sliding", "--state", "y=-0.99995")
     assert result.exit_code == 0
     assert result.stderr.startswith("slipfold: stopped early: spring collapsed")
-
-
-def test_steady_sliding_is_an_equilibrium():
-    result = run("response", "steady-sliding", "--vary", "mu=0:1", "--set", "Vd=0.4", "--json", "-")
-    assert result.exit_code == 0
-    record = json.loads(result.stdout)
-    assert record["model"] == "steady-sliding"
-    (branch,) = record["branches"]
-    assert (branch["kind"], branch["special"]) == ("equilibrium", [])
-    result = run("response", "steady-sliding", "--vary", "Nd=0:0.1")
-    assert result.exit_code == 2
-    assert "steady-sliding has no parameter 'Nd'" in result.stderr
-
-
-def test_models():
-    result = run("models")
-    assert result.exit_code == 0
-    assert result.stdout.split()[0] == "sliding"
 
 
 def test_one_model_in_detail():
@@ -405,20 +271,6 @@ def test_plot_of_a_simulation_goes_beside_it_by_default(kind, tmp_path):
 # -- the whole ---------------------------------------------------------------------------------
 
 COMMANDS = ("response", "locus", "simulate", "paper", "models", "plot")
-
-
-def test_version():
-    result = run("--version")
-    assert result.exit_code == 0
-    assert result.stdout.startswith("slipfold ")
-
-
-@pytest.mark.parametrize("arguments", [[], ["--help"], ["-h"]])
-def test_help(arguments):
-    result = run(*arguments)
-    assert result.exit_code == 0
-    for command in COMMANDS:
-        assert command in result.stdout
 
 
 @pytest.mark.parametrize("command", COMMANDS)

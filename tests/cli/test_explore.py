@@ -29,23 +29,6 @@ def test_it_listens_on_this_machine_alone_unless_told_otherwise(started):
     assert options["browser"] is False
 
 
-def test_a_model_of_ones_own_is_offered(started, tmp_path):
-    (tmp_path / "case.toml").write_text('model = "sliding"\n[parameters]\nf = 12.2\n')
-    assert run("explore", str(tmp_path / "case.toml")).exit_code == 0
-    assert started[0][0].f == 12.2
-
-
-def test_the_file_with_the_equations_is_known(started, tmp_path):
-    """It is what a copied text names; a case file names it itself."""
-    own, case = tmp_path / "own.toml", tmp_path / "case.toml"
-    own.write_text('[parameters]\nk = 1\n[states]\nq = "-k*q"\n')
-    case.write_text('model = "own.toml"\n[parameters]\nk = 2\n')
-    for file in (own, case):
-        assert run("explore", str(file)).exit_code == 0
-    assert [given.k for given, _ in started] == [1, 2]
-    assert [options["file"] for _, options in started] == [own, own]
-
-
 def test_a_public_address_is_said_to_be_one(started):
     result = run("explore", "--public-bind", "192.0.2.7")
     assert "whoever has the address with its token can compute here" in result.stderr

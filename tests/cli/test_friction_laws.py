@@ -55,13 +55,6 @@ def test_a_law_in_a_case_file(case):
     assert find_model(str(case), {}) == sf.SlidingOscillator(friction=law).steady()
 
 
-def test_what_a_law_brings_is_shown():
-    shown = run("models", "sliding", "--friction", "lugre")
-    assert shown.exit_code == 0
-    assert "bristle" in shown.stdout or "s0" in shown.stdout
-    assert " zx " in shown.stdout
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -32,16 +32,6 @@ def test_done(calls):
     assert (calls["processes"], calls["tori"], calls["motions"]) == (3, False, False)
 
 
-def test_one_process_a_processor_by_default(calls):
-    run("paper")
-    assert calls["processes"] >= 1
-
-
-def test_motions_are_drawn_if_asked_for(calls):
-    run("paper", "--motions")
-    assert calls["motions"]
-
-
 def test_interrupted(calls):
     calls["outcome"] = {"missing": ("figure7",)}
     result = run("paper", "--out", "here")

@@ -2,10 +2,8 @@
 
 import json
 
-import numpy as np
 import pytest
 
-import slipfold as sf
 from helpers.command_line import run
 
 BELT = """
@@ -69,22 +67,3 @@ def test_plots_of_contacts(tmp_path):
         refused = run("plot", str(path), *options)
         assert refused.exit_code == 2
         assert words in refused.stderr
-
-
-def test_a_saved_response_has_the_extrema_of_orbits_that_stick(tmp_path):
-    case, path = tmp_path / "belt.toml", tmp_path / "cycles.nc"
-    case.write_text(BELT)
-    chosen = ("--vary", "Vd_pad=0.2:0.22", "--settled", "--out", str(path))
-    assert run("response", str(case), *chosen).exit_code == 0
-    (branch,) = sf.load(path).branches
-    # It sticks until the spring pulls with 1 N, then swings about 1/2 m.
-    exact = 0.5 + np.hypot(0.5, branch.parameter)
-    assert branch.extrema.of("x")[1] == pytest.approx(exact, abs=1e-10)
-    assert (branch.multiplier_uncertainty < 1e-8).all()
-
-
-def test_models_says_that_stick_need_not_end_a_branch(tmp_path):
-    case = tmp_path / "belt.toml"
-    case.write_text(BELT)
-    last = run("models", str(case)).stdout.splitlines()[-1]
-    assert last.split("  ")[-1] == "unless it goes on through stick and slip"

@@ -60,17 +60,6 @@ def test_response_of_a_structure_and_its_saved_result(file, tmp_path):
     assert run("plot", str(out)).exit_code == 0
 
 
-def test_a_structure_is_shown_and_simulated(file):
-    shown = run("models", str(file))
-    assert shown.exit_code == 0
-    assert shown.stdout.startswith("frame: two masses and a hardening spring\n\nParameters")
-    # The values are those of the file.
-    (line,) = [line for line in shown.stdout.splitlines() if "cubic stiffness" in line]
-    assert line.split()[:3] == ["k3", "40", "N/m^3"]
-    result = run("simulate", str(file), "--periods", "3", "--set", "f=2", "--json", "-")
-    assert json.loads(result.stdout)["parameters"]["f"] == 2
-
-
 def test_the_built_in_chain_is_a_file_to_start_from(tmp_path):
     assert "chain" in run("models").stdout
     shown = run("models", "--show", "chain")

@@ -49,24 +49,6 @@ def test_check_says_how_much_it_is_and_computes_nothing(case, tmp_path, monkeypa
     assert [path.name for path in tmp_path.iterdir()] == ["cheap.toml"]
 
 
-RESPONSES = """
-model = "sliding"
-parameters = {f = 12.5}
-compute = {what = "response", vary = "Nd", span = [0, 0.02], largest_period = 1}
-cases = {grid = {Vd = {from = 0.5, to = 0.6, count = %d}}}
-"""
-
-
-@pytest.mark.parametrize(("count", "beside"), [(15, False), (16, True)])
-def test_check_says_where_cases_go_side_by_side(count, beside, tmp_path):
-    path = tmp_path / "responses.toml"
-    path.write_text(RESPONSES % count)
-    told = run("study", str(path), "--check", "--workers", "1").stdout.splitlines()[-1]
-    assert (" s a case by itself, from " in told) is beside
-    assert (": at most " in told) is beside
-    assert told.endswith("on one process, as cases go side by side") is beside
-
-
 def test_a_full_disk_ends_it_with_a_sentence_and_it_goes_on_later(case, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with files_of_at_most(8192):

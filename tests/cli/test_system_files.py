@@ -43,25 +43,6 @@ def test_response_of_a_file(file):
     assert "EVENT" in {point["type"] for point in special}
 
 
-def test_parameters_are_set_and_units_read(file):
-    result = run("simulate", file, "--periods", "5", "--set", "F=0.2", "--json", "-")
-    assert json.loads(result.stdout)["parameters"] == {"W": 0.9, "F": 0.2}
-    result = run("simulate", file, "--periods", "5", "--set", "W=-1")
-    assert result.exit_code == 2
-    assert "W must be >= 0 rad/s" in result.stderr
-    result = run("simulate", file, "--periods", "5", "--set", "W=0")
-    assert result.exit_code == 2
-    assert "the forcing period 2*pi/W is nan s at W = 0" in result.stderr
-
-
-def test_built_in_systems_by_name_and_in_case_files(tmp_path):
-    path = tmp_path / "case.toml"
-    path.write_text('model = "duffing"\n[parameters]\nF = 0.2\n')
-    for arguments in (["duffing", "--set", "F=0.2"], [str(path)]):
-        result = run("simulate", *arguments, "--periods", "5", "--json", "-")
-        assert json.loads(result.stdout)["parameters"]["F"] == 0.2
-
-
 def test_models_lists_and_shows_them(file):
     listed = run("models").stdout
     assert "duffing" in listed
@@ -76,13 +57,6 @@ def test_models_lists_and_shows_them(file):
     assert "Limits" not in details
     record = json.loads(run("models", "duffing", "--json", "-").stdout)
     assert record["models"][0]["outputs"][0]["name"] == "energy"
-
-
-def test_what_is_shown_is_a_file_to_start_from(tmp_path):
-    path = tmp_path / "copy.toml"
-    path.write_text(run("models", "--show", "vanderpol").stdout)
-    result = run("simulate", str(path), "--periods", "3", "--json", "-")
-    assert json.loads(result.stdout)["model"] == "vanderpol"
 
 
 @pytest.mark.parametrize(
@@ -107,12 +81,6 @@ def test_errors_name_file_line_and_column(old, new, words, file):
         assert word in result.stderr
 
 
-def test_autonomous_systems_are_simulated_in_seconds():
-    result = run("simulate", "lorenz", "--periods", "3", "--state", "x=1", "--json", "-")
-    assert result.exit_code == 0
-    assert json.loads(result.stdout)["parameters"]["duration"] == 1
-
-
 @pytest.mark.parametrize("name", ["sliding", "dufing"])
 def test_only_files_are_shown(name):
     result = run("models", "--show", name)
@@ -126,30 +94,6 @@ def test_the_orbit_that_a_motion_settles_to_is_followed():
     assert result.exit_code == 0
     (branch,) = json.loads(result.stdout)["branches"]
     assert (branch["kind"], branch["special"]) == ("periodic", [])
-
-
-def test_an_equilibrium_that_a_motion_settles_to_is_followed():
-    arguments = ("--vary", "rho=2:20", "--settled", "--start", "rho=10", "--start", "x=-1")
-    result = run("response", "lorenz", *arguments, "--json", "-")
-    assert result.exit_code == 0
-    (branch,) = json.loads(result.stdout)["branches"]
-    assert (branch["kind"], branch["special"]) == ("equilibrium", [])
-
-
-def test_coexisting_responses_are_reached_by_starts():
-    upper = ("--start", "q=1.3", "--start", "v=2.5")
-    record = json.loads(run("simulate", "duffing", "--set", "W=1.2", *upper, "--json", "-").stdout)
-    arguments = ("response", "duffing", "--vary", "W=0.5:2", "--start", "W=1.2")
-    for more in (upper, (*upper, "--settled")):
-        result = run(*arguments, *more, "--json", "-")
-        assert result.exit_code == 0
-        (branch,) = json.loads(result.stdout)["branches"]
-        assert [item["type"] for item in branch["special"]] == ["LP", "LP"]
-    assert record["kind"] == "response"
-    assert record["state"][1] == pytest.approx(2.5429, abs=1e-3)
-    result = run(*arguments, "--start", "p=1")
-    assert result.exit_code == 2
-    assert "no state 'p'" in result.stderr
 
 
 def test_a_motion_that_settles_on_nothing_is_refused():
@@ -174,12 +118,6 @@ def test_which_parameters_may_be_varied_is_listed():
     assert varied == {"sigma": True, "rho": True, "beta": True, "duration": False}
     line = next(line for line in run("models", "lorenz").stdout.splitlines() if "duration" in line)
     assert line.endswith("; cannot be varied")
-
-
-def test_only_what_lasts_has_a_duration():
-    result = run("response", "lorenz", "--vary", "rho=0.5:2", "--json", "-")
-    special = json.loads(result.stdout)["branches"][0]["special"]
-    assert [(item["type"], item["duration"]) for item in special] == [("BP", None)]
 
 
 def test_maps_are_not_supported(tmp_path):

@@ -6,39 +6,16 @@ import pytest
 import slipfold as sf
 from slipfold.branches.method import forced_orbits
 from slipfold.branches.settings import Settings
-from slipfold.collocation_points import gauss_points, radau_points
+from slipfold.collocation_points import radau_points
 from slipfold.continuation.newton import correct
 from slipfold.loci import start as given_point
 from slipfold.orbits import continued
 from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme, scheme_for
+from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.shooting import Shooting
 
 RADAU = Scheme(radau_points(STAGES))
-
-
-@pytest.mark.parametrize("degree", [1, 2, 3, 6])
-def test_radau_points_integrate_polynomials_exactly(degree):
-    radau = radau_points(degree)
-    assert radau.points[-1] == 1.0
-    assert radau.inner[-1] == pytest.approx(radau.weights, abs=1e-14)
-    for power in range(2 * degree - 1):  # the quadrature knows all but one of what Gauss's does
-        assert radau.weights @ radau.points**power == pytest.approx(1 / (power + 1), abs=1e-14)
-    beyond = radau.weights @ radau.points ** (2 * degree - 1)
-    assert beyond != pytest.approx(1 / (2 * degree), abs=1e-14)
-
-
-def growth(points, exponent):
-    """What a step of length one makes of x' = exponent x."""
-    matrix = np.eye(len(points.points)) - exponent * points.inner
-    return 1 + exponent * points.weights @ np.linalg.solve(matrix, np.ones(len(matrix)))
-
-
-def test_what_is_not_resolved_is_damped_at_radau_points_alone():
-    assert abs(growth(gauss_points(6), 1e3j)) == pytest.approx(1)
-    assert abs(growth(radau_points(6), 1e3j)) < 0.01
-    assert abs(growth(radau_points(6), 4j)) == pytest.approx(1, abs=1e-4)
 
 
 def forced(text, **values):
@@ -84,30 +61,6 @@ def test_a_fast_mode_that_decays_has_a_multiplier_of_nothing():
     assert np.sort(by_gauss)[:2].max() > 0.1  # the feigned ones
 
 
-def oscillators(*pairs):
-    """Jacobian of modes with a decay and a turning each, as exponents a unit of phase."""
-    from scipy.linalg import block_diag
-
-    return block_diag(*[[[-decay, turn], [-turn, -decay]] for decay, turn in pairs])[None]
-
-
-@pytest.mark.parametrize(
-    ("modes", "damps", "density"),
-    [
-        ([(0.1, 6.0), (50.0, 1e4)], True, 1.0),
-        ([(0.1, 6.0), (0.1, 600.0), (50.0, 1e4)], True, 100.0),  # resolved, for it may grow
-        ([(0.0, 6.0), (0.0, 1e4)], False, 0.0),  # conservative
-        ([(0.1, 6.0), (0.5, 1e4)], False, 0.0),  # so lightly damped that it counts
-        ([(0.1, 6.0), (50.0, 200.0)], False, 0.0),  # resolved anyway
-        ([(-0.1, 6.0), (-50.0, 1e4)], False, 0.0),  # it grows
-    ],
-)
-def test_the_points_follow_from_what_vibrates_and_decays(modes, damps, density):
-    found = scheme_for(oscillators(*modes))
-    assert found.points.damps == damps
-    assert found.density == pytest.approx(density)
-
-
 @pytest.mark.parametrize(("damping", "begun"), [(10.0, Collocation), (0.0, Shooting)])
 def test_stiff_forced_orbits_begin_by_collocation_where_what_is_fast_decays(damping, begun):
     model = forced({"x": "v", "v": "F*cos(t) - v - x", "y": "w", "w": f"x - {damping}*w - 1e6*y"})
@@ -136,28 +89,3 @@ def test_the_locus_of_a_stiff_fold_meets_the_equations_where_its_branch_did(monk
     assert fold.type == "LP"
     assert orbits.by.points.damps
     assert all(item.points.damps for item in schemes)
-
-
-@pytest.mark.parametrize("found_again", [True, False])
-def test_a_mesh_that_no_polynomials_are_found_on_is_not_called_a_lack_of_values(
-    found_again, monkeypatch
-):
-    """Of a stiff contact at its resonance not even those of the last orbit were found again."""
-    from slipfold.branches.ends import failure_reason
-    from slipfold.continuation.newton import SINGULAR
-    from slipfold.continuation.walk import Failure
-
-    if not found_again:
-        nowhere = np.full((6, 2), np.nan), np.zeros(6)
-        monkeypatch.setattr(Collocation, "stage_states", lambda *given: nowhere)
-    model = forced({"x": "v", "v": "F*cos(t) - 0.1*v - x - x^3"})
-    told = []
-    for by in (Collocation, Shooting):
-        orbits = ForcedOrbits(model, {"F": 1.0}, by=by)
-        row = np.eye(orbits.size + 1)[-1]
-        found = correct(orbits, np.append(np.zeros(orbits.size), 0.1), row, iterations=20)
-        last = orbits.point(found, 0.0)
-        told.append(failure_reason(orbits, last, Failure("failed", SINGULAR)))
-    assert [kind for kind, _ in told] == ["failed", "failed"]
-    assert "turns so sharply" in told[0][1]
-    assert "or turn more sharply than explicit steps follow" in told[1][1]  # it is not known

@@ -1,7 +1,6 @@
 """Parameters chosen for thresholds: derivatives, against grids, windows, what cannot be met."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -114,18 +113,6 @@ def test_interruption_keeps_what_is_known(sliding, done):
     assert found.interrupted
     assert found.reasons.tolist() == ["", "interrupted before this was reached"]
     assert found.confirmed.tolist() == [True, False]
-
-
-def test_an_interrupted_confirmation_is_said(sliding, monkeypatch):
-    def observer(progress):
-        raise KeyboardInterrupt
-
-    interrupted = partial(confirmed.trace_response, observer=observer)
-    monkeypatch.setattr(confirmed, "trace_response", interrupted)
-    found = sf.design(sliding[0], {"Vd": (0.5, 0.7)}, above=0.04, load=LOAD)
-    assert found.reasons.tolist() == [""]
-    assert not found.confirmed.any()
-    assert found.interrupted
 
 
 def test_a_loss_of_a_longer_period_is_confirmed_from_the_doubling_on(sliding):

@@ -103,13 +103,6 @@ def test_indices_of_the_ishigami_function():
     assert found.total == pytest.approx(expected, abs=5e-3)
 
 
-def test_errors_of_indices_are_the_same_again():
-    scatters = [Scatter(name, "uniform", 0.0, 1.0) for name in ("x", "y")]
-    one, two = (indices(lambda at: at[:, 0] * at[:, 1], scatters, 64) for _ in range(2))
-    assert np.array_equal(one.first_error, two.first_error)
-    assert np.array_equal(one.total_error, two.total_error)
-
-
 def test_indices_that_cannot_be_told_say_why(sliding, tmp_path):
     found = sf.uncertainty(sliding[2], {"alpha": "normal 2deg"}, samples=4, seed=1, indices=True)
     assert found.indices is None
@@ -131,13 +124,6 @@ def test_an_interruption_of_the_indices_leaves_the_samples(doubling):
     assert np.isfinite(found.thresholds).all()
     assert "samples are missing" not in found.summary()
     assert "No indices: interrupted before all of their samples were reached" in found.summary()
-
-
-def test_indices_of_a_threshold_are_shares_of_its_gradients_where_scatter_is_small(doubling):
-    scatter = {"Vd": "normal 0.5%", "alpha": "normal 0.2deg"}
-    found = sf.uncertainty(doubling, scatter, samples=32, indices=True)
-    assert found.indices.names == ("Vd", "alpha")
-    assert found.indices.total == pytest.approx(found.shares, abs=0.1)
 
 
 def test_equilibria_have_uncertain_hopf_points():
@@ -207,25 +193,6 @@ def test_scatter_is_read(text, kind, size):
 
 
 @pytest.mark.parametrize(
-    "text", ["normal 5%:0.5:0.61", "normal:5%::610mm/s", "uniform 2%", "lognormal 10%"]
-)
-def test_a_scatter_has_the_deviation_of_what_is_drawn(text):
-    read = parse_scatter(text, sf.SlidingOscillator().parameter("Vd"), 0.6)
-    values = drawn("sobol", 2**14, 1, [read])
-    assert values.std() == pytest.approx(read.deviation, rel=2e-3)
-    assert values.max() <= read.high
-    assert values.min() >= read.low
-
-
-def test_ends_in_percent_are_of_the_value():
-    parameter = sf.SlidingOscillator().parameter("mu")
-    read = parse_scatter("normal:5%:90%:110%", parameter, 0.5)
-    assert (read.low, read.high) == pytest.approx((0.45, 0.55))
-    read = parse_scatter("uniform:95%:105%", parameter, 0.5)
-    assert (read.mean, read.size) == pytest.approx((0.5, 0.025))
-
-
-@pytest.mark.parametrize(
     ("text", "shown"),
     [
         ("normal 5%", "normal 0.025"),
@@ -239,17 +206,6 @@ def test_ends_in_percent_are_of_the_value():
 def test_a_scatter_is_shown_with_ends_where_it_has_them(text, shown):
     read = parse_scatter(text, sf.SlidingOscillator().parameter("mu"), 0.5)
     assert scatter_text(read, 0.5) == shown
-
-
-def test_cut_scatter_is_saved(doubling, tmp_path):
-    scatter = {"mu": "normal 5%:0.4:0.52", "Vd": {"distribution": "lognormal", "deviation": 0.01}}
-    found = sf.uncertainty(doubling, scatter, samples=4)
-    found.save(tmp_path / "u.nc")
-    copy = sf.load(tmp_path / "u.nc")
-    assert copy.scatters == found.scatters
-    assert copy.to_json() == found.to_json()
-    assert found.to_json()["scatter"]["mu"]["high"] == 0.52
-    assert "normal 0.025 from 0.4 to 0.52" in found.summary()
 
 
 def test_probabilities_have_intervals(small):

@@ -37,10 +37,3 @@ def test_output_is_copied_and_shown(reproduction: ModuleType, tmp_path: Path) ->
     assert "{include} /_build/paper/claims.md" in text
     assert "/_build/paper/bifurcation_set_f_Nd.png" in text
     assert "{include} /_build/paper/bifurcation_sets.md" in text
-
-
-def test_an_interrupted_output_is_not_shown(reproduction: ModuleType, tmp_path: Path) -> None:
-    output = tmp_path / "paper-output"
-    output.mkdir()
-    (output / "figure2.png").write_text("")
-    assert reproduction.gather(output, tmp_path) == reproduction.NOTHING

@@ -12,7 +12,7 @@ import slipfold as sf
 from slipfold.errors import InputError
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.messages import parse_request
-from slipfold.explorer.plain import axis_of, number, plain_text, short
+from slipfold.explorer.plain import plain_text
 
 DESCRIBED = {item["name"]: item for item in Catalogue().describe()}
 
@@ -61,23 +61,6 @@ def test_a_belt_in_text_is_first_shown_where_it_moves():
     assert diagram.branches[0].stopped.kind == "span"
 
 
-def test_an_unforced_structure_is_first_shown_over_the_speed_under_it():
-    belt = sf.FrictionContact("tip", sf.Stribeck(), Vd="2 m/s", name="belt")
-    matrices = {"M": [[1.0]], "K": [[100.0]], "names": ["tip"], "contacts": belt}
-    alone = sf.Structure(**matrices)
-    view = Catalogue(alone).describe()[0]["default"]
-    assert (view["vary"], view["span"]) == ("Vd_belt", [0.002, 4.0])
-    forced = sf.Structure(**matrices, forcing=sf.HarmonicForce("tip"))
-    assert Catalogue(forced).describe()[0]["default"]["vary"] == forced.quiet
-
-
-def test_a_given_model_comes_first_with_its_own_values():
-    described = Catalogue(sf.SlidingOscillator(f=12.2)).describe()
-    assert described[0]["name"] == "sliding"
-    values = {item["name"]: item["value"] for item in described[0]["parameters"]}
-    assert values["f"] == 12.2
-
-
 def test_a_model_called_as_a_built_in_one_is_described_by_its_own_parameters():
     """The name alone says nothing: what is known of W is for the W of the package."""
     own = sf.System(
@@ -90,15 +73,6 @@ def test_a_model_called_as_a_built_in_one_is_described_by_its_own_parameters():
     assert (view["vary"], view["show"], view["span"]) == ("g", "z", [0.0, 2.0])
     sliders = {item["name"]: (item["low"], item["high"]) for item in described["parameters"]}
     assert sliders == {"g": (0, 2), "W": (30.04, 80), "turn": (-math.pi, math.pi)}
-
-
-def test_sliders_of_angles_keep_their_bounds():
-    own = sf.System(
-        parameters={"turn": {"value": 1, "unit": "rad", "min": 0, "max": 1.5}},
-        states={"z": "sin(turn) - z"},
-    )
-    (slider,) = Catalogue(own).describe()[0]["parameters"]
-    assert (slider["low"], slider["high"]) == (0, 1.5)
 
 
 @pytest.mark.parametrize("name", ["two contacts", "pad/disc", "..\\Bremse Ä: 2", "x" * 300])
@@ -116,23 +90,6 @@ def test_whatever_a_model_is_called_it_can_be_asked_for(name):
         )
     )
     assert catalogue.of(request) == own
-
-
-@pytest.mark.parametrize(
-    ("parameter", "symbol"),
-    [
-        ({"name": "k1"}, ["k", "1"]),
-        ({"name": "big"}, None),
-        ({"name": "Nd", "symbol": "$N_d$"}, ["N", "d"]),
-        ({"name": "e", "symbol": r"$\varepsilon_{0}$"}, ["ε", "0"]),
-        ({"name": "turn", "symbol": r"$\dot\alpha$"}, ["α̇", ""]),
-    ],
-)
-def test_what_stands_below_a_symbol_is_known(parameter, symbol):
-    name, given = parameter["name"], {"value": 1, **parameter}
-    del given["name"]
-    own = sf.System(parameters={name: given}, states={"q": f"{name}-q"})
-    assert axis_of(own, name)["symbol"] == symbol
 
 
 def test_a_model_with_nothing_to_vary_is_refused():
@@ -188,14 +145,3 @@ def test_no_two_quantities_of_a_list_look_alike_and_no_letter_is_a_word():
 @given(st.text(max_size=30))
 def test_any_text_becomes_plain(text):
     assert "$" not in plain_text(text)
-
-
-@given(st.lists(st.floats(-1e12, 1e12), max_size=5))
-def test_short_numbers_are_those_that_were_given(values):
-    largest = max(map(abs, values), default=0.0)
-    for ours, theirs in zip(short(values), values, strict=True):
-        assert abs(ours - theirs) <= max(1e-6 * largest, 1e-290)
-
-
-def test_what_is_not_finite_is_none():
-    assert [number(value) for value in (math.nan, math.inf, None, 1)] == [None, None, None, 1.0]

@@ -105,18 +105,6 @@ def test_copied_python_draws_the_same_curve(exported, view, tmp_path, monkeypatc
     assert "TY" in capsys.readouterr().out
 
 
-def test_copied_python_draws_the_same_curve_of_a_structures_file(
-    of_file, tmp_path, monkeypatch, capsys
-):
-    names = run_python(of_file(BRAKES, "python").decode(), tmp_path, monkeypatch)
-    (tmp_path / "saved.nc").write_bytes(of_file(BRAKES, "nc"))
-    saved = sf.load(tmp_path / "saved.nc")
-    assert names["diagram"].model == saved.model
-    assert saved.model.mu_s == 0.6
-    for mine, theirs in zip(names["diagram"].branches, saved.branches, strict=True):
-        np.testing.assert_array_equal(mine.nodes, theirs.nodes)
-
-
 def test_the_copied_case_of_a_structures_file_names_it(of_file, tmp_path, monkeypatch):
     text = of_file(BRAKES, "toml").decode()
     case = tmp_path / "case.toml"
@@ -149,22 +137,6 @@ def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ('model = "case.toml"', "holds no system or structure"),
-        ('model = "nothing.toml"', "nothing.toml cannot be read"),
-        ('model = "own.toml"\n[parameters]\nz = 1', "no parameter 'z'"),
-        ('model = "own.toml"\nfriction = "Stribeck"', "takes no friction law"),
-    ],
-)
-def test_a_case_that_names_a_file_in_vain(tmp_path, content, words):
-    (tmp_path / "own.toml").write_text(SYSTEM)
-    (tmp_path / "case.toml").write_text(content)
-    with pytest.raises(InputError, match=words):
-        find_model(str(tmp_path / "case.toml"), {})
-
-
-@pytest.mark.parametrize(
     "view", [DIAGRAM, DUFFING, OWN, SIMULATION], ids=["sliding", "duffing", "own", "simulation"]
 )
 def test_the_command_in_a_copied_case_file_gives_the_same_numbers(
@@ -191,16 +163,6 @@ def test_copied_python_gives_the_same_orbit(exported, tmp_path, monkeypatch, cap
     first = np.array(rows[1][1:5], dtype=float)
     np.testing.assert_allclose(names["orbit"].state, first, rtol=1e-8)
     assert names["orbit"].period == 2
-
-
-def test_an_orbit_as_netcdf_is_read_by_xarray(exported, tmp_path):
-    import xarray
-
-    (tmp_path / "orbit.nc").write_bytes(exported(ORBIT, "nc"))
-    with xarray.open_dataset(tmp_path / "orbit.nc", engine="h5netcdf") as data:
-        assert data.N.attrs["units"] == "N"
-        assert float(data.N.max()) == pytest.approx(1 + data.attrs["parameter_Nd"])
-        assert data.multipliers_real.shape == (4,)
 
 
 @pytest.mark.parametrize("kind", ["forced", "cycle", "equilibrium"])
@@ -231,40 +193,6 @@ def test_copied_python_gives_the_same_plane(exported, view, tmp_path, monkeypatc
     assert saved.loci
     for mine, theirs in zip(names["found"].loci, saved.loci, strict=True):
         np.testing.assert_array_equal(mine.values, theirs.values)
-
-
-def test_the_command_of_a_plane_names_both_spans(exported):
-    first = exported(PLANE, "toml").decode().splitlines()[0]
-    assert first == "# slipfold locus case.toml --vary f=12.4:12.5 --vary Nd=0.0:0.06 --regions"
-    assert "--regions" not in exported(FREE_PLANE, "toml").decode().splitlines()[0]
-
-
-def test_no_regions_are_asked_of_a_model_that_nothing_forces(exported):
-    axes = {"x": {"name": "sigma", "span": [5, 15]}, "y": {"name": "rho", "span": [0.5, 30]}}
-    view = {"kind": "plane", "id": 1, "model": "lorenz", **axes}
-    assert "regions=False" in exported(view, "python").decode()
-    assert "--regions" not in exported(view, "toml").decode()
-
-
-def test_a_friction_law_is_copied_with_its_values():
-    model = sf.SlidingOscillator(friction=sf.Stribeck(vs=0.25), f=12.2)
-    answering = Answering(Catalogue(model))
-    view = diagram(parameters={})
-    request = ExportRequest.model_validate({"view": view, "format": "python"})
-    line = answering.export(request, lambda: None).decode().splitlines()[2]
-    names = {"sf": sf}
-    exec(line, names)
-    assert names["model"].replace(Nd=0.0) == model
-
-
-def test_an_orbit_has_no_command(exported):
-    with pytest.raises(InputError, match="copy it as Python"):
-        exported(ORBIT, "toml")
-
-
-def test_a_csv_has_the_points_of_the_diagram(exported):
-    rows = list(csv.DictReader(io.StringIO(exported(DIAGRAM, "csv").decode())))
-    assert {row["branch"] for row in rows} == {"1", "2"}
 
 
 @pytest.mark.parametrize(("form", "name"), [("python", "py"), ("toml", "toml"), ("csv", "csv")])

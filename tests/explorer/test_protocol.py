@@ -113,17 +113,6 @@ def test_an_orbit_on_a_branch_closes_and_has_its_multipliers(client, base):
     assert answer["mechanism"] == {"kind": "sliding"}
 
 
-def test_the_spectrum_is_that_of_the_orbit(client):
-    answer = client.ask({**ORBIT, "at": {"branch": 2, "arclength": 0.3}})
-    frequency, amplitude = answer["spectrum"]["frequency"], answer["spectrum"]["amplitude"]["x"]
-    assert frequency[:3] == pytest.approx([0, 6.25, 12.5])
-    x = answer["states"]["x"][:-1]
-    phase = [math.pi * value for value in answer["phase"][:-1]]
-    cosine = sum(a * math.cos(b) for a, b in zip(x, phase, strict=True))
-    sine = sum(a * math.sin(b) for a, b in zip(x, phase, strict=True))
-    assert amplitude[1] == pytest.approx(2 * math.hypot(cosine, sine) / len(x), rel=1e-5)
-
-
 def test_an_orbit_near_a_state_is_found(client):
     state = {"x": 0.1, "y": 0.05, "vx": 0, "vy": 0}
     answer = client.ask({**ORBIT, "at": {"value": 0.03, "state": state}})
@@ -150,11 +139,6 @@ def test_a_motion_starts_beside_an_orbit_where_it_is_nudged(client):
     start, nudge = {"x": 0.1, "y": 0.05, "vx": 0, "vy": 0}, {"x": 0.01}
     pieces = ask_all(client, {**request, "start": start, "nudge": nudge})
     assert pieces[0]["sections"]["start"]["x"][0] == pytest.approx(0.11)
-
-
-def test_a_motion_that_meets_a_limit_says_which(client):
-    request = {"kind": "simulation", "id": 5, "model": "sliding", "start": {"y": -0.9999}}
-    assert client.ask(request)["verdict"].startswith("spring collapsed")
 
 
 def test_a_plane_tells_its_progress_and_has_the_loci(client):
@@ -187,16 +171,6 @@ def test_a_plane_tells_its_progress_and_has_the_loci(client):
     assert {label for row in regions["labels"] for label in row} - {0} <= set(
         map(int, regions["names"])
     )
-
-
-def test_autonomous_models_are_shown_too(client):
-    request = diagram(7, model="lorenz", parameters={}, vary="rho", span=[0.5, 20])
-    answer = client.ask(request)
-    assert [mark["type"] for mark in answer["branches"][0]["special"]] == ["BP"]
-    del request["show"]
-    orbit = client.ask({**request, "kind": "orbit", "at": {"branch": 1, "arclength": 0.1}})
-    assert orbit["spectrum"]["amplitude"]["x"][1] == pytest.approx(0, abs=1e-9)
-    assert orbit["mechanism"] is None
 
 
 @pytest.mark.parametrize(
@@ -290,14 +264,6 @@ def test_pictures_of_regimes_become_finer(monkeypatch):
     # As in docs/how-to/tori-and-chaos.md.
     shown = [[last["names"][number - 1] for number in row] for row in last["labels"]]
     assert shown == [["period 1"], ["torus"]]
-
-
-def test_regimes_of_what_nothing_forces_are_refused():
-    window = {"x": {"name": "mu", "span": [1, 2]}, "y": {"name": "k", "span": [1, 2]}}
-    asked = {"kind": "regimes", "id": 1, "model": "vanderpol-free", **window}
-    told = []
-    Answering(Catalogue()).answer(parse_request(json.dumps(asked)), told.append, lambda: None)
-    assert "nothing forces vanderpol-free" in told[-1]["error"]
 
 
 def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):

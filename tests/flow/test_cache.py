@@ -68,12 +68,6 @@ def test_second_time_it_comes_from_the_disk(folder):
     assert builder.calls == 1
 
 
-def test_another_key_is_another_entry(folder):
-    assert fetch("a", Builder("one")) == "one"
-    assert fetch("b", Builder("two")) == "two"
-    assert fetch("a", Builder("new")) == "one"
-
-
 @pytest.mark.parametrize("function", ["_machine", "_processor"])
 def test_another_machine_is_another_entry(folder, monkeypatch, function):
     fetch("a", Builder("here"))
@@ -192,16 +186,6 @@ def test_entry_that_is_a_link_is_not_followed(folder, tmp_path):
 
 
 @posix
-def test_directory_that_is_a_link_is_not_followed(folder, tmp_path):
-    elsewhere = tmp_path / "elsewhere"
-    elsewhere.mkdir(mode=0o700)
-    folder.parent.mkdir()
-    folder.symlink_to(elsewhere)
-    assert fetch("a", Builder()) == "made"
-    assert not list(elsewhere.iterdir())
-
-
-@posix
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="needs root")
 def test_foreign_owner_is_not_trusted(folder, tmp_path):
     fetch("a", Builder())
@@ -212,14 +196,6 @@ def test_foreign_owner_is_not_trusted(folder, tmp_path):
     assert not (tmp_path / "sprung").exists()
     os.chown(folder, 12345, -1)
     assert fetch("a", Builder("again")) == "again"
-
-
-def test_sealed_entry_that_no_longer_opens_is_rebuilt(folder):
-    fetch("a", Builder())
-    entry = only_entry(folder)
-    seal(entry, b"cslipfold.gone\nNothing\n.")
-    entry.chmod(0o600)
-    assert fetch("a", Builder("rebuilt")) == "rebuilt"
 
 
 def test_unusable_directory_costs_time_only(tmp_path, monkeypatch):
@@ -243,16 +219,6 @@ def test_full_disk_costs_time_only(folder, monkeypatch, broken):
     )
     assert fetch("a", Builder()) == "made"
     assert not list(folder.iterdir())
-
-
-def test_no_home_directory_costs_time_only(monkeypatch):
-    def homeless():
-        raise RuntimeError("Could not determine home directory.")
-
-    monkeypatch.delenv("SLIPFOLD_CACHE_DIR", raising=False)
-    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    monkeypatch.setattr(compiled_code.Path, "home", homeless)
-    assert fetch("a", Builder()) == "made"
 
 
 def test_directory_follows_the_environment(monkeypatch, tmp_path):

@@ -83,23 +83,6 @@ def test_sliding_oscillator_against_complex_steps_through_the_equations():
         assert pull[:, column] / SCALE == pytest.approx(expected / SCALE, abs=1e-6)
 
 
-@pytest.mark.parametrize("names", [("Nd",), ("f", "Nd"), ("mu", "alpha"), ("Ns", "Vd")])
-def test_differences_of_the_first_derivatives(names):
-    flow, constants = flow_of(SLIDING), flow_of(SLIDING).constants(SLIDING.vector)
-    states = STATE + RNG.normal(size=(11, 4)) * [0.02, 0.02, 1.0, 1.0]  # more than one batch
-    v = RNG.normal(size=(11, 4)) * [0.1, 0.1, 8.0, 8.0]
-    start, end = RNG.uniform(0, 0.5, 11), RNG.uniform(0.5, 1.2, 11)
-    matrices, pulls = curve(SLIDING, states, start, end, names, v)
-    along = constants.rates[:, [SLIDING.parameter_index(name) for name in names]]
-    size = 0.05
-    firsts = [flow.linearise(states + size * s * v, start, end, constants, along) for s in NODES]
-    expected = slope_at_zero([first[1] for first in firsts], size).reshape(matrices.shape)
-    scaled = SCALE / SCALE[:, None]
-    assert matrices * scaled == pytest.approx(expected * scaled, abs=1e-7)
-    expected = slope_at_zero([first[2] for first in firsts], size).reshape(pulls.shape)
-    assert pulls / SCALE[:, None] == pytest.approx(expected / SCALE[:, None], abs=1e-7)
-
-
 def test_second_derivatives_are_symmetric_and_linear():
     u, v = np.array([0.2, 0.1, -9.0, 4.0]), np.array([-0.1, 0.3, 5.0, 7.0])
     vectors = np.array([u, v, 2 * u - 3 * v])
@@ -113,28 +96,3 @@ def test_second_derivatives_are_symmetric_and_linear():
     jet = flow.jet(STATE, 0.1, 0.8, flow.constants(SLIDING.vector), np.array([u, v]))
     assert matrices[0] @ u == pytest.approx(jet[0, 1], rel=1e-10)
     assert matrices[1] @ v == pytest.approx(jet[1, 1], rel=1e-10)
-
-
-def test_every_trajectory_may_have_parameters_of_its_own():
-    models = [SLIDING.replace(Nd=0.05 * i, f=12.0 + 0.1 * i) for i in range(1, 10)]
-    flow = flow_of(SLIDING)
-    columns = [SLIDING.parameter_index(name) for name in ("f", "Nd")]
-    states = STATE + RNG.normal(size=(9, 4)) * [0.01, 0.01, 0.5, 0.5]
-    v = RNG.normal(size=(9, 4)) * [0.1, 0.1, 8.0, 8.0]
-    zero, one = np.zeros(9), np.ones(9)
-    constants = flow.constants(np.array([model.vector for model in models]))
-    found = flow.curve(states, zero, one, constants, constants.rates[:, :, columns], v)
-    for i, model in enumerate(models):
-        some = slice(i, i + 1)
-        alone = flow.constants(model.vector)
-        expected = flow.curve(
-            states[some], zero[some], one[some], alone, alone.rates[:, columns], v[some]
-        )
-        for part, exact in zip(found, expected, strict=True):
-            assert part[i] == pytest.approx(exact[0], rel=1e-10, abs=1e-11)
-
-
-def test_a_singularity_is_nan():
-    matrices, pulls = curve(Runaway(f=1.0), np.array([[2.0]]), [0.0], [1.0], ["f"], np.ones((1, 1)))
-    assert np.isnan(matrices).all()
-    assert np.isnan(pulls).all()

@@ -1,7 +1,5 @@
 """Derivatives of flows against complex steps through equations written by hand."""
 
-import re
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -58,14 +56,6 @@ def test_monodromy_matrix():
     assert np.max(np.abs(scaled)) < 1e-9
 
 
-def test_numbers_are_no_series_to_the_integrator():
-    # Of a linear system derivatives need products by numbers; those of two series take longer.
-    flow = flow_of(LinearOscillator())
-    parts = [str(part) for part in flow._code.linear(1).decomposition]
-    products = [part for part in parts if re.match(r"\(\(u_\d+ \* u_\d+\)", part)]
-    assert len(products) <= flow.dimension * (flow.dimension + 1)
-
-
 @pytest.mark.parametrize("name", [parameter.name for parameter in MODEL.parameters])
 def test_derivative_with_respect_to_a_parameter(name):
     direction = CONSTANTS.rates[:, [MODEL.parameter_index(name)]]
@@ -94,19 +84,6 @@ def test_linear_flow_has_an_exact_monodromy_matrix():
         assert vector[:, 0] == pytest.approx(model.exact(phase / model.f) / model.a, abs=1e-12)
 
 
-def test_difference_quotients_converge_to_the_derivative_with_second_order():
-    direction = np.array([0.2, -0.1, 10.0, 4.0])
-    exact = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, direction[None])[0, 0]
-    steps = 2.0 ** -np.arange(2, 8)
-    errors = []
-    for step in steps:
-        both = STATE + np.array([[step], [-step]]) * direction
-        up, down = FLOW.advance(both, np.zeros(2), np.ones(2), CONSTANTS)
-        errors.append(np.linalg.norm(((up - down) / (2 * step) - exact) / SCALE))
-    order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert order == pytest.approx(2, abs=0.1)
-
-
 def test_jets_agree_with_differences_of_the_flow():
     directions = RNG.normal(size=(9, 4)) * [0.05, 0.05, 3, 3]
     jets = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, directions)
@@ -122,15 +99,6 @@ def test_jets_agree_with_differences_of_the_flow():
                 assert jet[order - 1, component] / SCALE[component] == pytest.approx(
                     expected / SCALE[component], abs=1e-7
                 )
-
-
-def test_first_jet_is_the_monodromy_matrix():
-    _, matrices, _ = FLOW.linearise(
-        STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, [0]]
-    )
-    jets = FLOW.jet(STATE, 0.0, 1.0, CONSTANTS, np.eye(4))
-    along = jets[:, 0].T
-    assert along == pytest.approx(matrices[0], rel=1e-11, abs=1e-11)
 
 
 def test_every_trajectory_may_have_parameters_of_its_own():
@@ -155,13 +123,3 @@ def test_every_trajectory_may_have_parameters_of_its_own():
             assert part[i] == pytest.approx(exact[0], rel=1e-13, abs=1e-13)
         assert ends[i] == pytest.approx(expected[0][0], rel=1e-12)
         assert np.array_equal(rates[i], FLOW.rates(states[some], zero[some], alone)[0])
-
-
-def test_derivatives_along_two_parameters_are_those_along_each():
-    columns = [MODEL.parameter_index(name) for name in ("Vd", "alpha")]
-    arguments = STATE[None], np.zeros(1), np.ones(1), CONSTANTS
-    _, matrix, both = FLOW.linearise(*arguments, CONSTANTS.rates[:, columns])
-    for place, column in enumerate(columns):
-        _, alone, vector = FLOW.linearise(*arguments, CONSTANTS.rates[:, [column]])
-        assert both[0, :, place] == pytest.approx(vector[0, :, 0], rel=1e-12, abs=1e-13)
-        assert matrix[0] == pytest.approx(alone[0], rel=1e-11, abs=1e-11)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.by_hand.sliding import BASE, integrate
-from helpers.toy_models import LinearOscillator, Runaway
-from slipfold.errors import InputError
+from helpers.toy_models import LinearOscillator
 from slipfold.flow import flow_of
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow
@@ -42,22 +41,6 @@ def test_linear_flow_agrees_with_the_closed_form():
     assert ends == pytest.approx(found, abs=1e-13)
 
 
-@pytest.mark.parametrize("count", [1, 7, 8, 9, 17])
-def test_batches_of_any_size_agree_with_single_trajectories(count):
-    model = SlidingOscillator(Nd=0.3)
-    flow = flow_of(model)
-    constants = flow.constants(model.vector)
-    states = RNG.normal(size=(count, 4)) * [0.1, 0.1, 5.0, 5.0]
-    start, end = RNG.uniform(0, 1, count), RNG.uniform(1, 2, count)
-    together = flow.advance(states, start, end, constants)
-    sampled = flow.sample(states, start, end, 5, constants)
-    for i in range(count):
-        grid = np.array([*np.linspace(start[i], end[i], 6)])
-        alone = flow.trajectory(states[i], constants, grid)
-        assert together[i] / SCALE == pytest.approx(alone[-1] / SCALE, abs=1e-13)
-        assert sampled[i] / SCALE == pytest.approx(alone[:-1] / SCALE, abs=1e-13)
-
-
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10, 1e-13])
 def test_error_falls_with_the_tolerance(tolerance):
     model = LinearOscillator()
@@ -65,32 +48,3 @@ def test_error_falls_with_the_tolerance(tolerance):
     end = flow.trajectory(np.zeros(2), flow.constants(model.vector), np.array([0.0, 5.0]))[-1]
     error = np.max(np.abs(end - model.exact(5.0 / model.f)))
     assert error < 10 * tolerance
-
-
-def test_singular_trajectories_are_no_numbers():
-    model = Runaway()
-    flow = flow_of(model)
-    constants = flow.constants(model.vector)
-    states = np.array([[0.5], [2.0], [-1.0]])
-    ends = flow.advance(states, np.zeros(3), np.ones(3), constants)
-    assert np.isnan(ends[1, 0])
-    assert ends[[0, 2], 0] == pytest.approx([1.0, -0.5], rel=1e-13)
-    along = flow.trajectory(np.array([2.0]), constants, np.array([0, 0.25, 0.4, 0.6, 1.0]))
-    assert along[:3, 0] == pytest.approx([2, 4, 10], rel=1e-12)
-    assert np.isnan(along[3:]).all()
-
-
-def test_outputs_are_those_of_the_model():
-    model = SlidingOscillator(Nd=0.4)
-    flow = flow_of(model)
-    constants = flow.constants(model.vector)
-    phases = 0.3 + 1e-3 * np.arange(-2, 3)
-    states = flow.trajectory(np.array([0.1, -0.05, 2.0, 5.0]), constants, phases)
-    values = flow.outputs(states, phases, constants)
-    named = [model.evaluate(name, states, phases / model.f) for name in flow.output_names]
-    assert values == pytest.approx(np.transpose(named), rel=1e-12, abs=1e-12)
-
-
-def test_unknown_output_is_named():
-    with pytest.raises(InputError, match="no output 'z'; there are x, y"):
-        flow_of(SlidingOscillator()).output_index("z")

@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.collocation_points import radau_points
 from slipfold.flow import flow_of
 from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
 
@@ -95,14 +94,6 @@ def test_every_law_over_a_whole_period(name):
     assert_same_as_radau(LAWS[name], 1.0)
 
 
-def test_samples_are_the_motion_at_their_times(law):
-    motion = sf.simulate(rubbing(law[0]), periods=1)
-    time, states = motion.sample(0, 1, 4)
-    assert np.isfinite(states).all()
-    apart = np.abs(states[1:] - motion.at(time[1:])) / motion.model.state_scales()
-    assert apart.max() < 1e-9
-
-
 # -- steps -----------------------------------------------------------------------------------------
 
 FOLLOWS = """
@@ -124,15 +115,6 @@ def follower():
     return Takeover(flow_of(model), flow_of(model).constants(model.vector))
 
 
-def test_all_that_lies_between_steps_is_known(follower):
-    motion = implicit_motion(follower.field, np.array([1.0]), 0.0, 1.0)
-    phases = np.linspace(0, 1, 301)
-    assert motion.end is End.ARRIVED
-    assert len(motion.polynomials.times) < 60
-    exact = np.cos(2 * np.pi * phases)
-    assert np.abs(motion.polynomials(phases)[:, 0] - exact).max() < 1e-11
-
-
 def test_it_ends_where_a_limit_is_met(follower):
     def watch(phases, states):
         return np.stack([states[:, 0] + 2.0, states[:, 0] - 0.5], axis=1)
@@ -149,17 +131,3 @@ def test_decay_onto_the_motion_is_resolved(follower):
     exact = np.cos(2 * np.pi * phase) + np.exp(-1e6 * phase)
     assert motion.polynomials(np.array([phase]))[0, 0] == pytest.approx(exact, abs=1e-10)
     assert motion.state[0] == pytest.approx(1.0, abs=1e-11)
-
-
-def test_too_many_steps_and_none_at_all_are_told(follower):
-    start = np.array([2.0])
-    assert implicit_motion(follower.field, start, 0.0, 1.0, most=3).end is End.MANY
-    lost = implicit_motion(follower.field, np.array([np.nan]), 0.0, 1.0)
-    assert (lost.end, lost.polynomials) == (End.LOST, None)
-
-
-def test_powers_integrate_as_the_weights_do():
-    points = radau_points(8)
-    places, slopes = np.linspace(0, 1, 7), np.cos(np.arange(8.0))
-    by_powers = np.vander(places, 9, increasing=True) @ points.powers @ slopes
-    assert by_powers == pytest.approx(points.integrals(places) @ slopes, abs=1e-12)

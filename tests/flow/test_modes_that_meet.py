@@ -22,12 +22,6 @@ def rotor():
     )
 
 
-def test_rounding_of_a_mean_couples_no_modes():
-    sizes = measured_within(rotor(), [{"W": 0.4}, {"W": 0.8}, {"W": 2.0}]).found_sizes
-    assert (sizes >= 2.0**-8).all()
-    assert (sizes <= 1).all()
-
-
 def test_the_folds_of_a_whirling_shaft_are_those_of_its_cubic():
     (branch,) = sf.response(rotor(), vary="W", span=(0.4, 2)).branches
     assert [item.type for item in branch.special] == ["LP", "LP"]

@@ -10,9 +10,6 @@ from scipy.special import erf, ive
 import slipfold as sf
 from slipfold.errors import InputError
 from slipfold.flow import flow_of, simulate
-from slipfold.flow.equations import build_equations
-from slipfold.flow.sharp_turns import SharpTurns, sharp_turns
-from slipfold.models import model_named
 from slipfold.models.friction import Coulomb, Regularised
 
 UNIT, UP = np.eye(3)[:1], np.eye(2)
@@ -134,16 +131,6 @@ def test_bells_that_are_powers_and_products_are_what_they_are_otherwise(bell, e)
     assert found.strobe[-1] == pytest.approx(exact.strobe[-1], abs=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("e", "x"),
-    [(0.05, 1.84688889), (0.01, 1.85759842), (1e-3, 1.86016491), (1e-5, 1.86045068)],
-)
-def test_motion_under_steep_friction_from_rest(e, x):
-    # Radau at 1e-10.
-    model = switching("tanh(v/e)").replace(F=1.0, d=0.0, e=e)
-    assert simulate(model, 60).strobe[-1, 0] == pytest.approx(x, abs=2e-8)
-
-
 @pytest.mark.parametrize("shape", ["tanh", "atan", "sqrt"])
 def test_regularised_contact_whose_slip_reverses(shape):
     """A mass that is dragged to and fro: Coulomb's law to within the width of its rise."""
@@ -178,22 +165,6 @@ def test_limit_on_a_steep_output_ends_the_motion_where_it_is_met():
     stopped = simulate(model, 1, [-0.5]).stopped
     assert stopped is not None
     assert stopped.time == pytest.approx(0.623, abs=1e-12)
-
-
-def test_orbits_under_steep_friction_close_and_have_the_multipliers_of_finite_differences():
-    model = switching("tanh(v/e)").replace(e=1e-4)
-    orbit = sf.periodic_orbit(model)
-    end = simulate(model, 1, orbit.state).strobe[-1]
-    assert end == pytest.approx(orbit.state, abs=1e-10)
-    h = 1e-5
-    ends = [simulate(model, 1, orbit.state + h * step).strobe[-1] for step in (*UP, *-UP)]
-    slopes = (np.array(ends[:2]) - np.array(ends[2:])).T / (2 * h)
-    assert np.sort(np.linalg.eigvals(slopes)) == pytest.approx(np.sort(orbit.multipliers), abs=1e-6)
-
-
-@pytest.mark.parametrize("name", ["sliding", "duffing", "lure"])
-def test_models_that_turn_nowhere_sharply_have_no_events(name):
-    assert sharp_turns(build_equations(model_named(name))) == SharpTurns()
 
 
 @pytest.mark.parametrize("corner", ["select", "relu"])

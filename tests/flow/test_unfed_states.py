@@ -5,7 +5,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.flow.flow import flow_of
 
 SIR = """
 name = "seasonal epidemic"
@@ -43,29 +42,6 @@ def test_an_epidemic_comes_back_from_what_was_left_of_it(start, years, least):
     assert motion.strobe[:, 0] == pytest.approx(right[0], rel=1e-5)
 
 
-def test_a_group_of_states_does_so_too():
-    # Two stages of an infection, of which either feeds the other, under a growth that turns.
-    model = sf.System(
-        name="stages",
-        parameters={"T": 40.0},
-        states={
-            "s": {"rate": "-sin(2*pi*t/T)", "start": 40 / (2 * np.pi)},
-            "e": {"rate": "2*i - 3*e + 9*s*e/10", "start": 1.0},
-            "i": {"rate": "2*e - 3*i + 9*s*i/10", "start": 0.5},
-        },
-        forcing={"period": "T"},
-    )
-    # The sum and the difference separate; s = cos(2 pi t/T) T/(2 pi).
-    found = sf.simulate(model, 1).at(np.arange(0, 41.0))
-    t, c = np.arange(0, 41.0), 40 / (2 * np.pi)
-    integral = 0.9 * c * c * np.sin(t / c)
-    for sign, rate in ((1, -1), (-1, -5)):
-        expected = (1 + 0.5 * sign) * np.exp(integral + rate * t)
-        assert found[:, 1] + sign * found[:, 2] == pytest.approx(
-            expected, rel=1e-9, abs=1e-11 * np.exp(integral - t).max() if sign < 0 else 0
-        )
-
-
 def test_populations_far_below_one_turn_at_the_right_time():
     # Between its outbreaks the predator of this cycle falls to 1e-25 of its largest number.
     eaten = {"x": {"rate": "x*(1 - y)", "start": 60.0}, "y": {"rate": "y*(x - 1)", "start": 1e-3}}
@@ -74,17 +50,6 @@ def test_populations_far_below_one_turn_at_the_right_time():
     assert states.min() < 1e-25
     kept = states.sum(axis=1) - np.log(states).sum(axis=1)
     assert kept == pytest.approx(kept[0], rel=1e-10)
-
-
-def test_what_rests_at_zero_gives_no_state_a_size():
-    model = sf.System.from_toml(SIR)
-    sizes = [
-        sf.simulate(model, 1, [s, i]).model.state_scales()
-        for s in (0.3, 0.999)
-        for i in (1e-3, 1e-9)
-    ]
-    assert np.max(sizes) < 10
-    assert flow_of(model).dimension == 2
 
 
 def test_what_has_almost_died_out_is_not_pushed_as_if_it_had():

@@ -6,13 +6,10 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq, root
 
 import slipfold as sf
-from slipfold.branches.method import forced_orbits
 from slipfold.branches.response import measured_over
 from slipfold.flow import flow_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.equilibria import damped_newton
-from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.shooting import Shooting
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.3, 0.02, 0.002, 210e9, 7850.0
 BENDING = YOUNG * WIDTH * HEIGHT**3 / 12
@@ -104,21 +101,6 @@ class Balance:
         found = root(apart, guess, tol=1e-13).x
         assert np.abs(apart(found)).max() < 1e-9
         return parts(found), found[-1] * self.first
-
-
-def forced_amplitude(count, frequency):
-    """Of a hardening tip under 0.1 N, in m; the phase leads up the resonance from far below it."""
-    balance = Balance(count, lambda moved, _: -1e6 * moved**3, force=0.1)
-    start = np.zeros(HARMONICS + 1, complex)
-    start[1] = 50 * balance.tip[0] ** 2 / balance.squares[0]
-    tip, omega = balance.solve(start, 0.7 * balance.first, lambda _, omega: omega / 90 - 1)
-    turned = 2 * np.pi * frequency
-    while omega < turned:
-        turn = np.exp(-1.1j * np.angle(tip[1]))  # it lags by a tenth more
-        tip, omega = balance.solve(tip, omega, lambda tip, _, turn=turn: (tip[1] * turn).imag)
-    tip, _ = balance.solve(tip, turned, lambda _, omega: omega / turned - 1)
-    fine = np.append(tip, np.zeros(16 * SAMPLES - len(tip) + 1))
-    return 1e-3 * np.abs(np.fft.irfft(fine) * 32 * SAMPLES).max()
 
 
 def duration_of_the_cycle(count, speed):
@@ -226,18 +208,6 @@ def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
     assert orbits.value(found.point.z) == pytest.approx(exact, rel=5e-5)
 
 
-def test_rounding_of_fifteen_elements_does_not_move_the_lowest_mode():
-    model = measured_over(sliding(15), "Vd", (1.25, 1.15))
-    mass, stiffness = matrices(15)
-    lowest = eigh(stiffness, mass)[1][:, 0]
-    state = np.zeros(60)
-    state[:30] = 1e-3 * lowest / lowest[-2]
-    moved = state * (1 + 1e-16 * np.random.default_rng(0).integers(-2, 3, (50, 60)))
-    flow = flow_of(model)
-    rates = flow.rates(moved, np.zeros(50), flow.constants_of(model))[:, 30:] @ (mass @ lowest)
-    assert np.std(rates) < 1e-13 * np.abs(np.mean(rates))  # 1e-10 by the inverse mass
-
-
 def whole_cycles(count, span):
     model = sliding(count)
     still, cycles = sf.response(model, vary="Vd", span=span).branches[:2]
@@ -263,29 +233,6 @@ def test_cycles_of_whole_beams(count):
     assert not cycles.special
     assert cycles.stopped.kind == "span"
     assert cycles.durations[-1] == pytest.approx(duration_of_the_cycle(count, 1.25), rel=1e-8)
-
-
-@pytest.mark.parametrize(
-    "count", [3, *(pytest.param(count, marks=pytest.mark.long) for count in (5, 15))]
-)
-def test_a_forced_beam_climbs_its_resonance(count):
-    tip = f"w{count}"
-    hardening, force = sf.CubicSpring(tip, k3=1e6), sf.HarmonicForce(tip, F=0.1)
-    model = beam(count, elements=hardening, forcing=force, f=17.0)
-    (branch,) = sf.response(model, vary="f", span=(17, 20)).branches
-    assert branch.stopped.kind == "span"
-    assert not branch.special
-    largest = branch.extrema.of(tip)[1][-1]
-    assert largest == pytest.approx(forced_amplitude(count, 20.0), rel=1e-6)
-
-
-@pytest.mark.parametrize(("count", "begun"), [(3, Shooting), (4, Collocation), (5, Collocation)])
-def test_a_beam_begins_by_what_follows_it_in_less_time(count, begun):
-    # Of five elements a point took 0.6 s by shooting and takes 0.05 s; of eight it took less.
-    tip = f"w{count}"
-    hardening, force = sf.CubicSpring(tip, k3=1e6), sf.HarmonicForce(tip, F=0.1)
-    model = beam(count, elements=hardening, forcing=force, f=20.0)
-    assert type(forced_orbits(model, "f", 1.0, sf.Settings()).by) is begun
 
 
 @pytest.mark.long

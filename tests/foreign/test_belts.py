@@ -170,18 +170,3 @@ def test_a_doubling_just_before_a_branch_closes_is_found_and_where_it_closes_is_
     assert found.value == pytest.approx(0.76995381384, abs=1e-9)
     (closed,) = branch.stopped.values
     assert closed == pytest.approx(0.77014492205, abs=1e-6)
-
-
-@pytest.mark.long
-def test_what_lies_just_before_a_closing_is_found_from_either_end():
-    """The first of these doublings, as the branch has them from its other end, was missed."""
-    law = sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2, s0=1e3)
-    belt = sf.FrictionContact("x", law, load=4.0, Vd=0.062)
-    model = sf.Structure([[1.0]], [[0.4]], [[100.0]], names="x", contacts=belt)
-    settings = sf.Settings(largest_period=2)
-    diagram = sf.response(model, vary="Vd", span=(0.062, 0.0552), settled=True, settings=settings)
-    doubled = diagram.branches[1]
-    assert doubled.stopped.kind == "closed"
-    found = [point.value for point in doubled.special if point.type == "PD"]
-    other_way = [0.055277184924, 0.056923470045, 0.055446928086, 0.061605390499]
-    assert found[::-1] == pytest.approx(other_way, abs=1e-10)

@@ -169,15 +169,6 @@ def test_a_branch_that_nothing_leads_to_is_found_by_motions_and_bounded_by_its_f
         assert found.regions.at(*place).stable == periods
 
 
-def test_what_motions_find_and_no_response_has_leaves_a_region_unknown(monkeypatch):
-    monkeypatch.setattr(search, "follow_isolated", lambda *_, **__: ())
-    found = bifurcation_set(System.from_toml(HILL), ("a", "q"), ISOLATED)
-    region = max(found.regions.regions, key=lambda region: region.share)
-    assert (region.stable, region.consistent, region.known) == ((1,), True, False)
-    (check,) = (check for check in region.checks if not check.agrees)
-    assert (check.start, check.settled, check.begins) == ("elsewhere", 2, "from elsewhere")
-
-
 @pytest.mark.long
 def test_a_wide_window_knows_every_motion_at_a_hundred_and_twenty_random_places():
     window = ((0.0, 6.0), (0.0, 1.5))
@@ -202,15 +193,6 @@ def test_a_wide_window_knows_every_motion_at_a_hundred_and_twenty_random_places(
         compared, same = compared + 1, same + (seen == said)
     assert compared > 90
     assert same > 0.9 * compared
-
-
-def test_loci_of_branch_points_are_kept_and_shown(found, tmp_path):
-    found.save(tmp_path / "set.nc")
-    again = load(tmp_path / "set.nc")
-    kinds = [locus.type for locus in found.loci]
-    assert [locus.type for locus in again.loci] == kinds
-    assert found.to_json() == again.to_json()
-    assert set(plane_view(found)["regions"]["known"].values()) == {True}
 
 
 def test_a_region_that_a_pitchfork_divides_is_not_known_without_its_locus(monkeypatch, tmp_path):

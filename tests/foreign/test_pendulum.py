@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from slipfold import (
     InputError,
     Settings,
     System,
-    load,
     periodic_orbit,
     response,
     simulate,
@@ -129,22 +127,6 @@ def test_maps_of_thresholds_and_sliders_know_rotations():
     assert carried.special[0].value == pytest.approx(doubling.value, abs=1e-5)
 
 
-def test_what_is_known_of_turns_is_saved_and_printed(tmp_path):
-    settings = Settings(largest_period=1)
-    diagram = response(driven(), vary="g", span=(1.35, 1.38), start=ROTATING, settings=settings)
-    assert "phi turns round once, backwards" in diagram.summary()
-    assert diagram.to_json()["branches"][0]["turns"] == {"phi": -1}
-    diagram.save(tmp_path / "turning.nc")
-    again = load(tmp_path / "turning.nc")
-    assert again.branches[0].turns == {"phi": -1}
-    assert again.to_xarray()["branch_turns"].values.tolist() == [[-1, 0]]
-    assert diagram.plot().get_ylabel() == "max w"  # of phi there would be all values
-    motion = simulate(driven(), 300, ROTATING)
-    assert motion.to_json()["turns"] == {"phi": -1}
-    motion.save(tmp_path / "motion.nc")
-    assert load(tmp_path / "motion.nc").settlement.turns == {"phi": -1}
-
-
 def test_lines_break_where_a_turn_begins_anew():
     motion = simulate(driven(), 300, ROTATING)
     for ax in (
@@ -188,53 +170,6 @@ def test_an_overdamped_junction_runs_as_long_as_known():
         assert branch.stopped.value > 1
         assert "saddle-node" in branch.stopped.reason
         assert branch.special == ()
-
-
-def test_an_underdamped_junction_stops_running_at_a_homoclinic_orbit():
-    motion = simulate(junction(1.2), state={"w": 1.0})
-    assert motion.settlement.kind == "cycle"
-    assert motion.settlement.turns == {"phi": 1}
-    assert motion.checked.disagreeing == ()
-    cycle = periodic_orbit(junction(1.2))
-    end, _ = after(cycle)
-    assert end - cycle.state == pytest.approx([2 * np.pi, 0], abs=1e-9)
-    assert cycle.duration == pytest.approx(motion.settlement.duration, rel=1e-9)
-    known = homoclinic(0.5)
-    for method in ("automatic", "collocation"):
-        settings = Settings(discretisation=method)
-        diagram = response(
-            junction(1.2), vary="I", span=(1.2, 0.2), start={"w": 1.0}, settled=True,
-            settings=settings,
-        )  # fmt: skip
-        (branch,) = diagram.branches
-        assert branch.stopped.kind == "homoclinic"
-        assert branch.stopped.value == pytest.approx(known, abs=1e-8)
-        assert branch.turns == {"phi": 1}
-
-
-def homoclinic(damping):
-    """Torque at which the saddle's own orbit leads once round to it."""
-
-    def misses(torque):
-        saddle = np.pi - np.arcsin(torque)
-        growth = (-damping + np.sqrt(damping**2 - 4 * np.cos(saddle))) / 2
-        start = [saddle - 2 * np.pi + 1e-6, 1e-6 * growth]
-
-        def arrived(t, y):
-            return y[0] - saddle
-
-        def turned(t, y):
-            return y[1]
-
-        arrived.terminal = turned.terminal = True
-        turned.direction = -1
-        end = solve_ivp(
-            lambda t, y: [y[1], torque - damping * y[1] - np.sin(y[0])], (0, 200), start,
-            events=(arrived, turned), method="DOP853", rtol=1e-12, atol=1e-14,
-        )  # fmt: skip
-        return end.y[1, -1] if len(end.t_events[0]) else end.y[0, -1] - saddle
-
-    return brentq(misses, 0.5, 0.7, xtol=1e-12)
 
 
 def test_angles_are_declared_in_files():

@@ -68,12 +68,6 @@ def test_a_fold_whose_multiplier_is_known_to_two_digits_is_no_disagreement():
     assert diagram.checked.agree
 
 
-def test_what_it_leads_to_are_the_spikes_that_a_stiff_integrator_finds(spiking):
-    cycles = spiking.branches[1]
-    assert cycles.stable[-1]
-    assert closes_by_radau(cycles.orbit(len(cycles) - 1)) < 1e-8
-
-
 @pytest.mark.parametrize("eps", [0.04])
 def test_sharp_canards_are_gone_through_at_both_ends_of_the_spikes(eps, monkeypatch):
     """Turning v, w and I round (0, 7/8, 7/8) leaves the equations as they are.
@@ -172,15 +166,6 @@ def test_what_follows_a_neuron_and_feeds_nothing_has_no_say_in_how_large_it_beco
     alone = measured(fitzhugh_nagumo(0.08).replace(I=0.31)).state_scales()
     beside = measured(watched(fast).replace(I=0.31)).state_scales()
     assert beside.tolist() == [*alone, alone[0]]  # slowly or at once, x follows v and no farther
-
-
-@pytest.mark.parametrize("fast", [10.0])
-def test_what_follows_a_neuron_and_feeds_nothing_changes_nothing(fast):
-    rest, cycles = sf.response(watched(fast), vary="I", span=(0.31, 0.34)).branches
-    assert rest.special[0].value == pytest.approx(hopf_current(0.08), abs=1e-10)
-    assert [item.type for item in cycles.special] == ["LP"]
-    assert cycles.special[0].value == pytest.approx(0.324178522504, abs=1e-10)
-    assert cycles.stopped.kind == "span"
 
 
 @pytest.mark.long

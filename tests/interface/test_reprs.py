@@ -1,14 +1,11 @@
 """What is printed is one short line; what holds numbers compares without raising."""
 
-import dataclasses
 import functools
-import importlib
 
 import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.public_api import module_names
 
 LONGEST = 320
 """Characters: two lines of a wide terminal."""
@@ -114,40 +111,3 @@ def test_verdicts_say_what_a_person_wants():
     other = SHORT["other settings"]()
     assert repr(other) == "Settings(steps=Steps(largest=0.05, points=9), largest_period=2)"
     assert eval(repr(other), vars(sf)) == other
-
-
-def test_a_check_says_where_it_started():
-    # As `region_check` writes it, and as files of others may have it.
-    for start in ("period 2", "2"):
-        check = sf.RegionCheck((1.0, 2.0), start, 1, False, "settled on period 1")
-        assert check.begins == "near the orbit of period 2"
-
-
-def test_extrema_compare_by_their_numbers():
-    branch = diagram().branches[0]
-    again = sf.Extrema(branch.extrema.names, *(part.copy() for part in (
-        branch.extrema.minimum, branch.extrema.maximum)))  # fmt: skip
-    assert branch.extrema == again
-    assert branch.extrema != sf.Extrema(again.names, again.minimum - 1, again.maximum)
-    assert branch.extrema != "extrema"
-
-
-def data_classes_with_arrays():
-    found = {}
-    for module in map(importlib.import_module, module_names()):
-        for value in vars(module).values():
-            if isinstance(value, type) and dataclasses.is_dataclass(value):
-                kinds = [str(field.type) for field in dataclasses.fields(value) if field.compare]
-                if any(kind.startswith(("Array", "NDArray", "np.ndarray")) for kind in kinds):
-                    found[f"{value.__module__}.{value.__qualname__}"] = value
-    return found
-
-
-def test_data_classes_with_arrays_do_not_compare_field_by_field():
-    # The comparison that dataclass writes asks an array for its truth, which raises.
-    written = [
-        name
-        for name, value in data_classes_with_arrays().items()
-        if value.__dataclass_params__.eq and name.startswith("slipfold")
-    ]
-    assert written == []

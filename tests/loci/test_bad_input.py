@@ -39,16 +39,6 @@ def test_an_event_has_no_locus():
     assert "type EVENT has no locus in f and Nd" in refusal([event])
 
 
-def test_equal_parameters(doubling):
-    assert refusal([doubling], ("f", "f"), ((12, 13), (12, 13))) == (
-        "f is given for both parameters; give two different ones"
-    )
-
-
-def test_unknown_parameter(doubling):
-    assert "no parameter 'g'" in refusal([doubling], ("g", "Nd"))
-
-
 @pytest.mark.parametrize(
     ("plane", "window", "words"),
     [
@@ -69,17 +59,6 @@ def test_point_outside_the_window(doubling):
         "holds it"
     )
     assert "at Nd = 0.0435789" in refusal([doubling], FORCE, ((12.0, 13.0), (0.1, 0.5)))
-
-
-def test_empty_window(doubling):
-    assert "is empty; give two different values" in refusal(
-        [doubling], FORCE, ((12.5, 12.5), (0.0, 0.5))
-    )
-
-
-@pytest.mark.parametrize("window", [((12, 13),), (12, 13), None, ((12, 13, 14), (0, 1))])
-def test_window_of_another_shape(doubling, window):
-    assert "two parameters with two values each" in refusal([doubling], FORCE, window)
 
 
 def test_parameters_that_do_not_move_it():
@@ -110,10 +89,6 @@ def test_special_points_of_different_parameters(doubling):
     assert len(loci) == 1
 
 
-def test_no_special_points_no_loci():
-    assert follow_loci([], FORCE, WINDOW) == ()
-
-
 # -- sets --------------------------------------------------------------------------------------
 
 
@@ -123,24 +98,6 @@ def refused_set(model=None, plane=FORCE, window=WINDOW, **keys):
     text = str(caught.value)
     assert "\n" not in text
     return text
-
-
-def test_set_of_a_bad_window():
-    assert "f is given for both" in refused_set(plane=("f", "f"))
-    assert "empty" in refused_set(window=((12.5, 12.5), (0, 0.5)))
-    assert "Vd" in refused_set(plane=("Vd", "Nd"), window=((-1.0, 1.0), (0.0, 0.5)))
-
-
-def test_set_of_types_and_periods_that_do_not_exist():
-    assert "no loci of type 'CP'" in refused_set(types=("CP",), regions=False)
-    assert "neither 1 nor 2" in refused_set(periods=(4,), regions=False)
-    assert "no type or no period" in refused_set(types=(), regions=False)
-    assert "no type or no period" in refused_set(periods=(), regions=False)
-
-
-def test_regions_need_all_loci():
-    assert "regions need the loci of all types" in refused_set(types=("PD",))
-    assert "regions need the loci of all types" in refused_set(periods=(1,))
 
 
 class Drifting(Falling):

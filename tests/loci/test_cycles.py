@@ -59,13 +59,6 @@ def test_cycles_of_a_locus_under_another_integrator():
         assert np.sort(locus.multipliers[row].real) == pytest.approx(found, abs=1e-7)
 
 
-def test_swapped_parameters_give_the_same_locus():
-    (locus,), (swapped,) = lure_locus().loci, lure_locus(("b", "a")).loci
-    ends = sorted(end.values for end in (locus.begun, locus.stopped))
-    others = sorted(end.values[::-1] for end in (swapped.begun, swapped.stopped))
-    assert np.array(ends) == pytest.approx(np.array(others), abs=1e-10)
-
-
 def test_a_locus_of_cycles_is_known_in_any_phase():
     # Of the same doubling begun elsewhere on the cycle there is no second locus.
     point = doubling(b=1.05)
@@ -100,30 +93,6 @@ def test_folds_and_tori_of_freire():
     )
     (other,) = sf.locus(mirrored, ("n", "r"), ((-0.59, -0.57), (0.58, 0.62)), switch=False).loci
     assert np.array(other.begun.values) == pytest.approx(locus.begun.values, abs=1e-9)
-
-
-def test_loci_are_saved_read_back_and_exported(tmp_path):
-    point = sf.response(model_named("lure"), vary="a", span=(1.2, 0.9), settings=QUIET).special[0]
-    for diagram in (lure_locus(), sf.locus(point.point, ("a", "b"), ((0.5, 2), (0.4, 2)))):
-        path = tmp_path / f"{diagram.loci[0].type}.nc"
-        diagram.save(path)
-        again = sf.load(path)
-        for old, new in zip(diagram.loci, again.loci, strict=True):
-            assert (old.kind, old.type, old.model) == (new.kind, new.type, new.model)
-            assert np.array_equal(old.nodes, new.nodes)
-            assert (old.durations is None) == (new.durations is None)
-            if old.durations is not None:
-                assert np.array_equal(old.durations, new.durations)
-            for item, other in zip(old.special, new.special, strict=True):
-                assert (item.kind, item.model) == (other.kind, other.model)
-        assert again.to_json() == diagram.to_json()
-        record = again.to_json()["loci"][0]
-        assert len(record["durations"]) == len(record["coefficient"]) == record["points"]
-        assert (record["eigenvalues"] is None) == (record["kind"] == "periodic")
-        assert again.summary() == diagram.summary()
-        axes = again.plot()
-        names = [text.get_text() for text in axes.get_legend().get_texts()]
-        assert any(locus_name in name for name in names for locus_name in ("HB of eq", "PD of per"))
 
 
 def test_a_model_and_a_type_are_enough():

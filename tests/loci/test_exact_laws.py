@@ -55,23 +55,6 @@ def test_friction_and_load_count_as_a_product():
                 check_image(friction.loci, locus, image, nodes, multipliers, scales)
 
 
-def test_special_points_count_as_a_product():
-    friction, load = whole_set(("mu", "Nd")), whole_set(("Ns", "Nd"))
-    found = [p for c in load.loci for p in c.special]
-    compared = 0
-    for point in (p for c in friction.loci for p in c.special):
-        mu, Nd = point.values
-        if point.name.endswith(" Nd") or 2 * mu * Nd > 0.48:
-            continue  # where Nd is least, mu Nd is not
-        image = (2 * mu, 2 * mu * Nd)
-        near = [
-            p for p in found if p.type == point.type and p.values == pytest.approx(image, abs=1e-8)
-        ]
-        assert len(near) == 1
-        compared += 1
-    assert compared >= 3
-
-
 # -- mirror ------------------------------------------------------------------------------------
 
 MIRROR = np.array([-1.0, 1.0, -1.0, 1.0])
@@ -84,22 +67,6 @@ def test_directions_to_either_side_are_mirror_images():
         for (alpha, Nd), nodes, multipliers in rows(locus, PLANES["alpha", "Nd"]):
             image = np.array([np.pi - alpha, Nd])
             check_image(loci, locus, image, nodes * MIRROR, multipliers, scales)
-
-
-def test_special_points_are_mirror_images():
-    for locus in whole_set(("alpha", "Nd")).loci:
-        points = [p for p in locus.special if not p.name.endswith(" alpha")]
-        for point in points:
-            image = (np.pi - point.values[0], point.values[1])
-            partners = [
-                p for p in points if p.type == point.type
-                and p.values == pytest.approx(image, abs=1e-8)
-            ]  # fmt: skip
-            assert len(partners) == 1
-            for name, value in point.coefficients.items():
-                assert partners[0].coefficients[name] == pytest.approx(value, rel=1e-5)
-        turns = [p for p in locus.special if p.name.endswith(" alpha")]
-        assert {p.type for p in turns} in ({"MIN", "MAX"}, set())
 
 
 def test_the_least_force_that_doubles_the_period_is_across():

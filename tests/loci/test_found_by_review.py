@@ -54,12 +54,6 @@ def test_the_fifth_order_coefficient_at_a_birth_says_where_the_fold_lies():
     assert 0.3 < ratio < 3  # the projection on the critical vector is not made here
 
 
-def test_cascades_are_not_followed_for_ever():
-    window = {"f": (12.3, 12.7), "Nd": (0.0, 0.98)}
-    found = sf.locus(special(12.5, "PD", 1), ("f", "Nd"), window)
-    assert max(locus.period for locus in found.loci) == 2
-
-
 def test_two_stable_responses_of_one_period_are_told_from_one():
     plane = sf.bifurcation_set(
         model_named("duffing"), ("W", "F"), {"W": (0.8, 1.6), "F": (0.01, 0.3)}
@@ -69,20 +63,6 @@ def test_two_stable_responses_of_one_period_are_told_from_one():
     assert kinds[1, 1].name == "2 of period 1"
     assert len(kinds[1, 1].checks) == 3
     assert all(check.agrees for region in kinds.values() for check in region.checks)
-
-
-def test_a_tiny_window_is_one_too():
-    point = special(12.5, "PD", 1)
-    near = {"f": (12.5 - 1e-9, 12.5 + 1e-9), "Nd": (point.value - 1e-9, point.value + 1e-9)}
-    (locus,) = sf.locus(point, ("f", "Nd"), near).loci
-    assert locus.begun.kind == locus.stopped.kind == "window"
-
-
-def test_where_parameters_contradict_each_other_is_no_region():
-    window = {"Ns": (0.5, 1.5), "Nd": (0.0, 1.4)}
-    plane = sf.bifurcation_set(sf.SlidingOscillator(f=12.5), ("Ns", "Nd"), window)
-    assert plane.regions.at(0.6, 1.2) is None
-    assert plane.regions.at(1.4, 0.5).stable == (2,)
 
 
 def test_a_response_that_ends_where_no_model_is_ends_in_no_stick():

@@ -1,14 +1,11 @@
 """Gradients of thresholds: reference values, units of measurement, closed forms, differences."""
 
-import csv
-import json
 import math
 
 import pytest
 from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.command_line import run
 from helpers.dry_friction import belt, highest_after_a_touch
 
 QUIET = sf.Settings(largest_period=1)
@@ -143,31 +140,6 @@ def test_what_has_no_locus_has_no_gradients():
     assert point.gradients is None
     with pytest.raises(sf.InputError, match="type EVENT has no gradients; give one of type LP, PD"):
         sf.gradients(point)
-
-
-def test_saved_told_and_exported(sliding, tmp_path):
-    diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.05), f=12.5, gradients=True)
-    ((_, point),) = diagram.special
-    diagram.save(tmp_path / "x.nc")
-    ((_, copy),) = sf.load(tmp_path / "x.nc").special
-    assert copy.gradients == point.gradients
-    (record,) = diagram.to_json()["branches"][0]["special"]
-    assert record["gradients"] == point.gradients
-    values = diagram.to_xarray().special_gradients.sel(by_parameter="Vd").values
-    assert values == pytest.approx([-0.041609200963], rel=1e-9)
-    assert "Vd (m/s)      -0.041609201" in diagram.summary()
-    diagram.to_csv(tmp_path / "x.csv")
-    heads, *rows = csv.reader((tmp_path / "x.csv").read_text().splitlines())
-    place = heads.index("dNd/d Vd (m/s)")
-    cells = [row[place] for row in rows]
-    assert [float(cell) for cell in cells if cell] == [point.gradients["Vd"]]
-
-
-def test_command_tells_them():
-    given = ("response", "sliding", "--vary", "Nd=0:0.05", "--set", "f=12.5", "--json", "-")
-    told = json.loads(run(*given, "--gradients").stdout)["branches"][0]["special"][0]
-    assert told["gradients"]["L"] == pytest.approx(6.0150151795, rel=1e-9)
-    assert "gradients" not in json.loads(run(*given).stdout)["branches"][0]["special"][0]
 
 
 def test_interruption_keeps_what_is_known():

@@ -81,19 +81,6 @@ def test_what_is_done_is_kept(points, whole, share):
     ]  # fmt: skip
 
 
-def test_a_locus_is_followed_as_soon_as_a_response_shows_it():
-    """Whoever watches need not wait for all responses to see the first line."""
-    seen = []
-
-    def observer(progress):
-        seen.append(progress)
-        if progress.stage == "loci":
-            raise KeyboardInterrupt
-
-    find_bifurcation_set(SlidingOscillator(), FORCE, WINDOW, observer=observer)
-    assert {item.done for item in seen if item.stage == "responses"} == {0}
-
-
 @pytest.mark.parametrize("stage", ["responses", "loci", "regions"])
 def test_a_set_keeps_what_is_done(stage):
     def observer(progress):

@@ -46,11 +46,3 @@ def test_part_of_the_plane_of_frequency_and_force(window):
         if inside(point.values, window, 0.01):
             others = [p for item in part.loci for p in item.special if p.name == point.name]
             assert any(p.values == pytest.approx(point.values, abs=1e-8) for p in others)
-
-
-def test_labels_of_a_part():
-    window = ((11.7, 12.2), (0.05, 0.13))
-    found = find_bifurcation_set(SlidingOscillator(), FORCE, window)
-    whole = whole_set(FORCE).regions
-    for f, Nd in ((11.8, 0.08), (12.1, 0.06), (12.1, 0.11), (12.15, 0.125)):
-        assert found.regions.at(f, Nd).stable == whole.at(f, Nd).stable, (f, Nd)

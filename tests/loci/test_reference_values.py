@@ -18,7 +18,7 @@ from helpers.bifurcation_sets import (
     response,
     whole_set,
 )
-from helpers.reference import DATA, PRINTED, model_values
+from helpers.reference import PRINTED, model_values
 from slipfold.loci.follow import follow_loci
 from slipfold.models import SlidingOscillator
 
@@ -186,10 +186,6 @@ def test_doublings_handed_over(f, Nd):
     assert abs(crossing.values[1] - float(Nd)) < 1e-8
 
 
-def given_set(item):
-    return tuple(sorted(model_values(item["set"]).items()))
-
-
 def check_line(found, item, index):
     """A line through a set of loci meets all that is given and nothing else."""
     for period in (1, 2):
@@ -255,15 +251,3 @@ def test_special_points_at_a_higher_speed(plane, window, item, value):
         for one in followed(plane, window, kind, period, start)
     ]  # fmt: skip
     check_line(crossings(loci, 0, value), item, 1)
-
-
-def test_nothing_of_the_data_is_left_out():
-    assert set(LOCI) == {
-        "about", "PD_period_1", "GPD", "LP_period_2", "NS_period_2", "LP_period_1",
-    }  # fmt: skip
-    assert set(DOUBLING) == {"points", "least_Nd", "scaling_at_f_12.5"}
-    assert set(FOLD) == {"points", "CPC"}
-    assert set(TORUS) == {"f_Nd", "Vd_Nd_at_f_12.5"}
-    tested = {id(param.values[2]) for param in FORCED} | {id(item) for _, _, item, _ in FAST}
-    assert {id(item) for item in PRINTED["force_response"]} <= tested
-    assert len(DATA["pd_locus_f_Nd"]) == 6

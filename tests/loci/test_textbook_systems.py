@@ -54,23 +54,12 @@ def test_folds_of_the_duffing_oscillator_join_in_a_cusp(folds):
     assert folds.values[:, 0].min() >= item.values[0] - 1e-12
 
 
-def test_folds_of_the_duffing_oscillator_have_known_places(folds):
-    found = sorted(c.values[0] for c in locus_crossings(folds, 1, 0.18))
-    assert found == pytest.approx([1.115700251771, 1.269601955546], abs=2e-12)
-
-
 def test_folds_by_hand(folds):
     for index in range(0, len(folds), 5):
         w, a = folds.values[index]
         image, matrix = stroboscopic(duffing, folds.states[index], w, a)
         assert image.real == pytest.approx(folds.states[index], abs=1e-9)
         assert abs(np.linalg.det(matrix - np.eye(2))) < 1e-9
-
-
-def test_the_whole_set_of_the_duffing_oscillator_is_its_fold(folds):
-    found = find_bifurcation_set(Duffing(), ("w", "a"), ((0.9, 1.6), (0.01, 0.3)), regions=False)
-    assert [(item.type, item.period) for item in found.loci] == [("LP", 1)]
-    assert found.loci[0].special[0].values == pytest.approx(folds.special[0].values, abs=1e-10)
 
 
 # -- van der Pol -------------------------------------------------------------------------------
@@ -114,24 +103,6 @@ def test_cusps_of_the_van_der_pol_oscillator(tongue):
         by_hand = solve(cusp_equations, van_der_pol, nudged(item))
         assert item.values == pytest.approx(by_hand[2:], abs=1e-9)
         assert item.values == pytest.approx(known, abs=1e-8)
-
-
-def test_torus_of_the_van_der_pol_oscillator_has_a_known_place(tongue):
-    (w,) = [
-        c.values[0] for item in tongue if item.type == "NS"
-        for c in locus_crossings(item, 1, 0.3) if c.values[0] > 1
-    ]  # fmt: skip
-    assert w == pytest.approx(1.086728948108, abs=1e-11)
-
-
-def test_determinant_on_the_torus_by_hand(tongue):
-    for item in tongue:
-        for index in range(0, len(item), 4):
-            _, matrix = stroboscopic(van_der_pol, item.states[index], *item.values[index])
-            if item.type == "NS":
-                assert np.linalg.det(matrix).real == pytest.approx(1, abs=1e-9)
-            else:
-                assert abs(np.linalg.det(matrix - np.eye(2))) < 1e-9
 
 
 # -- Mathieu -----------------------------------------------------------------------------------

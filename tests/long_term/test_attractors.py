@@ -7,7 +7,6 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
-from helpers.dry_friction import belt
 from slipfold.long_term.search import checked_box
 
 MODELS = sf.built_in_models()
@@ -23,14 +22,6 @@ def kinds(found):
 def system(text):
     return sf.System.from_toml(text)
 
-
-DOUBLE_WELL = """
-name = "double well"
-parameters = { d = 0.2 }
-[states]
-x = "v"
-v = "x - x^3 - d*v"
-"""
 
 FORCED_WELL = """
 name = "forced double well"
@@ -105,15 +96,6 @@ def test_motions_that_stick_come_to_the_orbit_that_sticks():
     assert found.share(1).value == 1
 
 
-def test_a_belt_s_motions_come_to_the_cycle_that_sticks():
-    model = belt(sf.Coulomb(mu_s=1.0, mu_k=0.5), speed=0.2, damping=0.05)
-    found = sf.attractors(model, {"x": (1.0, 2.0)}, starts=4)
-    cycle = sf.periodic_orbit(model, state={"x": 1.5})
-    assert [item.kind for item in found] == ["cycle"]
-    assert found[0].duration == pytest.approx(cycle.duration, rel=1e-9)
-    assert found.share(1).value == 1
-
-
 # -- those of textbooks --------------------------------------------------------------------------
 
 
@@ -127,16 +109,6 @@ def test_both_responses_of_duffing_between_its_folds():
     assert largest.maximum[0] == pytest.approx(resonant.extrema.maximum[-1, 0], rel=1e-8)
     assert sf.attractors(MODELS["duffing"](W=1.4), box, starts=16).attractors[0].id == 1
     assert len(sf.attractors(MODELS["duffing"](W=1.4), box, starts=16)) == 1
-
-
-def test_a_double_well_has_two_states_of_rest():
-    found = sf.attractors(system(DOUBLE_WELL), {"x": (-2, 2), "v": (-2, 2)}, starts=32)
-    assert kinds(found) == [("equilibrium", 0)] * 2
-    assert sorted(item.state[0] for item in found) == pytest.approx([-1, 1], abs=1e-12)
-    for item in found:
-        # x'' + d x' + 2 x = 0 about either.
-        assert item.multipliers.real == pytest.approx([-0.1, -0.1])
-        assert found.share(item).low < 0.5 < found.share(item).high
 
 
 def test_a_forced_double_well_has_a_response_in_each():
@@ -177,13 +149,6 @@ def test_chaos_and_both_states_of_rest_of_lorenz():
     found = sf.attractors(MODELS["lorenz"](rho=24.3), starts=32)
     assert kinds(found) == [("chaos", 0), ("equilibrium", 0), ("equilibrium", 0)]
     assert np.all(found.labels > 0)
-
-
-@pytest.mark.long
-def test_chaos_of_the_sliding_oscillator_is_found_once():
-    found = sf.attractors(sf.SlidingOscillator(f=12.5, Nd=0.12), WHOLE_BOX, starts=64)
-    assert kinds(found) == [("chaos", 0)]
-    assert found.share(1).value == 1
 
 
 def test_rest_and_a_cycle_that_coexist():
@@ -245,17 +210,6 @@ def test_on_the_command_line_and_back_from_a_file(tmp_path):
     assert back.to_json() == record
     assert len(sheet.read_text().splitlines()) == 9
     assert "period 1" in back.summary()
-
-
-def test_progress_never_goes_back_when_some_go_ahead():
-    told = []
-    box = {"x": (-2, 2), "v": (-2, 2)}
-    found = sf.attractors(system(DOUBLE_WELL), box, starts=520, observer=told.append)
-    assert not found.interrupted
-    done = [progress.done for progress in told]
-    assert done == sorted(done)
-    assert {progress.total for progress in told} == {520 + 256}
-    assert done[-1] == told[-1].total
 
 
 def test_an_interrupt_keeps_what_was_found():

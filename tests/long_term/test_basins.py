@@ -104,14 +104,6 @@ def test_each_start_of_the_sliding_oscillator_is_where_its_motion_ends():
 
 
 @pytest.mark.long
-def test_a_picture_takes_less_than_twenty_seconds():
-    plane = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}
-    found = sf.basins(sf.SlidingOscillator(f=12.2, Nd=0.1), plane, points=200)
-    assert np.all(found.labels > 0)
-    assert found.provenance.seconds < 20
-
-
-@pytest.mark.long
 def test_a_hundred_starts_at_random_are_where_long_motions_end():
     plane, model = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}, sf.SlidingOscillator(f=12.2, Nd=0.1)
     found = sf.basins(model, plane, points=40)
@@ -226,16 +218,6 @@ def test_a_start_that_ends_before_phase_zero_has_ended():
     found = sf.basins(floor, {"phase": (0.5, 0.75), "v": (-5.0, 0.0)}, points=(2, 2))
     assert found.labels.tolist() == [[-1, -1], [1, 1]]
     assert found.ends == {"floor": 2}
-
-
-def test_phases_are_saved_and_drawn(tmp_path):
-    model = sf.System.from_toml(SHIFTED)
-    found = sf.basins(model, {"phase": (0, 1), "x": (-3, 3)}, points=(2, 3))
-    found.save(tmp_path / "basins.nc")
-    assert sf.load(tmp_path / "basins.nc").to_json() == found.to_json()
-    assert found.to_xarray()["phase"].attrs["units"] == "forcing period"
-    assert found.plot().get_xlabel() == "phase (forcing period)"
-    assert "phase 0 to 1" in found.summary()
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,10 @@
 """Branches that nothing leads to: isolas made on purpose, and responses of two periods."""
 
-import json
-
 import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.command_line import run
-from slipfold.long_term import coexisting, search
+from slipfold.long_term import coexisting
 from slipfold.long_term.coexisting import STAGE, STARTS
 
 # Besides x = 0 the rates vanish on the circle p^2 + (x - 2)^2 = 1/4, whose outer half attracts.
@@ -96,42 +93,6 @@ def test_an_interrupted_search_keeps_the_branches_and_follows_no_more(text):
     assert len(found.branches) < len(whole.branches)
     for branch, other in zip(found.branches, whole.branches, strict=False):
         assert np.array_equal(branch.nodes, other.nodes)
-
-
-@pytest.mark.parametrize("name", ["measured", "_paced", "Verified"])
-def test_an_interrupt_before_motions_begin_keeps_the_branches(monkeypatch, name):
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(search, name, interrupt)
-    found = sf.response(system(ISOLA), vary="p", span=(-1, 1), search=True)
-    assert found.searched.interrupted
-    assert len(found.branches) == 1
-    assert len(found.branches[0]) > 1
-
-
-def test_an_interrupt_among_equilibria_keeps_the_branches(monkeypatch):
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(coexisting, "equilibria_in", interrupt)
-    found = sf.response(system(ISOLA), vary="p", span=(-1, 1), search=True)
-    assert found.searched.interrupted
-    assert len(found.branches) == 1
-
-
-def test_a_searched_diagram_on_the_command_line_and_back(tmp_path):
-    file, path = tmp_path / "isola.toml", tmp_path / "found.nc"
-    file.write_text(ISOLA)
-    done = run(
-        "response", str(file), "--vary", "p=-1:1", "--search", "--json", "-", "--out", str(path)
-    )
-    assert done.exit_code == 0
-    record = json.loads(done.stdout)
-    assert record["searched"]["found"] == [2]
-    back = sf.load(path)
-    assert back.to_json() == record
-    assert back.searched.values == pytest.approx([-0.75, -0.25, 0.25, 0.75])
 
 
 def test_isolas_of_cycles_are_found_beside_states_that_die_out():

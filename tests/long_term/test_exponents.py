@@ -5,13 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
-from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.settlement import Settlement
 from slipfold.long_term.exponents import verdict_of
 from slipfold.long_term.rotation import average, rotation_of
@@ -26,23 +24,6 @@ def rates_of(orbit):
 
 
 # -- averages ------------------------------------------------------------------------------------
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.sampled_from([2, 3, 5, 7, 11, 13]), st.floats(-3, 3), st.integers(1, 4))
-def test_averages_of_quasi_periodic_values_converge_fast(square, mean, harmonic):
-    def values(angle):
-        return mean + np.cos(harmonic * angle + 0.3) / (2 + np.sin(angle))
-
-    expected = values(np.linspace(0, 2 * np.pi, 4096, False)).mean()
-    found = average(values(2 * np.pi * np.sqrt(square) * np.arange(4000))[:, None])
-    assert abs(found.values[0] - expected) <= 1e-12
-    assert found.errors[0] <= 1e-7
-
-
-def test_what_is_lost_once_is_lost():
-    found = average(np.array([[0.5, -1.0], [0.5, -np.inf], [0.5, -1.0], [0.5, -2.0]]))
-    assert found.values.tolist() == [pytest.approx(0.5), -np.inf]
 
 
 # -- periodic motions ----------------------------------------------------------------------------
@@ -154,17 +135,6 @@ def test_published_values(model, largest, total, within, periods):
         assert found.exponents.sum() == pytest.approx(total, abs=1e-8)
 
 
-@LONG
-def test_a_published_value_of_a_forced_oscillator():
-    found = sf.lyapunov(sf.System.from_toml(UEDA), periods=1500)
-    assert found.verdict.kind == "chaos"
-    rates, errors = found.exponents / (2 * np.pi), found.errors / (2 * np.pi)
-    # Sprott, appendix A.4.5: 0.1034 and, as both add up to -0.05, -0.1534 a second.
-    # By Runge and Kutta's method, over 400 periods from each of 400 starts: 0.1034 +- 0.0003.
-    assert np.all(np.abs(rates - [0.1034, -0.1534]) <= 3 * errors + DIGIT)
-    assert rates.sum() == pytest.approx(-0.05, abs=1e-8)
-
-
 def test_states_whose_typical_sizes_are_far_off_keep_their_digits():
     # Of the hard spring that of x is 32768, found before anything moves; the response is of 3.
     hard = UEDA.replace("d = 0.05", "d = 0.1").replace("7.5", "12.0")
@@ -222,17 +192,6 @@ def test_a_motion_that_ends_has_none():
 # -- files and commands --------------------------------------------------------------------------
 
 
-def test_saved_and_read_back(tmp_path):
-    found = sf.lyapunov(MODELS["duffing"](), periods=500)
-    found.save(tmp_path / "x.nc")
-    copy = sf.load(tmp_path / "x.nc")
-    assert copy.to_json() == found.to_json()
-    assert copy.summary() == found.summary()
-    found.to_csv(tmp_path / "x.csv")
-    assert len((tmp_path / "x.csv").read_text().splitlines()) == 1 + len(found.estimates)
-    assert found.to_xarray()["exponents"].dims == ("estimate", "exponent")
-
-
 def test_command():
     result = run("lyapunov", "sliding", "--set", "Nd=0.02", "--start", "y=0.1", "--json", "-")
     assert result.exit_code == 0
@@ -268,23 +227,6 @@ def test_an_interrupted_one_keeps_what_it_knows():
     assert found.interrupted
     assert found.periods == 1000
     assert "Interrupted before its exponents were known" in found.summary()
-
-
-def test_lost_derivatives_are_no_verdict(monkeypatch):
-    def lost(self, states, *_):
-        n = states.shape[1]
-        return states, np.full((len(states), n, n), np.nan), np.empty((len(states), n, 0))
-
-    monkeypatch.setattr(Flow, "linearise", lost)
-    with pytest.raises(InputError, match="the derivatives of the motion are lost"):
-        sf.lyapunov(MODELS["duffing"](), periods=10)
-
-
-def test_what_is_undecided_goes_on():
-    errors = np.array([1e-3, 1e-8])
-    found = verdict_of(np.array([1e-3, -0.2]), errors, UNSETTLED, None)
-    assert not found.known
-    assert "exponent 1, 0.001 a period" in found.message
 
 
 def test_rotation_numbers_of_tori_are_those_of_closed_forms():

@@ -9,9 +9,8 @@ from scipy.integrate import solve_ivp
 import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
-from slipfold.flow.ensembles import Crowd, models_with, strobe_many
-from slipfold.long_term import classification as places
-from slipfold.long_term.classification import repeats_of, tell_open
+from slipfold.flow.ensembles import models_with
+from slipfold.long_term.classification import tell_open
 from slipfold.plots.regions import COLOURS
 
 OSCILLATOR = sf.SlidingOscillator()
@@ -103,20 +102,6 @@ def test_responses_that_only_neighbours_lead_to_repeat_under_another_integrator(
         assert np.abs(others - found.states[place]).max(axis=1).min() > 1e-2
 
 
-def test_a_motion_past_a_saddle_is_none_that_repeats():
-    # It comes nearer along v while u, which grows by 7 % a period, is still small.
-    saddle = sf.System(
-        name="saddle",
-        parameters={"a": 0.07, "T": 1.0},
-        states={"u": "a*u", "v": "cos(2*pi*t/T) - 0.3*v"},
-        forcing={"period": "T"},
-    )
-    work = places.Places(saddle, {"a": np.array([0.07])}, 1, np.zeros(2), 2, None)
-    start = np.array([[1e-6, 1.0]])
-    assert work._followed(np.arange(1), start).kinds.tolist() == ["periodic"]
-    assert work.judged(np.arange(1), start).kinds.tolist() == ["open"]
-
-
 def test_the_mean_of_angles_on_both_sides_of_a_half_turn_lies_between_them():
     # Doubled by its forcing, a pendulum about a = pi goes as far to either side, by less than half
     # a turn in all: else the shorter way from one state to the other would be round the back.
@@ -186,22 +171,6 @@ def test_a_slow_way_to_a_response_is_no_torus():
     assert told.exponents == pytest.approx(-dampings / 2, abs=1e-7)
 
 
-def test_tori_whose_exponents_are_not_known_well_stay_tori():
-    friction = {"Nd": np.array([0.06, 0.16])}
-    model = OSCILLATOR.replace(f=12.5)
-    points = strobe_many(model, np.tile([0, 0.1, 0, 0], (2, 1)), friction, 0, transient=400)
-    told = tell_open(models_with(model, 2, friction), points.states[:, -1])
-    assert told.kinds.tolist() == ["torus"] * 2
-
-
-def test_what_slowly_leaves_a_response_is_not_chaotic():
-    # The response loses its stability at 0.043578911 N; what disturbs it doubles in 1000 periods.
-    model = OSCILLATOR.replace(f=12.5, Nd=0.0436)
-    points = strobe_many(model, np.array([[0, 0.02, 0, 0]]), periods=0, transient=400)
-    told = tell_open([model], points.states[:, -1])
-    assert told.kinds[0] in {"torus", "undecided"}
-
-
 def test_an_interrupt_keeps_open_motions_that_are_judged():
     # One of two comes to its response within the first thousand periods, the other one not.
     judged = []
@@ -223,43 +192,6 @@ def test_an_interrupt_keeps_open_motions_that_are_judged():
     assert found.exponents[0, :, 1] == pytest.approx(-1e-3, abs=1e-7)
 
 
-def test_without_an_observer_an_interrupt_keeps_what_is_known(monkeypatch):
-    class Interrupted(Crowd):
-        periods = 0
-
-        def go_on(self):
-            Interrupted.periods += 1
-            if Interrupted.periods > 300:
-                raise KeyboardInterrupt
-            super().go_on()
-
-    monkeypatch.setattr(places, "Crowd", Interrupted)
-    found = sf.regimes(
-        OSCILLATOR, {"f": (12.2, 12.3), "Nd": (0.0, 0.02)}, points=(2, 2), transient=200
-    )
-    assert found.interrupted
-    assert (found.names("rest") == "period 1").all()
-    assert (found.names("down") == "not done").all()
-
-
-def test_what_winds_round_a_response_has_its_period():
-    count = np.arange(49.0)
-    turn = 2 * np.pi * (1 / 8 + 0.001)
-    wound = 1e-3 * 0.97**count * np.exp(1j * turn * count)
-    states = np.stack([wound.real, wound.imag], axis=1)
-    states[:, 0] += 0.1 * (-1) ** count
-    assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 2
-
-
-def test_an_alternation_that_fades_is_no_doubled_period():
-    # A multiplier of -0.9974: over two periods the change is below what steps leave.
-    count = np.arange(49.0)
-    states = np.stack([1 + 1e-6 * (-0.9974) ** count, np.ones(49)], axis=1)
-    assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 1
-    states[:, 0] = 1 + 1e-3 * (-1) ** count
-    assert repeats_of(states, np.ones(2), np.zeros(2)).tolist() == 2
-
-
 def test_motions_beside_a_period_doubling_have_its_periods():
     # One line is just below the PD, whose multiplier is -0.9974, the other just above it: a
     # doubled response fades there for thousands of periods, and a single one is left as slowly.
@@ -269,15 +201,6 @@ def test_motions_beside_a_period_doubling_have_its_periods():
     for start in found.runs[:3]:
         assert found.names(start).tolist() == [["period 1", "period 2"]] * 2
     assert not found.coexist.any()
-
-
-def test_a_map_is_the_same_when_read_back(plane, tmp_path):
-    plane.save(tmp_path / "map.nc")
-    again = sf.load(tmp_path / "map.nc")
-    assert again.to_json() == plane.to_json()
-    assert again.summary() == plane.summary()
-    plane.to_csv(tmp_path / "map.csv")
-    assert len((tmp_path / "map.csv").read_text().splitlines()) == 1 + plane.kinds.size
 
 
 def test_a_map_is_drawn_with_its_hatches(folds):

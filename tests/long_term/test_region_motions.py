@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.computations import bifurcation_set
+from slipfold.computations import loci
 from slipfold.loci.region_map import Region, RegionMap, RegionMotion
 from slipfold.long_term.regimes import resolve_regions
 from slipfold.plots.loci import legend_options
@@ -81,15 +81,6 @@ def test_a_region_whose_motions_contradict_its_label_is_not_known():
     assert kept.regions[0].checks == ()
 
 
-def test_a_region_smaller_than_the_grid_is_asked_at_its_own_place():
-    found, _ = resolve_regions(
-        MODEL, PLANE, WINDOW,
-        regions(Region(1, (1,), 0.9, (12.5, 0.05)), Region(2, (), 0.1, (12.5, 0.145)), split=0.14),
-        (1, 1),
-    )  # fmt: skip
-    assert [motion.values for motion in found.regions[1].motions] == [(12.5, 0.145)]
-
-
 def test_an_interrupt_keeps_the_regions():
     def stop(progress):
         raise KeyboardInterrupt
@@ -99,15 +90,6 @@ def test_an_interrupt_keeps_the_regions():
     )
     assert interrupted
     assert found.regions[0].motions == ()
-
-
-def test_long_locked_orbits_are_not_taken_for_those_of_period_2():
-    # Averages over their states of equal number modulo 24 are those of period 2; the orbits are too
-    # long to be told from tori.
-    one = Region(1, (), 1.0, (12.583333, 0.7938))
-    window = ((12.5, 12.666666), (0.7, 0.8876))
-    found, _ = resolve_regions(MODEL, PLANE, window, regions(one), (1, 1))
-    assert found.regions[0].motions[0].name == "undecided"
 
 
 def motions():
@@ -135,7 +117,7 @@ def test_they_are_drawn_as_the_regimes_that_they_are():
 def asked(monkeypatch, interrupted=False, **keys):
     found = None if interrupted else regions(Region(1, (), 1.0, (12.5, 0.09)))
     answer = SimpleNamespace(loci=(), regions=found, interrupted=interrupted, missing=())
-    monkeypatch.setattr(bifurcation_set, "find_bifurcation_set", lambda *args, **keys: answer)
+    monkeypatch.setattr(loci, "find_bifurcation_set", lambda *args, **keys: answer)
     return sf.bifurcation_set(sf.SlidingOscillator(), PLANE, WINDOW, **keys)
 
 

@@ -66,17 +66,6 @@ def test_amplitude_of_a_linear_oscillator():
     assert np.max(others) < 1e-13
 
 
-@pytest.mark.parametrize("per_period", [2, 3, 16, 17])
-def test_coefficients_rebuild_the_samples(runs, per_period):
-    spectrum = find_spectrum(runs[0.15], 4, per_period)
-    _, samples = runs[0.15].output("Fx", -4, None, per_period)
-    phases = np.arange(4 * per_period) / per_period
-    column = spectrum.names.index("Fx")
-    waves = np.exp(2j * np.pi * np.outer(phases, spectrum.order))
-    assert (waves @ spectrum.coefficients[:, column]).real == pytest.approx(samples, abs=1e-13)
-    assert len(spectrum.frequency) == 4 * per_period // 2 + 1
-
-
 def test_parseval(runs):
     spectrum = find_spectrum(runs[0.15], 8, 64)
     _, samples = runs[0.15].output("y", -8, None, 64)
@@ -92,19 +81,6 @@ def test_harmonics_converge_exponentially_with_the_samples(runs):
     ]
     assert errors[1] < 1e-2 * errors[0]
     assert errors[2] < 1e-3 * errors[1] + 1e-14
-
-
-def test_window_is_a_whole_number_of_responses(runs):
-    assert find_spectrum(runs[0.15], 7).periods == 8
-    assert find_spectrum(runs[0.05], 7).periods == 7
-    assert find_spectrum(runs[0.15], 10**6, 8).periods == 1000
-
-
-def test_run_that_has_not_settled_says_so():
-    run = simulate(SlidingOscillator(f=12.5, Nd=0.12), 300)
-    spectrum = find_spectrum(run)
-    assert not spectrum.settled
-    assert spectrum.line("x", 0.5) > 0.01
 
 
 def test_power_balance_over_a_periodic_orbit(runs):

@@ -9,7 +9,6 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import den_hartog
 from slipfold.errors import InputError
-from slipfold.flow.ensembles import OwnMotion
 from slipfold.long_term.classification import reached, repeats_of
 from slipfold.plots.trajectories import dots_of
 
@@ -100,17 +99,6 @@ def test_motions_that_stick_are_marked():
     assert found.stuck.tolist() == [[False, True]] * 3
 
 
-def test_a_result_is_the_same_when_read_back(hysteresis, tmp_path):
-    hysteresis.save(tmp_path / "sweep.nc")
-    again = sf.load(tmp_path / "sweep.nc")
-    assert again.to_json() == hysteresis.to_json()
-    assert again.summary() == hysteresis.summary()
-    hysteresis.to_csv(tmp_path / "sweep.csv")
-    lines = (tmp_path / "sweep.csv").read_text().splitlines()
-    assert lines[0].startswith("run,")
-    assert len(lines) == 1 + hysteresis.states[..., 0].size
-
-
 def test_every_kind_is_drawn(hysteresis):
     from matplotlib.figure import Figure
 
@@ -143,36 +131,6 @@ def test_an_interrupt_keeps_what_is_done():
     assert np.isfinite(found.states[0, :2]).all()
     assert (found.reasons[:, 3] == "not done").all()
     assert "Interrupted" in found.summary()
-
-
-def test_an_interrupt_keeps_the_starts_that_are_done():
-    def stop(progress):
-        if progress.done > 300 * 2:
-            raise KeyboardInterrupt
-
-    options = {"points": 300, "runs": (), "transient": 1, "periods": 2}
-    found = sf.sweep(OSCILLATOR, "Nd", (0.06, 0.16), starts=2, observer=stop, **options)
-    assert found.interrupted
-    assert (found.reasons == np.array([[""], ["not done"]])).all()
-    whole = sf.sweep(OSCILLATOR, "Nd", (0.06, 0.16), starts=2, **options)
-    assert (found.states[0] == whole.states[0]).all()
-    assert np.isnan(found.states[1]).all()
-
-
-def test_without_an_observer_an_interrupt_keeps_what_is_done(monkeypatch):
-    def go_on(self, state, periods):
-        if done:
-            raise KeyboardInterrupt
-        done.append(state)
-        return own(self, state, periods)
-
-    own, done = OwnMotion.go_on, []
-    monkeypatch.setattr(OwnMotion, "go_on", go_on)
-    found = sf.sweep(
-        OSCILLATOR, "Nd", (0.06, 0.16), points=3, starts=0, runs=("up",), transient=2, periods=2
-    )
-    assert found.interrupted
-    assert found.reasons.tolist() == [["", "not done", "not done"]]
 
 
 @pytest.mark.parametrize(

@@ -224,19 +224,6 @@ def test_an_interrupted_branch_is_not_taken_for_a_whole_one(monkeypatch):
         sf.plan_measurement(LINEAR, "W", FREQUENCIES, ["max q"], ["k"], errors=0.01)
 
 
-def test_a_fit_is_saved_and_read_back(tmp_path, fitted):
-    fitted.save(tmp_path / "fit.nc")
-    again = sf.load(tmp_path / "fit.nc")
-    assert again.summary() == fitted.summary()
-    assert again.to_json() == fitted.to_json()
-    assert fitted.to_json()["fitted"][0]["name"] == "k"
-    fitted.to_csv(tmp_path / "fit.csv")
-    assert (tmp_path / "fit.csv").read_text().startswith("W (rad/s),read max q,error of max q")
-    assert "k = " in repr(fitted)
-    labels = [text.get_text() for text in fitted.plot().get_legend().get_texts()]
-    assert labels == ["fitted", "measured"]
-
-
 @pytest.fixture(scope="module")
 def swept():
     """Readings of Duffing's oscillator in both directions, across both of its folds."""
@@ -275,15 +262,6 @@ def test_friction_and_damping_from_a_frequency_response_of_the_sliding_oscillato
     for name, value in {"mu": 0.46, "zeta1": 0.012}.items():
         assert abs(found[name].value - value) < 4 * found[name].error
         assert found[name].error < 0.01 * value
-
-
-def test_what_readings_say_nothing_about_is_told():
-    # Damping does not change steady sliding.
-    oscillator = sf.SlidingOscillator(Nd=0.0, f=12.5)
-    seen = sf.measure(oscillator, "f", [12.0, 12.5, 13.0], ["max y"])
-    found = sf.fit(oscillator, seen, {"zeta1": (0.001, 0.05)})
-    assert np.isinf(found["zeta1"].error)
-    assert "say nothing about zeta1" in found.message
 
 
 @pytest.mark.parametrize(

@@ -41,18 +41,6 @@ def test_the_best_points_are_those_of_all_that_could_be_chosen(planned):
         assert planned.best(count) == sorted(best)
 
 
-def test_a_plan_is_saved_and_read_back(tmp_path, planned):
-    planned.save(tmp_path / "plan.nc")
-    again = sf.load(tmp_path / "plan.nc")
-    assert again.to_json() == planned.to_json()
-    assert again.summary() == planned.summary()
-    planned.to_csv(tmp_path / "plan.csv")
-    assert "slope of max q over k" in (tmp_path / "plan.csv").read_text().splitlines()[0]
-    some = planned.some(planned.best(3))
-    assert (some.errors_expected >= planned.errors_expected).all()
-    assert len(planned.plot().lines) == 2
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -68,9 +56,3 @@ def test_what_cannot_be_planned(change, words):
     given = {"quantities": ["max q"], "fitted": ["k"], "errors": 0.01, **change}
     with pytest.raises(sf.InputError, match=words):
         sf.plan_measurement(LINEAR, "W", FREQUENCIES, **given)
-
-
-def test_a_count_that_cannot_be_chosen(planned):
-    for count in (1, 9):
-        with pytest.raises(sf.InputError, match="the fewest that tell 2 parameters, to 8"):
-            planned.best(count)

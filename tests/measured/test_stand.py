@@ -1,13 +1,9 @@
 """The simulated test stand: what it reads is on the branches, and it jumps where they fold."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow.guarded_flow import Stop
-from slipfold.measured import stand
 
 DUFFING = sf.built_in_models()["duffing"]()
 
@@ -77,19 +73,6 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
     assert sf.measure(FLOOR, "F", [1.0], ["max x"]).stopped is None
     with pytest.raises(sf.InputError, match="nothing was read, so begin within the limits"):
         sf.measure(FLOOR, "F", [4.0, 5.0], ["max x"])
-
-
-def test_interrupted_in_a_motion_it_keeps_what_was_read(monkeypatch):
-    integrate = stand.simulate_smooth_or_switched
-
-    def interrupted_later(model, *arguments):
-        motion = integrate(model, *arguments)
-        stop = Stop("interrupted", "it was interrupted", 1.0)
-        return replace(motion, stopped=stop) if model.values["W"] > 0.8 else motion
-
-    monkeypatch.setattr(stand, "simulate_smooth_or_switched", interrupted_later)
-    seen = sf.measure(DUFFING, "W", [0.8, 0.85], ["max q"])
-    assert (seen.values.tolist(), seen.stopped) == ([0.8], None)
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,6 @@ from slipfold.models.registry import built_in_text
 SYSTEMS = [name for name in built_in_models() if isinstance(model_named(name), sf.System)]
 
 
-def only(diagram, kind):
-    return [point for _, point in diagram.special if point.type == kind]
-
-
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_files_are_complete(name):
     model = model_named(name)
@@ -41,45 +37,6 @@ def test_they_are_found_by_name():
         built_in_text("dufing")
     with pytest.raises(InputError, match="sliding is written in Python"):
         built_in_text("sliding")
-
-
-def test_folds_of_duffings_oscillator():
-    diagram = sf.response(model_named("duffing"), "W", (0.8, 1.6))
-    high, low = only(diagram, "LP")
-    assert high.value == pytest.approx(1.269601955546, abs=1e-9)
-    assert high.state == pytest.approx([-0.140434285344, 3.413427245844], abs=1e-9)
-    assert np.abs(high.multipliers).min() == pytest.approx(0.780792, abs=1e-6)
-    assert low.value == pytest.approx(1.115700251771, abs=1e-9)
-    assert low.state == pytest.approx([-1.020826011254, 0.413916481576], abs=1e-9)
-    # The list of values has 2.871529 and 1.085018, samples next to the true extrema.
-    assert high.orbit.extrema.of("q")[1] == pytest.approx(2.8715748, abs=1e-7)
-    assert low.orbit.extrema.of("q")[1] == pytest.approx(1.0850358, abs=1e-7)
-
-
-@pytest.mark.parametrize(("w", "h"), [(2.0, 0.0400008749895), (1.9, 0.2014699309238)])
-def test_doublings_of_mathieus_equation(w, h):
-    diagram = sf.response(model_named("mathieu", w=w), "h", (0, 1.5 * h))
-    assert only(diagram, "PD")[0].value == pytest.approx(h, abs=1e-10)
-
-
-def test_torus_of_van_der_pols_oscillator():
-    diagram = sf.response(model_named("vanderpol"), "w", (1.0, 1.2))
-    (item,) = only(diagram, "NS")
-    assert item.value == pytest.approx(1.086728948108, abs=1e-10)
-    assert item.critical_multiplier == pytest.approx(0.915559 + 0.402185j, abs=1e-6)
-
-
-def test_cycle_of_stuart_and_landau():
-    model = model_named("stuart-landau", r=0.5, w=2.0)
-    motion = sf.simulate(model, 60, model.start)
-    assert np.hypot(*motion.strobe[-1]) == pytest.approx(np.sqrt(0.5), rel=1e-10)
-    # Radius of the way there, in closed form: 1/r^2 falls to 1/r0 as exp(-2 r0 t).
-    start = 0.1
-    time = np.arange(len(motion.strobe))
-    exact = (2 + (start**-2 - 2) * np.exp(-2 * 0.5 * time)) ** -0.5
-    assert np.hypot(*motion.strobe.T) == pytest.approx(exact, rel=1e-10)
-    angle = np.unwrap(np.arctan2(*motion.strobe.T[::-1]))
-    assert angle == pytest.approx(2.0 * time, abs=1e-9)
 
 
 def test_cycle_of_the_free_van_der_pol_oscillator():
@@ -148,13 +105,6 @@ def test_stability_of_equilibria(name, vary, span, value, point):
     model = model_named(name)
     found = crossing(model, vary, *span, **({} if point is None else {"point": point}))
     assert found == pytest.approx(value, abs=1e-9)
-
-
-def test_equilibria_of_roessler():
-    model = model_named("roessler")
-    y = (-model.c + np.sqrt(model.c**2 - 4 * model.a * model.b)) / (2 * model.a)
-    rates = evaluation_of(model).rates(model, np.array([-model.a * y, y, -y]))
-    assert rates == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 def test_slip_ends_where_the_mass_sticks():

@@ -164,14 +164,6 @@ def test_damping_is_the_derivative_of_the_force(law):
     assert law.damping(speed, normal, angle) == pytest.approx(np.transpose(columns), rel=1e-12)
 
 
-def test_damping_of_the_textbook():
-    # System 13: N [mu'(V) e e^T + (mu(V)/V)(I - e e^T)].
-    law, e = Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2), np.array([0.6, 0.8])
-    slope, across = -1.0 * np.exp(-3.0), (0.3 + 0.2 * np.exp(-3.0)) / 0.6
-    expected = 2.0 * (slope * np.outer(e, e) + across * (np.eye(2) - np.outer(e, e)))
-    assert law.damping(0.6, 2.0, np.arccos(0.6)) == pytest.approx(expected, rel=1e-13)
-
-
 @pytest.mark.parametrize("law", MEMORY, ids=repr)
 def test_steady_slip_has_the_coefficient_of_the_law(law):
     for slip in ((0.3, -0.2), (0.25,)):
@@ -214,13 +206,6 @@ def test_lugre_bristles_bend_exponentially_and_are_damped():
     assert force == pytest.approx(1e3 * z[0] + 0.02 * v * fade + 0.1 * v, rel=1e-9)
 
 
-def test_lugre_at_one_level_without_damping_is_dahl():
-    dahl, lugre = Dahl(mu_k=0.4), LuGre(mu_s=0.4, mu_k=0.4, s1=0.0)
-    slip, memory = (0.2, -0.1), (1e-5, 3e-5)
-    assert lugre.memory_rates(slip, memory) == pytest.approx(dahl.memory_rates(slip, memory))
-    assert lugre.force(slip, 2.0, memory) == pytest.approx(dahl.force(slip, 2.0, memory))
-
-
 def test_bouc_wen_rises_as_tanh_and_unloads_straight():
     # n = 2, b = c: z' = v (A - 2 b z^2) on loading, z' = A v on unloading.
     law = BoucWen(A=1e3, b=2e3, c=2e3, e=SHARP)
@@ -228,36 +213,6 @@ def test_bouc_wen_rises_as_tanh_and_unloads_straight():
     assert force == pytest.approx(0.5 * np.tanh(4e3 * 0.5 * 5e-4), rel=1e-9)
     less, _ = pulled(law, -0.1, 1e-3, z)
     assert less == pytest.approx(force - 1e3 * 1e-4, rel=1e-6)
-
-
-def test_bouc_wen_loses_what_jenkins_does_when_its_knee_is_sharp():
-    # A cycle of amplitude 3 mu/A; the loop of a Jenkins element of stiffness A (normal force 1).
-    mu, stiffness, amplitude = 0.5, 1e3, 1.5e-3
-    exact = Jenkins(mu_k=mu, kt=stiffness).energy(amplitude)
-    errors = []
-    for exponent in (2, 8, 32):
-        level = stiffness / mu**exponent / 2
-        law = BoucWen(A=stiffness, b=level, c=level, exponent=exponent)
-        time = 4 * amplitude  # a quarter at speed 1, then two halves
-        energy, z = 0.0, [0.0]
-        for velocity, end in ((1.0, time / 4), (-1.0, time / 2), (1.0, time / 2)):
-            solution = solve_ivp(
-                lambda t, q, v=velocity, law=law: [
-                    law.memory_rates((v,), (q[0],))[0],
-                    law.force((v,), 1.0, (q[0],))[0] * v,
-                ],
-                (0, end),
-                [*z, 0.0],
-                method="DOP853",
-                rtol=1e-9,
-                atol=1e-12,
-                max_step=time / 300,
-            )
-            z = [solution.y[0, -1]]
-            energy += solution.y[1, -1] if end == time / 2 else 0.0
-        errors.append(abs(energy / exact - 1))
-    assert errors[0] > 2 * errors[1] > 4 * errors[2]
-    assert errors[2] < 0.01
 
 
 def test_jenkins_of_the_textbook():
@@ -269,22 +224,6 @@ def test_jenkins_of_the_textbook():
     assert element.stiffness(0.04) == 20.0
     assert element.energy(0.04) == 0.0
     assert Jenkins(mu_k=0.5, kt=20.0).stiffness(0.2, normal=2.0) == element.stiffness(0.2)
-
-
-def test_jenkins_along_a_path_has_its_harmonic_equivalents():
-    element = Jenkins(mu_k=1.0, kt=20.0)
-    phase = np.linspace(0, 4 * np.pi, 80001)
-    path = 0.2 * np.cos(phase)
-    force = element.along(path)
-    last = phase >= 2 * np.pi
-    cos, sin = np.cos(phase[last]), np.sin(phase[last])
-    assert np.trapezoid(force[last] * cos, phase[last]) / (np.pi * 0.2) == pytest.approx(
-        element.stiffness(0.2), rel=1e-6
-    )
-    assert -np.trapezoid(force[last] * sin, phase[last]) / (np.pi * 0.2) == pytest.approx(
-        element.loss_stiffness(0.2), rel=1e-6
-    )
-    assert np.trapezoid(force[last], path[last]) == pytest.approx(0.6, rel=1e-6)
 
 
 def test_iwan_is_the_sum_of_its_elements():
@@ -325,18 +264,6 @@ def test_jenkins_under_a_harmonic_drive_tends_to_its_closed_forms():
     assert np.abs(errors[1]).max() < 1e-3
     assert errors[0] / errors[1] == pytest.approx([4, 4, 4], rel=0.15)
     assert errors[1] / errors[2] == pytest.approx([4, 4, 4], rel=0.1)
-
-
-def test_iwan_under_a_harmonic_drive_is_the_sum_of_its_elements():
-    elements = tuple(
-        Jenkins(mu_k=mu, kt=kt, e=SHARP, exponent=8) for mu, kt in ((0.3, 20.0), (0.7, 10.0))
-    )
-    parts = sum(driven(element, 0.2) for element in elements)
-    contact = Iwan(elements)
-    found = driven(contact, 0.2)
-    assert found == pytest.approx(parts, rel=1e-7)
-    sharp = [contact.energy(0.2), contact.stiffness(0.2), contact.loss_stiffness(0.2)]
-    assert found == pytest.approx(sharp, rel=0.01)
 
 
 def returned(law, slip, normal, times, force):
@@ -383,20 +310,3 @@ def test_jenkins_follows_the_normal_force(slip):
     # The force itself is wrong by a share of order 1/n of its limit while it passes the knee.
     assert errors[0] < 0.1 * law.mu_k * 1.6
     assert errors[0] / errors[1] == pytest.approx(4, rel=0.15)
-
-
-@pytest.mark.parametrize(("shape", "period"), [("atan", 11.298151), ("tanh", 11.900600)])
-def test_belt_under_regularised_friction_of_the_textbook(shape, period):
-    # System 10: Leine's block on a belt at 0.2, 1/e = 1e3; the compiled force goes through rest.
-    law = Regularised(RationalStribeck(mu_s=1.0, d=3.0), shape, e=1e-3)
-    x, v = hy.make_vars("x", "v")
-    [force] = law.force((0.2 - v,))
-    times = []
-    turns = hy.nt_event(
-        v, lambda _, time, sign: times.append(time), direction=hy.event_direction.negative
-    )
-    block = hy.taylor_adaptive(
-        [(x, v), (v, force - x)], [1.0, 0.2], tol=1e-12, nt_events=[turns], compact_mode=True
-    )
-    block.propagate_until(40.0)
-    assert np.diff(times)[-1] == pytest.approx(period, abs=2e-6)

@@ -1,6 +1,5 @@
 """The sliding oscillator under other friction laws, against equations written by hand."""
 
-import pickle
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +8,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, rhs
-from slipfold.branches import trace_response
 from slipfold.errors import InputError
-from slipfold.flow.equations import build_equations
 from slipfold.models import SlidingOscillator
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction import (
@@ -81,34 +78,6 @@ def some_states(model, count=10):
     return RNG.normal(size=(count, len(size))) * size
 
 
-def test_base_case_is_the_one_without_a_law():
-    base = SlidingOscillator()
-    assert base.structure == {}
-    assert [item.name for item in base.parameters][-4:] == ["Ns", "mu", "alpha", "Vd"]
-    assert SlidingOscillator(friction=None) == base
-    # The names that the flow's constants always had, in their order.
-    names = [str(item) for item in build_equations(base).coefficients]
-    assert names[-5:] == ["c_Vd", "c_Ns", "c_Nd", "c_mu", "c_T"]
-    assert len(names) == 19
-    assert base.friction == Coulomb(mu_s=0.5, mu_k=0.5)
-
-
-def test_coulomb_as_a_law_is_the_base_case():
-    base = SlidingOscillator(mu=0.35, **VALUES)
-    model = SlidingOscillator(friction=Coulomb(mu_s=0.6, mu_k=0.35), **VALUES)
-    states, times = some_states(model), RNG.uniform(0, 5, 10)
-    for state, time in zip(states, times, strict=True):
-        assert evaluation_of(model).rates(model, state, time) == pytest.approx(
-            evaluation_of(base).rates(base, state, time), rel=1e-12, abs=1e-12
-        )
-    for output in base.outputs():
-        assert model.evaluate(output.name, states, times) == pytest.approx(
-            base.evaluate(output.name, states, times), rel=1e-12, abs=1e-15
-        )
-    assert model.static_point() == pytest.approx(base.static_point(), abs=1e-14)
-    assert model.limits == base.limits
-
-
 @pytest.mark.parametrize("law", [*PLAIN, *MEMORY], ids=repr)
 def test_rates_are_the_equations_written_by_hand(law):
     model = SlidingOscillator(friction=law, **VALUES)
@@ -145,18 +114,6 @@ def test_outputs_follow_the_law(law):
     assert ("stored" in losses) == (law in MEMORY)
 
 
-@pytest.mark.parametrize("law", [*PLAIN, *MEMORY], ids=repr)
-def test_static_point_balances_the_forces(law):
-    model = SlidingOscillator(friction=law, alpha=0.7)
-    point = model.static_point()
-    p = {**BASE, **model.values}
-    balance = rates_by_hand(0.0, point, p, law) / model.state_scales()
-    assert balance == pytest.approx(np.zeros(len(point)), abs=1e-8)
-    slip = slip_of(point, p)
-    drag = law.coefficient(p["Vd"]) * p["Ns"]
-    assert model.evaluate("Fx", point) == pytest.approx(drag * slip[0] / p["Vd"], rel=1e-6)
-
-
 @pytest.mark.parametrize("law", PLAIN, ids=repr)
 def test_friction_adds_the_damping_of_the_law(law):
     model = SlidingOscillator(friction=law, alpha=0.7, Ns=1.3)
@@ -167,36 +124,6 @@ def test_friction_adds_the_damping_of_the_law(law):
     expected = -law.damping(model.Vd, 1.3, 0.7)
     assert found[2:, 2:] * masses == pytest.approx(expected, rel=1e-9, abs=1e-11)
     assert found[:, :2] == pytest.approx(np.zeros((4, 2)), abs=1e-11)
-
-
-def test_modes_of_a_law_with_memory_tend_to_those_without():
-    plain = SlidingOscillator(friction=Stribeck(mu_s=0.5, mu_k=0.3, vs=0.4, exponent=2)).modes()
-    law = LuGre(mu_s=0.5, mu_k=0.3, vs=0.4, s0=1e7, s1=0.0, e=1e-9)
-    modes = SlidingOscillator(friction=law).modes()
-    assert len(modes.eigenvalues) == 4
-    assert modes.eigenvalues[:2] == pytest.approx(plain.eigenvalues, rel=1e-4)
-    # The contact recovers at the rate s0 Vd/g, or faster.
-    assert -modes.eigenvalues[2].real > 1e7
-    assert np.all(modes.stable)
-
-
-def test_modes_under_a_constant_load_have_no_damping_of_friction():
-    law = RationalStribeck(mu_s=0.6, d=0.8)
-    model = SlidingOscillator(friction=law)
-    loaded = model.modes(friction=False)
-    expected = SlidingOscillator(mu=law.coefficient(model.Vd)).modes(friction=False)
-    assert loaded.eigenvalues == pytest.approx(expected.eigenvalues, rel=1e-11)
-    memory = SlidingOscillator(friction=Dahl(mu_k=0.4, e=1e-9)).modes(friction=False)
-    assert memory.eigenvalues == pytest.approx(
-        SlidingOscillator(mu=0.4).modes(friction=False).eigenvalues, rel=1e-9
-    )
-
-
-def test_falling_friction_makes_steady_sliding_unstable():
-    law = Stribeck(mu_s=0.8, mu_k=0.3, vs=0.4)
-    slow, fast = (SlidingOscillator(friction=law, Vd=Vd).modes() for Vd in (0.3, 2.0))
-    assert fast.stable
-    assert not slow.stable
 
 
 @pytest.mark.parametrize("law", [PLAIN[3], MEMORY[1]], ids=repr)
@@ -225,35 +152,6 @@ def test_parameters_of_the_law_are_parameters_of_the_model():
         "Nd=0.1)"
     )
     assert eval(repr(model)) == model
-
-
-def test_models_with_laws_are_values():
-    law = Regularised(Stribeck(mu_s=0.6, exponent=2), "sqrt", e=0.01)
-    for friction in (law, LuGre(mu_s=0.6), BoucWen(exponent=4, b=8e4, c=7e4)):
-        model = SlidingOscillator(friction=friction, Nd=0.2)
-        again = pickle.loads(pickle.dumps(model))
-        assert again == model
-        assert hash(again) == hash(model)
-        assert again.friction == friction
-        assert again.states == model.states
-        assert np.array_equal(again.vector, model.vector)
-        assert model.replace(Nd=0.3).friction == friction
-        assert model != SlidingOscillator(Nd=0.2)
-    one, other = (SlidingOscillator(friction=Stribeck(vs=vs)) for vs in (0.1, 0.2))
-    assert one != other
-    assert one.kind == other.kind
-    assert one.replace(vs=0.2) == other
-    assert one.kind != SlidingOscillator(friction=Stribeck(exponent=2)).kind
-
-
-def test_replace_exchanges_the_law():
-    model = SlidingOscillator(friction=Stribeck(vs=0.4), Nd=0.1, Vd=0.7)
-    assert model.replace(friction=Dahl(), f=12.0) == SlidingOscillator(
-        friction=Dahl(), f=12.0, Nd=0.1, Vd=0.7
-    )
-    assert model.replace(friction=None) == SlidingOscillator(Nd=0.1, Vd=0.7)
-    base = SlidingOscillator(mu=0.3, Nd=0.1)
-    assert base.replace(friction=Coulomb()) == SlidingOscillator(friction=Coulomb(), Nd=0.1)
 
 
 def test_a_contact_that_never_sticks_has_no_limit_there():
@@ -341,43 +239,6 @@ def test_response_in_the_speed_of_falling_friction():
     found = np.linalg.eigvals(np.transpose(columns))
     assert np.abs(found + 1).min() < 1e-7
     assert np.sort(np.abs(found)) == pytest.approx(np.sort(np.abs(point.multipliers)), abs=1e-7)
-
-
-def test_orbit_with_memory_closes_by_hand():
-    law = LuGre(mu_s=0.55, mu_k=0.4, vs=0.4, s0=1e3, s1=0.02)
-    orbit = sf.periodic_orbit(SlidingOscillator(friction=law, Nd=0.03))
-    p = {**BASE, **orbit.model.values}
-    end = carried(lambda t, q, p: rates_by_hand(t, q, p, law), orbit.nodes[0], p)
-    mismatch = (end - orbit.nodes[0]) / orbit.model.state_scales()
-    assert mismatch == pytest.approx(np.zeros(6), abs=1e-8)
-
-
-def test_orbit_of_the_base_case_under_regularised_friction():
-    # The slip is never near zero, where alone the two laws differ.
-    law = Regularised(Coulomb(mu_k=0.5), "tanh", e=1e-3)
-    values = {"Nd": 0.0435789, "f": 12.5}
-    orbit = sf.periodic_orbit(SlidingOscillator(friction=law, **values))
-    base = sf.periodic_orbit(SlidingOscillator(**values))
-    assert orbit.nodes[0] / base.model.state_scales() == pytest.approx(
-        base.nodes[0] / base.model.state_scales(), abs=1e-10
-    )
-    assert np.sort(np.abs(orbit.multipliers)) == pytest.approx(
-        np.sort(np.abs(base.multipliers)), abs=1e-9
-    )
-    assert np.abs(orbit.multipliers + 1).min() < 1e-5
-
-
-def test_where_a_law_would_stick_a_branch_in_slip_stops_and_a_smooth_one_goes_on():
-    values = {"f": 7.0, "Vd": 0.1, "kext": 0.0}
-    model = SlidingOscillator(friction=Stribeck(), **values)
-    stopped = trace_response(model, "Nd", (0, 0.6), settings=SINGLE)[0].stopped
-    assert stopped.kind == "limit"
-    assert stopped.reason.startswith("stick: the relative speed fell to 0.01 of Vd")
-    smooth = model.replace(friction=Regularised(Coulomb(mu_k=0.5), "tanh", e=0.01))
-    branch = sf.response(smooth, vary="Nd", span=(0, 0.6), settings=SINGLE).branches[0]
-    assert branch.stopped.kind == "span"
-    speed = branch.orbit(-1).output("Vrel", 1024)[1]
-    assert speed.min() < 0.02 * model.Vd
 
 
 def test_elastic_coulomb_friction_tends_to_coulombs_as_it_stiffens():

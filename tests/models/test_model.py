@@ -60,14 +60,6 @@ def test_equality_needs_kind_and_values():
     assert len({SlidingOscillator(Nd=0.1), SlidingOscillator(Nd=0.1), SlidingOscillator()}) == 2
 
 
-def test_values_are_attributes():
-    model = SlidingOscillator(alpha="45deg")
-    assert model.alpha == pytest.approx(np.pi / 4, rel=1e-15)
-    with pytest.raises(AttributeError, match="has no attribute 'beta'"):
-        model.beta  # noqa: B018
-    assert repr(model.replace(Nd=0.25)) == "SlidingOscillator(Nd=0.25, alpha=0.785398163397)"
-
-
 def test_built_in_models_are_found_by_name():
     assert model_named("sliding", Nd=0.1) == SlidingOscillator(Nd=0.1)
     assert built_in_models()["sliding"] is SlidingOscillator
@@ -85,14 +77,3 @@ def test_evaluate_refuses_what_it_cannot_use():
         model.evaluate("vrel", np.zeros(4))
     with pytest.raises(InputError, match="last axis must hold the 4 states x, y, vx, vy"):
         model.evaluate("N", np.zeros(3))
-
-
-def test_evaluate_takes_rows_of_states_and_times():
-    model = LinearOscillator()
-    states = np.arange(12.0).reshape(3, 2, 2)
-    energy = model.evaluate("energy", states)
-    w0 = 2 * np.pi * model.f0
-    assert energy.shape == (3, 2)
-    assert energy == pytest.approx(0.5 * (states[..., 1] ** 2 + (w0 * states[..., 0]) ** 2))
-    assert model.evaluate("v", [1.0, 2.0], [0.0, 1.0, 2.0]).tolist() == [2.0, 2.0, 2.0]
-    assert isinstance(model.evaluate("x", [1.0, 2.0]), float)

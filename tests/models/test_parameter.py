@@ -56,16 +56,3 @@ def test_bad_value_gets_one_sentence(values, message):
         SlidingOscillator(**values)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
-
-
-def test_bounds_as_text():
-    assert Parameter("q", 0.0).bounds == "any finite number"
-    assert Parameter("q", 0.0, "N", "", -1, 1, upper_open=True).bounds == ">= -1 N and < 1 N"
-    assert Parameter("q", 0.0, "N", symbol="$q$").label == "$q$ (N)"
-
-
-def test_every_parameter_is_described():
-    for parameter in SlidingOscillator.parameters:
-        assert parameter.doc
-        assert parameter.symbol.startswith("$")
-        assert parameter.check(parameter.default) == parameter.default

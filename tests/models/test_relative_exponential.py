@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow import flow_of
 from slipfold.models.formulas.functions import FUNCTIONS
 
 EXPREL = FUNCTIONS["exprel"]
@@ -38,53 +37,6 @@ def test_values_and_derivatives_are_exact_to_rounding(order):
     expected = [derivative(place, order) for place in PLACES]
     # A handful of roundings; quotients of derivatives cancel by a few at |x| = 2.
     assert found == pytest.approx(expected, rel=(1 + 2 * order) * 1e-15, abs=0)
-
-
-def test_numbers_are_exact_to_rounding():
-    for place in PLACES:
-        assert EXPREL.numeric(place) == pytest.approx(derivative(place, 0), rel=1e-15)
-
-
-def primitive(x):
-    """Its integral from zero, by the series of it."""
-    with localcontext() as context:
-        context.prec = 60
-        x, term, total = Decimal(x), Decimal(1), Decimal(0)
-        for k in range(120):
-            term = term * x / (k + 1)
-            total += term / (k + 1)
-        return float(total)
-
-
-def passing():
-    """A state that passes through zero at an even speed, and what is summed up on the way."""
-    return sf.System(
-        name="passing",
-        parameters={"T": {"value": 10.0, "min": 0}},
-        states={"x": "1", "z": "exprel(x)"},
-        forcing={"period": "T"},
-    )
-
-
-STARTS = np.array([-5.0, -2.0, -1e-9, -1e-300, 0.0, 1e-300, 1e-9, -4.999999, -7.3])
-
-
-def test_motions_pass_zero_without_noticing():
-    flow = flow_of(passing())
-    constants = flow.constants(passing().vector)
-    start = np.column_stack([STARTS, np.zeros(len(STARTS))])
-    zeros = np.zeros(len(start))
-    ends, matrices, _ = flow.linearise(start, zeros, zeros + 1, constants, constants.rates[:, :0])
-    expected = [primitive(x + 10) - primitive(x) for x in STARTS]
-    assert ends[:, 1] == pytest.approx(expected, rel=1e-13)
-    slopes = [derivative(x + 10, 0) - derivative(x, 0) for x in STARTS]
-    assert matrices[:, 1, 0] == pytest.approx(slopes, rel=1e-12)
-    along = np.tile([1.0, 0.0], (len(start), 1))
-    jets = flow.jet(start, zeros, zeros + 1, constants, along)
-    for order in (1, 2, 3):
-        exact = [derivative(x + 10, order - 1) - derivative(x, order - 1) for x in STARTS]
-        # Jets are integrated to ten digits.
-        assert jets[:, order - 1, 1] == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

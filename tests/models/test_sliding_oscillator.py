@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from helpers.by_hand.sliding import BASE, rhs
 from slipfold.models import SlidingOscillator
@@ -80,35 +78,11 @@ def test_friction_adds_its_damping_and_leaves_the_stiffness():
     assert model.modes(friction=False).damping_ratio[0] < model.modes().damping_ratio[0] / 6
 
 
-def test_modes_without_friction_hold_the_structural_damping():
-    modes = SlidingOscillator(mu=0).modes()
-    assert modes.damping_ratio[0] == pytest.approx(0.0057, rel=1e-12)
-    assert modes.shapes == pytest.approx(np.eye(2), abs=1e-12)
-    assert modes.damped_frequency == pytest.approx(
-        modes.frequency * np.sqrt(1 - modes.damping_ratio**2), rel=1e-12
-    )
-    assert "12.45965" in str(modes)
-
-
-def test_overdamped_modes_are_listed_one_by_one():
-    modes = SlidingOscillator(mu=0, zeta2=2.0).modes()
-    assert modes.eigenvalues.shape == (3,)
-    assert modes.damping_ratio[[0, 2]].tolist() == [1.0, 1.0]
-
-
 def test_static_point_balances_the_forces():
     for model in (MODEL, MODEL.replace(Ns=5.0, Vd=2.0), MODEL.replace(kext=0)):
         point = model.static_point()
         p = {**model.values, "Nd": 0.0}
         assert rhs(0.0, point, p) == pytest.approx(np.zeros(4), abs=1e-9)
-
-
-@pytest.mark.parametrize("Ns", [10.0, 1e3, 1e6])
-def test_static_point_under_a_heavy_load(Ns):
-    model = SlidingOscillator(Ns=Ns)
-    point = model.static_point()
-    forces = rhs(0.0, point, {**BASE, **model.values}) * model.m2 * model.L / (model.mu * Ns)
-    assert forces == pytest.approx(np.zeros(4), abs=1e-12)
 
 
 def test_rates_are_the_equations_of_the_design_page():
@@ -128,32 +102,3 @@ def test_outputs_are_what_their_names_say(name):
         for state, time in zip(STATES, TIMES, strict=True)
     ]
     assert found == pytest.approx(np.array(expected), rel=1e-11, abs=1e-13)
-
-
-@settings(max_examples=30)
-@given(
-    st.lists(st.floats(-0.5, 0.5), min_size=2, max_size=2),
-    st.lists(st.floats(-50, 50), min_size=2, max_size=2),
-    st.floats(0, 10),
-)
-def test_plate_power_is_heat_plus_what_the_structure_takes(place, velocity, time):
-    state = [*place, *velocity]
-    plate, heat, taken = (
-        MODEL.evaluate(f"power_{name}", state, time) for name in ("plate", "friction", "structure")
-    )
-    assert plate == pytest.approx(heat + taken, abs=1e-11)
-
-
-def test_normal_force_is_largest_at_phase_zero():
-    assert MODEL.evaluate("N", np.zeros(4)) == pytest.approx(1.3)
-    assert MODEL.evaluate("N", np.zeros(4), 0.5 / MODEL.f) == pytest.approx(0.7)
-    # Phases stay exact after many periods.
-    assert MODEL.evaluate("N", np.zeros(4), 1e6 / MODEL.f) == pytest.approx(1.3, abs=1e-12)
-
-
-def test_outputs_are_described():
-    for output in SlidingOscillator().outputs():
-        assert output.doc
-        assert output.label
-    names = [output.name for output in SlidingOscillator().outputs()]
-    assert {limit.output for limit in SlidingOscillator.limits} <= set(names)

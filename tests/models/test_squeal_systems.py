@@ -38,38 +38,12 @@ def test_frequencies_of_hoffmanns_reference_case(delta):
     assert found == pytest.approx(expected, abs=1e-12)
 
 
-def test_flutter_of_hoffmanns_reference_case():
-    found = eigenvalues(model_named("squeal", c=0, mu=0.75 * 1.2))
-    assert np.sort_complex(found**2)[[0, -1]] == pytest.approx(
-        [-2 - 1j * np.sqrt(0.2), -2 + 1j * np.sqrt(0.2)], abs=1e-12
-    )
-
-
 @pytest.mark.parametrize(("k1", "k2", "k12"), [(2.0, 2.0, 1.0), (2.4, 1.7, 0.6), (3.0, 2.0, 1.3)])
 def test_flutter_boundary_with_unequal_stiffnesses(k1, k2, k12):
     boundary = (k12 + (k1 - k2) ** 2 / (4 * k12)) * 0.75
     model = model_named("squeal", c=0, k1=k1, k2=k2, k12=k12)
     for mu, grows in ((boundary - 1e-6, False), (boundary + 1e-6, True)):
         assert (eigenvalues(model.replace(mu=mu)).real.max() > 1e-5) == grows
-
-
-def as_a_structure(**values):
-    """The squeal model without its hardening: inclined springs, and a contact with friction."""
-    contact = sf.FrictionContact(
-        "x", sf.Coulomb(), load=sf.ContactLoad({"y": -1}, Ns=1.0, kn=4 / 3), Vd=1.0
-    )
-    K = [[2.0, 1.0], [1.0, 2.0 - 4 / 3]]
-    structure = sf.Structure(M=np.eye(2), C=0.05 * np.eye(2), K=K, names="x y", contacts=contact)
-    return structure.replace(mu_s=2.0, **values)
-
-
-def test_the_model_is_a_structure_too():
-    model = as_a_structure(mu_k=0.7)
-    linear = model_named("squeal", mu=0.7, kn=0)
-    found = eigenvalues(model, model.static_point())
-    assert np.sort_complex(found) == pytest.approx(np.sort_complex(eigenvalues(linear)), abs=1e-12)
-    hopf = hopf_of(sf.response(model, "mu_k", (0.6, 0.8), settings=SINGLE))
-    assert hopf.value == pytest.approx(0.75 * (1 + 2 * 0.05**2), abs=1e-10)
 
 
 def test_onset_of_squeal_is_subcritical_for_a_contact_that_hardens():
@@ -168,20 +142,3 @@ def test_onset_of_squeal_of_the_pin():
     )
     mismatch = (run.y[:, -1] - orbit.nodes[0]) / orbit.model.state_scales()
     assert mismatch == pytest.approx(np.zeros(4), abs=1e-8)
-
-
-def test_squeal_of_the_pin_ends_where_the_contact_opens():
-    diagram = sf.response(model_named("pin-on-disc"), "mu", (0.1, 0.5), settings=SINGLE)
-    stopped = diagram.branches[1].stopped
-    assert stopped.kind == "limit"
-    assert stopped.reason.startswith("lost contact: the normal force fell to")
-
-
-def test_falling_friction_lowers_the_onset():
-    values = [
-        hopf_of(
-            sf.response(model_named("pin-on-disc", r=r), "mu", (0.1, 0.2), settings=SINGLE)
-        ).value
-        for r in (1.0, 3.0)
-    ]
-    assert values[1] < values[0]

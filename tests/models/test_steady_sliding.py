@@ -1,7 +1,5 @@
 """Steady sliding as an equilibrium: eigenvalues, onset of squeal, the cycles born there."""
 
-import pickle
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -16,8 +14,6 @@ from slipfold.models.evaluation import evaluation_of
 SINGLE = sf.Settings(largest_period=1)
 FALLING = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.3)
 BELT = Stribeck(mu_s=1.0, mu_k=0.5, vs=0.5)
-ONSET = 0.5 * np.log(10)
-"""Textbook, system 11: 0.1 + mu'(vd) = 0."""
 
 
 def eigenvalues(model, point=None):
@@ -80,21 +76,6 @@ def test_the_forcing_leaves_no_parameter_behind():
         )
 
 
-@pytest.mark.parametrize(
-    ("vary", "span"), [("Vd", (2.0, 0.05)), ("mu", (0, 2)), ("Ns", (0.2, 3)), ("alpha", (-3, 3))]
-)
-def test_sliding_under_coulomb_friction_is_followed_and_stays_stable(vary, span):
-    model = SlidingOscillator().steady()
-    [branch] = sf.response(model, vary, span).branches
-    assert branch.kind == "equilibrium"
-    assert branch.special == ()
-    assert branch.stopped.kind == "span"
-    assert np.all(branch.stable)
-    for index in (0, len(branch) // 2, -1):
-        there = SlidingOscillator(**{vary: branch.parameter[index]})
-        assert branch.states[index] == pytest.approx(there.static_point(), abs=1e-10)
-
-
 def test_onset_of_squeal_by_falling_friction():
     diagram = sf.response(
         SlidingOscillator(friction=FALLING).steady(), "Vd", (1.5, 0.62), settings=SINGLE
@@ -128,32 +109,6 @@ def test_onset_of_squeal_by_falling_friction():
     assert run.y[:, -1] == pytest.approx(orbit.nodes[0], abs=1e-8)
     # Supercritical: it lives where steady sliding is unstable, and its amplitude grows as a root.
     assert np.all(cycles.parameter[1:] < hopf.value)
-
-
-@pytest.mark.parametrize(
-    "model",
-    [
-        model_named("stribeck"),
-        belt(),
-        belt(load=sf.ModulatedLoad(Ns=1.0, Nd=0.2)).steady(),
-        belt(forcing=sf.HarmonicForce("x", F=0.3), f=2.0).steady(),
-    ],
-    ids=["equations", "structure", "modulated structure", "forced structure"],
-)
-def test_belt_of_the_textbook(model):
-    # System 11, however it is made.
-    vary = "vd" if model.name == "stribeck" else "Vd"
-    assert not model.forced
-    diagram = sf.response(model, vary, (1.5, 1.1), settings=SINGLE)
-    [hopf] = [point for _, point in diagram.special if point.type == "HB"]
-    assert hopf.value == pytest.approx(ONSET, abs=1e-10)
-    assert hopf.value == pytest.approx(1.151292546497, abs=1e-11)
-    assert hopf.duration == pytest.approx(2 * np.pi, rel=1e-10)
-    # x'' + x = 0.1 v^2 + v^3/15 to third order; in Kuznetsov's measure l1 = 3/4 of the cubic term.
-    assert hopf.criticality == "subcritical"
-    # Coefficients are in scaled states.
-    length = hopf.model.unit_scales()[0]
-    assert hopf.coefficient / length**2 == pytest.approx(0.05, rel=1e-8)
 
 
 def test_a_structure_under_constant_loads_is_autonomous_by_itself():
@@ -190,34 +145,6 @@ def test_onset_of_squeal_under_friction_with_memory():
     )
     hopf = next(point for _, point in diagram.special if point.type == "HB")
     assert hopf.value == pytest.approx(onset(law), abs=1e-9)
-
-
-def test_models_are_values(tmp_path):
-    model = SlidingOscillator(friction=FALLING).steady(Vd="600 mm/s")
-    assert model.Vd == 0.6
-    assert pickle.loads(pickle.dumps(model)) == model
-    assert hash(pickle.loads(pickle.dumps(model))) == hash(model)
-    assert eval(repr(model)) == model
-    assert eval(repr(model.replace(duration=0.2))) == model.replace(duration=0.2)
-    assert model.replace(friction=LuGre(), Vd=0.4).forced_model == SlidingOscillator(
-        friction=LuGre(), Vd=0.4
-    )
-    assert model.replace(friction=None) == SlidingOscillator().steady()
-    diagram = sf.response(model, "Vd", (0.8, 0.62), settings=SINGLE)
-    diagram.save(tmp_path / "steady.nc")
-    again = sf.load(tmp_path / "steady.nc")
-    assert again.model == diagram.model
-    assert again.to_json()["model"] == "steady-sliding"
-    assert again.to_json() == diagram.to_json()
-
-
-def test_any_model_that_knows_its_forcing_has_a_steady_one():
-    model = Unforced(model_named("duffing", g=-0.1))
-    assert [item.name for item in model.parameters] == ["d", "k", "g", "duration"]
-    assert model.name == "steady-duffing"
-    found = eigenvalues(model)
-    assert found.real == pytest.approx([-model.d / 2] * 2, abs=1e-12)
-    assert np.abs(found) == pytest.approx([1.0, 1.0], abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -123,99 +123,6 @@ def test_errors_point_at_the_place(name):
     assert excerpt.startswith(f"{line:>4} | ")
 
 
-OF_TABLES = {
-    "nothing": ({}, "there is no table [states]"),
-    "no states": ({"states": {}}, "the table [states] is empty"),
-    "states a list": ({"states": [1]}, "states is an array, not a table; write [states]"),
-    "states a number": ({"states": 3}, "states is a number, not a table"),
-    "parameters a text": (
-        {"states": {"q": "1"}, "parameters": "F"}, "parameters is a text, not a table",
-    ),
-    "forcing a text": ({"states": {"q": "1"}, "forcing": "F"}, "forcing is a text, not a table"),
-    "name a number": ({"states": {"q": "1"}, "name": 3}, "name is a number; give a text"),
-    "key no text": ({"states": {3: "1"}}, "the key 3 of states is no text"),
-    "circle": (
-        {"states": {"q": "a"}, "formulas": {"a": "b + 1", "b": "2*c", "c": "a"}},
-        "the formulas a -> b -> c -> a use each other in a circle",
-    ),
-    "formula a number": ({"states": {"q": "1"}, "formulas": {"a": 3}}, "a is a number; give the"),
-    "time without forcing": (
-        {"states": {"q": "cos(t)"}},
-        "t, the time, occurs in a system without forcing; add the table [forcing]",
-    ),
-    "state called phase": ({"states": {"phase": "1"}}, "a state cannot be called phase"),
-    "state like a coefficient": ({"states": {"c_1": "1"}}, "a state cannot be called c_1"),
-    "long name": ({"states": {"q" * 61: "1"}}, "cannot be a name in formulas; give at most 60"),
-    "negative period": (
-        {"states": {"q": "1"}, "forcing": {"period": -1}}, "forcing period -1.0 is -1 s; it must",
-    ),
-    "infinite period": (
-        {"states": {"q": "1"}, "parameters": {"W": 0}, "forcing": {"period": "1/W"}},
-        "the forcing period 1/W is nan s at W = 0; it must be positive",
-    ),
-    "no number at the defaults": (
-        {"states": {"q": "sqrt(a)*q"}, "parameters": {"a": -1}},
-        "sqrt(a) is not a finite number at a = -1; change the parameters in it",
-    ),
-    "array in a value": (
-        {"states": {"q": "1"}, "parameters": {"a": [1]}}, "value is an array; give a number",
-    ),
-    "parameter none": (
-        {"states": {"q": "1"}, "parameters": {"a": None}}, "value is empty; give a number",
-    ),
-    "huge number": (
-        {"states": {"q": "1"}, "parameters": {"a": 10**400}}, "value = inf is not a finite number",
-    ),
-    "unrepeated output": (
-        {"states": {"q": "1"}, "forcing": {"period": "1"}, "outputs": {"y": "sin(6*t)"}},
-        "the output y does not repeat after the forcing period 1, 1 s",
-    ),
-    "time grows": (
-        {"states": {"q": "-q + 1e-3*t"}, "forcing": {"period": "1"}}, "does not repeat",
-    ),
-    "limit with braces in its name": (
-        {"states": {"q": "1"}, "limits": {"{0}": {"output": "q", "bound": 0}}},
-        "'{0}' is no name for one of the limits; give a few words",
-    ),
-    "event of no parameter": (
-        {"states": {"q": "1"}, "events": {"a": {"value": 1, "measure": "parameter"}}},
-        "there is no parameter 'a'; there are none",
-    ),
-    "delay": (
-        {"states": {"x": "-a*x(t - tau)"}, "parameters": {"a": 1, "tau": 2}},
-        "x(t - tau) is a state at another time; delays are not supported",
-    ),
-    "boundary value": ({"states": {"x": "x(1)"}}, "boundary-value problem, and these are not supp"),
-    "boundary": ({"states": {"x": "1"}, "boundary": {}}, "boundary-value problems are not support"),
-    "map": ({"states": {"x": {"next": "1 - x"}}}, "maps, which are discrete in time, are not supp"),
-    "angles that turn together": (
-        {"states": {
-            "a": {"rate": "u", "angle": True}, "b": {"rate": "v", "angle": True},
-            "u": "-sin(a) + (b - a)", "v": "-sin(b) + (a - b)",
-        }},
-        "a and b only turn together: the rate of u changes when a alone makes a whole turn; "
-        "replace the state b by the difference d = b - a, and declare a the only angle",
-    ),
-    "three angles": (
-        {"states": {
-            "a": {"rate": "b - a", "angle": True}, "b": {"rate": "a - 2*b + c", "angle": True},
-            "c": {"rate": "b - c", "angle": True},
-        }},
-        "replace the states b and c by differences such as d = b - a",
-    ),
-    "too many": ({"states": {f"q{i}": "1" for i in range(1001)}}, "has 1001 entries, more than"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", OF_TABLES)
-def test_tables_made_in_python_are_refused_as_well(name):
-    tables, words = OF_TABLES[name]
-    with pytest.raises(InputError) as error:
-        sf.System(tables)
-    sentence = str(error.value).split("\n")[0]
-    assert words in sentence
-
-
 def test_a_formula_made_in_python_is_shown():
     with pytest.raises(InputError) as error:
         sf.System(states={"q": "1 +\n  sqrt(x)"})
@@ -224,19 +131,6 @@ def test_a_formula_made_in_python_is_shown():
         "     |   sqrt(x)\n"
         "              ^"
     )
-
-
-def test_the_excerpt_of_a_long_line_is_the_part_around_the_place():
-    with pytest.raises(InputError) as error:
-        sf.System(states={"q": "q + " * 300 + "x" + " + q" * 300})
-    _, excerpt, carets = str(error.value).split("\n")
-    assert len(excerpt) <= 100
-    assert excerpt[carets.index("^")] == "x"
-
-
-def test_escapes_in_a_formula_move_the_place_to_its_beginning():
-    with pytest.raises(InputError, match="line 2, column 5: there is no name 'x'"):
-        sf.System.from_toml('[states]\nq = "\\u0071 + x"')
 
 
 def test_lines_of_a_formula_are_counted():

@@ -7,7 +7,7 @@ import slipfold as sf
 from slipfold.continuation.walk import Failure
 from slipfold.flow import batches
 from slipfold.flow.scales import measured
-from slipfold.orbits.continued import Straight, carry_to
+from slipfold.orbits.continued import carry_to
 from slipfold.orbits.first_orbits import guess_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 
@@ -39,35 +39,12 @@ def test_an_orbit_is_carried_round_the_folds_on_its_way():
     assert other.z == pytest.approx(rest, abs=1e-9)
 
 
-def test_an_orbit_that_is_there_stays():
-    orbits, rest = rising(duffing())
-    assert carry_to(orbits, rest, 0.0, anything).z == pytest.approx(rest, abs=1e-12)
-
-
 def test_it_is_said_why_an_orbit_does_not_arrive():
     orbits, rest = rising(duffing())
     refused = carry_to(orbits, rest, 1.0, lambda point: "too much" if point.z[-1] > 0.1 else None)
     assert refused == Failure("limit", "too much")
     start = np.full_like(rest, np.nan)
     assert isinstance(carry_to(orbits, start, 1.0, anything), Failure)
-
-
-def test_the_straight_way_is_straight_and_ends_where_either_parameter_alone_would():
-    model = duffing(F=0.05)
-    begin, end = np.array([2.0, 0.05]), np.array([2.3, 0.1])
-    orbits = ForcedOrbits(model, {"W": 0.5, "F": 0.1})
-    alone = ForcedOrbits(model, {"W": 1.0})
-    start = alone.nodes(guess_orbit(alone, 2.0).z)
-    seen = []
-    way = Straight(orbits, begin, end)
-    reached = carry_to(
-        way, orbits.pack(start, begin), 0.1, lambda point: seen.append(orbits.values(point.z))
-    )
-    beside = (np.array(seen) - begin) @ [0.05, -0.3]
-    assert beside == pytest.approx(0, abs=1e-9)
-    expected = sf.periodic_orbit(duffing(W=2.3, F=0.1))
-    assert orbits.values(reached.z) == pytest.approx(end, rel=1e-12)
-    assert orbits.nodes(reached.z)[0] == pytest.approx(expected.state, abs=1e-9)
 
 
 def friction(**values):

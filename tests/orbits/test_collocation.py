@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.textbook_models import Torus
 from slipfold.continuation.newton import correct
 from slipfold.models import model_named
 from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.kinds import Cycles, ForcedOrbits
-from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.kinds import ForcedOrbits
 
 BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=2)
 
@@ -39,14 +37,6 @@ def test_orbit_and_multipliers_are_those_of_shooting(forced):
     assert nearest.max() < 1e-11
     even = orbits.evenly(correction.z)
     assert np.abs((even[:: len(even) // 8] - forced.nodes) / scales).max() < 1e-10
-
-
-def test_far_from_limits_nothing_is_integrated_for_them(forced, monkeypatch):
-    shot = ForcedOrbits(forced.model, {"Nd": 0.98}, 1, len(forced.nodes))
-    exact = limit_margins(shot, shot.unknown(forced.nodes, forced.model))
-    orbits, correction = collocated(forced, 32)
-    monkeypatch.setattr(orbits.flow, "along", None)
-    assert limit_margins(orbits, correction.z) == pytest.approx(exact, rel=1e-2)
 
 
 def test_errors_at_the_nodes_are_of_order_twelve():
@@ -125,24 +115,3 @@ def test_branches_have_the_same_special_points(name, vary, span, values):
         assert a.criticality == b.criticality
     for one, two in zip(shooting.branches, other.branches, strict=True):
         assert (one.period, one.stopped.kind) == (two.period, two.stopped.kind)
-
-
-def test_half_of_a_cycle_has_the_mesh_of_the_other():
-    model = model_named("lure")
-    by = Collocation(model, {"duration": 1.0, "a": 1.0})
-    curved = by.on(np.linspace(0, 1, 33))
-    assert curved.copies == 2
-    doubled = curved.with_period(2)
-    assert doubled.segments == 2 * curved.segments
-    assert np.allclose(doubled.edges[: curved.segments], curved.edges[:-1])
-    assert isinstance(Cycles(model, {"a": 1.0}, by=Collocation).by, Collocation)
-
-
-def test_a_mesh_on_which_nothing_happens_at_all_is_uniform():
-    model = Torus(m=-0.1)
-    orbits = ForcedOrbits(model, {"m": 1.0}, 1, 100, Collocation)
-    rest = np.zeros((orbits.segments, len(model.states)))
-    better = orbits.by.better(rest, orbits.flow.constants(model.vector))
-    lengths = np.diff(better.edges)
-    assert len(lengths) < 100
-    assert lengths == pytest.approx(1.0 / len(lengths), rel=1e-12)

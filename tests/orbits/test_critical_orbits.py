@@ -10,7 +10,6 @@ from helpers.by_hand.sliding import BASE, integrate
 from helpers.textbook_models import VanDerPol
 from slipfold.branches import trace_response
 from slipfold.loci.follow import follow_loci
-from slipfold.models import SlidingOscillator
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.kinds import ForcedOrbits
 
@@ -70,16 +69,6 @@ def test_jacobian_against_differences(kind, period, f, plane):
     check_jacobian(problem, z, h=1e-4 if growth < 10 else 1e-7)
 
 
-def test_jacobian_begun_in_another_phase():
-    item = special("NS", 2, 12.5)
-    problem, z = problem_of(item, ("f", "Nd"))
-    direction = RNG.normal(size=len(z))
-    other, shifted, carried = problem.shifted(z, direction / np.linalg.norm(direction))
-    assert other.orbits.phase == pytest.approx(item.period / len(item.nodes) / 2)
-    assert np.linalg.norm(carried) == pytest.approx(1.0)
-    check_jacobian(other, shifted)
-
-
 @lru_cache(maxsize=1)
 def resonant():
     """The NS locus of the forced van der Pol oscillator, between two 1:1 resonances."""
@@ -116,30 +105,3 @@ def test_its_orbits_have_the_critical_multiplier_by_hand(kind, period, f, plane)
         assert np.abs(np.abs(values[values.imag > 0]) - 1).min() < 1e-8
     else:
         assert np.abs(values - {"LP": 1, "PD": -1}[kind]).min() < 1e-7
-
-
-def test_unknowns_hold_an_orbit_and_two_parameters():
-    item = special("PD", 1, 12.5)
-    problem, z = problem_of(item, ("Nd", "f"))
-    orbits = problem.orbits
-    assert z.shape == (orbits.size + 2,)
-    assert orbits.nodes(z) == pytest.approx(item.nodes, rel=1e-14)
-    assert problem.place(z) == pytest.approx([item.value, 12.5], rel=1e-14)
-    # What the model says of the two parameters plays no part.
-    other = ForcedOrbits(
-        SlidingOscillator(f=11, Nd=0.3), {"Nd": 0.98, "f": 2.0}, 1, len(item.nodes)
-    )
-    other_z = other.pack(item.nodes, orbits.values(z))
-    assert np.abs(Critical(other, "PD").defect(other_z)).max() < 1e-8
-    places = {place: ends for place, *ends in orbits.bounds((0, 1), (11, 13))}
-    assert places == {-2: [0, 1 / 0.98], -1: [5.5, 6.5]}
-
-
-def test_an_orbit_that_meets_a_singularity_is_nan():
-    item = special("PD", 1, 12.5)
-    problem, z = problem_of(item, ("f", "Nd"))
-    nodes = problem.orbits.nodes(z)
-    nodes[3] = [0.0, -1.0, 0.0, 0.0]  # the spring has no length
-    z = problem.orbits.pack(nodes, problem.orbits.values(z))
-    assert np.isnan(problem.defect(z)).any()
-    assert np.isnan(problem.linearise(z).defect).any()

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import block_diag
 
-from slipfold.orbits.test_functions import critical_pair, degeneracy, floquet_multipliers
+from slipfold.orbits.test_functions import degeneracy
 
 KINDS = ("LP", "PD", "NS")
 
@@ -70,20 +70,6 @@ def test_zero_at_the_bifurcation_with_its_derivative(kind, seed, n, largest, ang
     assert relative_gap((4 * estimates[1] - estimates[0]) / 3, slope) < 1e-4
 
 
-@given(seed=SEEDS, n=SIZES)
-def test_the_derivative_points_the_way_the_number_grows_however_near_zero(seed, n):
-    for kind in ("LP", "PD"):
-        rng = np.random.default_rng(seed)
-        turn = np.linalg.qr(rng.normal(size=(n, n)))[0]
-        rest, change = others(rng, n - 1, 3.0), rng.normal(size=(n, n))
-        slopes = []
-        for shift in (-1e-3, -1e-12, 1e-12, 1e-3):
-            block = critical_block(kind, 0.0) * (1 + shift)
-            found = degeneracy(kind, turn @ block_diag(block, *rest) @ turn.T)
-            slopes.append(np.einsum("ra,ab,rb->", found.left, change, found.right))
-        assert slopes == pytest.approx([slopes[0]] * 4, abs=2e-2)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 @given(seed=SEEDS, n=SIZES, angle=ANGLES)
 def test_smooth_through_zero(kind, seed, n, angle):
@@ -138,46 +124,3 @@ def test_torus_is_smooth_where_the_pair_meets_on_the_real_axis(seed, n, largest,
             size = np.sqrt(1 + np.linalg.norm(matrix) ** 2)
             # Of a large matrix the entries are known to 1e-16 of the largest.
             assert found.value == pytest.approx(excess / size, abs=1e-11)
-
-
-@given(seed=SEEDS, n=SIZES, largest=LARGEST, target=st.sampled_from([1.0, -1.0]))
-def test_derivative_of_the_torus_at_and_near_strong_resonances(seed, n, largest, target):
-    rng = np.random.default_rng(seed)
-    rest = others(rng, n - 2, largest)
-    for offset in (-1e-3, -1e-7, 0.0, 1e-7, 1e-3):
-        matrix = similar(rng, companion(2 * target + offset, 1.0), *rest)
-        found = degeneracy("NS", matrix)
-        change = rng.normal(size=(n, n))
-        slope = np.einsum("ra,ab,rb->", found.left, change, found.right)
-        h = 1e-6
-        difference = (
-            degeneracy("NS", matrix + h * change).value
-            - degeneracy("NS", matrix - h * change).value
-        ) / (2 * h)
-        assert relative_gap(difference, slope) < 1e-3
-
-
-def test_pair_with_the_product_nearest_one_is_taken():
-    values = floquet_multipliers(
-        block_diag(rotation(0.3, 0.97), rotation(2.0, 1.001), np.diag([30.0, 1 / 30.0]))
-    )
-    first, second = critical_pair(values)
-    assert values[first] == pytest.approx(1.001 * np.exp(2j))
-    assert values[second] == values[first].conj()
-
-
-def test_real_multipliers_far_apart_are_no_pair():
-    # Their product is one, which is a neutral saddle.
-    assert critical_pair(np.array([2.0, 0.5], dtype=complex)) is None
-    found = degeneracy("NS", np.diag([2.0, 0.5]))
-    assert np.isnan(found.value)
-    assert np.isnan(found.left).all()
-    # As two that met a step before they still count.
-    assert critical_pair(np.array([1.1, 1 / 1.1], dtype=complex)) == (0, 1)
-
-
-def test_rounding_does_not_decide_the_sign_of_an_exactly_singular_matrix():
-    for kind, matrix in (("LP", np.eye(3)), ("PD", -np.eye(3))):
-        found = degeneracy(kind, matrix)
-        assert found.value == 0.0
-        assert np.isfinite(found.left).all()

@@ -8,7 +8,7 @@ import slipfold as sf
 from helpers.toy_models import LinearOscillator
 from slipfold.branches import Settings, Steps, trace_response
 from slipfold.models import SlidingOscillator
-from slipfold.orbits import extrema, periodic_orbit
+from slipfold.orbits import periodic_orbit
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),
@@ -32,18 +32,6 @@ def test_against_dense_sampling(values, period):
         beyond = 1e-7 * swing + 1e-11 * size
         assert dense.min() - beyond <= low <= dense.min() + 1e-11 * size
         assert dense.max() - 1e-11 * size <= high <= dense.max() + beyond
-
-
-@pytest.mark.parametrize(("values", "period"), CASES)
-def test_closer_looks_change_nothing(values, period, monkeypatch):
-    model = SlidingOscillator(**values)
-    orbit = periodic_orbit(model, period)
-    where = model, model.vector[None], orbit.nodes[None], period
-    found = extrema.find_extrema(*where)
-    monkeypatch.setattr(extrema, "ZOOMS", extrema.ZOOMS + 2)
-    closer = extrema.find_extrema(*where)
-    for one, other in ((found.minimum, closer.minimum), (found.maximum, closer.maximum)):
-        assert one == pytest.approx(other, rel=3e-13, abs=1e-15)
 
 
 def test_linear_response_in_closed_form():
@@ -91,11 +79,6 @@ def test_the_speed_of_a_relaxation_is_known_at_its_sharp_peak():
     assert orbit.extrema.modulus("v") == pytest.approx([fastest], rel=1e-8)
 
 
-def test_normal_force_swings_by_what_is_given():
-    orbit = periodic_orbit(SlidingOscillator(f=9.0, Nd=0.3, Ns=0.8))
-    assert [item[0] for item in orbit.extrema.of("N")] == pytest.approx([0.5, 1.1], rel=1e-12)
-
-
 def test_branches_and_orbits_agree():
     settings = Settings(steps=Steps(largest=0.2))
     for branch in trace_response(SlidingOscillator(f=12.5), "Nd", (0, 0.3), settings=settings):
@@ -113,13 +96,3 @@ def test_sharp_minimum_of_the_spring_near_collapse():
     dense = orbit.model.evaluate("l", states, time).min()
     assert low <= dense * (1 + 1e-9)
     assert low == pytest.approx(dense, abs=1e-6)
-
-
-def test_one_output_of_many_orbits_at_once_has_the_extrema_of_each_orbit_alone():
-    branch = trace_response(SlidingOscillator(), "Nd", (0, 0.2))[1]
-    together = branch.extrema_of("l")
-    alone = [branch.orbit(i).extrema for i in range(len(branch))]
-    low, high = together.of("l")
-    assert together.names == ("l",)
-    np.testing.assert_allclose(low, [item.of("l")[0][0] for item in alone], rtol=1e-10)
-    np.testing.assert_allclose(high, [item.of("l")[1][0] for item in alone], rtol=1e-10)

@@ -60,14 +60,3 @@ def test_location_of_the_doubling_at_12_5_hz():
     theirs = brentq(growth, 0.0430, 0.0445, xtol=1e-12)
     assert ours.value == pytest.approx(theirs, abs=1e-9)
     assert theirs == pytest.approx(0.043578911491, abs=2e-12)
-
-
-def test_exponents_of_collocation_converge_geometrically():
-    values = {"f": 12.5, "Nd": 0.2}
-    orbit = periodic_orbit(SlidingOscillator(**values))
-    errors = []
-    for count in (17, 29, 41):
-        hill = FourierOrbit(values, 1, guess_from(orbit, count)).multipliers()
-        errors.append(np.abs(hill[:, None] - orbit.multipliers).min(axis=0).max())
-    assert errors[1] < 0.1 * errors[0]
-    assert errors[2] < 0.1 * errors[1]

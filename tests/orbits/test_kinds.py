@@ -7,7 +7,6 @@ import pytest
 
 import slipfold as sf
 from slipfold.models import model_named
-from slipfold.orbits.critical import doubled_orbit, hopf_cycle
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Cycles, Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.orbit_curve import OrbitPoint
@@ -22,8 +21,6 @@ def special(name, vary, span, kind):
 
 
 HOPF = "lure", "a", (1.2, 0.9), "HB"
-FLIP = "lure", "a", (1.2, 0.62), "PD"
-FORCED_FLIP = "sliding", "Nd", (0.0, 0.4), "PD"
 
 
 def point_of(orbits, z):
@@ -65,30 +62,3 @@ def test_however_eigenvalues_are_seen_they_are_those_of_the_jacobian():
         assert np.sort_complex(listed) == pytest.approx(
             np.sort_complex(np.exp(values * lasting)), rel=1e-9
         )
-
-
-@pytest.mark.parametrize("where", [FLIP, FORCED_FLIP], ids=["cycle", "forced"])
-def test_an_orbit_passed_twice_solves_the_equations_and_its_tangent_is_in_their_kernel(where):
-    item = special(*where)
-    orbits = orbits_of(item.model, {item.vary: 1.0}, 1, len(item.nodes))
-    born = doubled_orbit(orbits, orbits.unknown(item.nodes, item.model))
-    assert born.orbits.period == 2
-    assert np.abs(born.orbits.defect(born.z)).max() < 1e-9
-    part = born.orbits.linearise(born.z)
-    assert np.abs(part.jacobian @ born.tangent).max() < 1e-6
-    values, expected = (np.linalg.eigvals(each) for each in (born.monodromy, part.monodromy))
-    assert np.sort_complex(values) == pytest.approx(np.sort_complex(expected), abs=1e-6)
-
-
-def test_a_cycle_of_no_amplitude_solves_the_equations_and_its_tangent_is_in_their_kernel():
-    item = special(*HOPF)
-    orbits = Equilibria(item.model, {"a": 1.0})
-    born = hopf_cycle(orbits, orbits.unknown(item.nodes[:1], item.model))
-    assert isinstance(born.orbits, Cycles)
-    assert born.orbits.duration(born.z) == pytest.approx(2 * np.pi, rel=1e-9)  # b = 1
-    assert np.abs(born.orbits.defect(born.z)).max() < 1e-9
-    assert np.abs(born.orbits.linearise(born.z).jacobian @ born.tangent).max() < 1e-6
-    # The pair is the flow's direction and the one beside it, which neither grows nor shrinks.
-    values = np.linalg.eigvals(born.monodromy)
-    assert np.abs(values - 1).min() < 1e-6
-    assert len(values) == 2

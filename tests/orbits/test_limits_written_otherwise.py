@@ -10,7 +10,6 @@ import slipfold as sf
 from slipfold.branches.ends import failure_reason
 from slipfold.continuation.walk import Failure
 from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.limits import far_above
 
 FLOOR = -0.36
 SPAN = (0.005, 0.4)
@@ -68,14 +67,6 @@ def test_motions_of_another_method_touch_the_limit_where_branches_end(branches):
         assert found.y_events[0][:, 0].min() == pytest.approx(FLOOR, abs=10 * LOCATED)
 
 
-def test_maps_have_no_thresholds_beyond_the_limit():
-    over = {"c": [0.3], "W": [0.94, 0.95]}
-    for shift in SHIFTS:
-        found = sf.threshold_map(escaping(shift), "F", over=over, span=SPAN)
-        assert np.isnan(found.values).all()
-        assert (found.kinds == "limit: floor").all()
-
-
 def test_a_curve_lost_beside_the_limit_is_lost_because_of_it(branches):
     for branch in branches[:2]:
         points = {-1: "limit", 0: "failed"}
@@ -85,10 +76,3 @@ def test_a_curve_lost_beside_the_limit_is_lost_because_of_it(branches):
             last = SimpleNamespace(z=orbits.unknown(orbit.nodes, orbit.model))
             kind, _ = failure_reason(orbits, last, Failure("failed", "Newton's method failed"))
             assert kind == expected
-
-
-def test_twice_a_bound_above_zero_is_far_from_it():
-    bounds = np.array([1e-4, 0.01, 0.0, -3.0])
-    far = far_above(bounds, np.array([[1.0, 1.0, 1.0, 2.0]]))
-    assert far[0, :2].tolist() == [2e-4, 0.02]
-    assert (far[0, 2:] > bounds[2:]).all()

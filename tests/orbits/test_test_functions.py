@@ -49,47 +49,6 @@ def test_a_pair_that_crosses_the_circle_changes_the_sign_of_the_function_of_tori
     assert inside > 0 > outside
 
 
-@pytest.mark.parametrize("multiplier", [4.0, -4.0])
-def test_nothing_happens_where_the_determinant_compared_with_vanishes(multiplier):
-    others = [0.2, 0.1]
-    before, at, after = (
-        evaluate_tests(np.array([scale * multiplier, *others])) for scale in (1 - 1e-7, 1, 1 + 1e-7)
-    )
-    for name in before:
-        assert before[name] == pytest.approx(at[name], abs=1e-6)
-        assert after[name] == pytest.approx(at[name], abs=1e-6)
-
-
-def test_multipliers_well_inside_the_circle_turn_the_functions_less_than_the_determinants():
-    radii = np.linspace(0.1, 0.7, 10)
-    found, alone = [], []
-    for turn in np.linspace(0, 2 * np.pi, 50):
-        upper = radii * np.exp(1j * (turn * np.arange(1, 11) + 0.3))
-        values = np.concatenate([upper, upper.conj()])
-        first, second = np.triu_indices(20, k=1)
-        found.append(list(evaluate_tests(values).values()))
-        products = [-values, values, values[first] * values[second]]
-        alone.append([(1 - item).prod().real for item in products])
-    varied, before = np.ptp(np.log(found), axis=0), np.ptp(np.log(alone), axis=0)
-    assert np.all(varied < before)
-
-
-def test_small_multipliers_change_the_functions_by_three_quarters_of_what_they_do_alone():
-    """To first order: log (1 - p) is -p, and that of (1 - p / 4) is -p / 4."""
-    radius = 1e-5
-    values = radius * np.exp(1j * np.array([0.4, -0.4, 1.3, -1.3]))
-    angle = np.arcsin(evaluate_tests(values)["fold"])
-    slope = np.log(np.tan(angle)) / values.sum().real
-    assert slope == pytest.approx(-0.75, abs=radius)
-
-
 def test_huge_multipliers_do_not_overflow():
     tests = evaluate_tests(np.full(20, 1e100 + 0j))
     assert all(0.9 < abs(value) <= 1 for value in tests.values())
-
-
-def test_many_sets_of_multipliers_are_ordered_as_each_alone():
-    matrices = np.random.default_rng(3).normal(size=(20, 5, 5))
-    together = floquet_multipliers(matrices)
-    assert together.tolist() == [floquet_multipliers(item).tolist() for item in matrices]
-    assert floquet_multipliers(np.zeros((2, 3, 3))).tolist() == [[0, 0, 0]] * 2

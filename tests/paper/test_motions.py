@@ -1,7 +1,6 @@
 """Figures of what motions do, beyond the paper: their cases, and how they are drawn."""
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,10 +50,6 @@ def test_figures_need_curves_and_planes_of_the_paper():
     assert len(set(keys)) == len({case for f in motion_figures(cases) for case in f.needs})
 
 
-def test_figures_of_cases_that_are_left_out_are_left_out():
-    assert motion_figures(read_cases().only([5])) == ()
-
-
 def test_dots_lie_on_both_responses_between_fold_and_doubling(small):
     (completed, _), found = small
     with figure_style():
@@ -101,14 +96,3 @@ def test_files_that_are_written(tmp_path, monkeypatch, small):
     assert written == sorted(case.key for case in hysteresis.needs)
     assert {"hysteresis.pdf", "hysteresis.png"} <= {path.name for path in made.written}
     assert [item.done for item in seen] == list(range(1, 6))
-
-
-def test_an_interrupted_computation_is_missing(tmp_path, monkeypatch, small):
-    (_, hysteresis), found = small
-    swept = replace(found[hysteresis.swept], interrupted=True)
-    monkeypatch.setattr(MODULE, "motion_figures", lambda _: (hysteresis,))
-    monkeypatch.setattr(SweepCase, "compute", lambda case: swept)
-    made = reproduce(tmp_path, cases=Cases(()), motions=True)
-    assert hysteresis.key in made.missing
-    assert hysteresis.swept.key in made.missing
-    assert (tmp_path / "data" / f"{CURVE.key}.nc").exists()

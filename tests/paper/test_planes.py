@@ -5,7 +5,6 @@ import sys
 from functools import partial
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -13,13 +12,11 @@ import slipfold as sf
 from helpers.hand_drawn_loci_plots import (
     drawn_fold,
     drawn_locus,
-    drawn_locus_point,
     drawn_regions,
     drawn_torus,
     locus_diagram,
     valley,
 )
-from slipfold.loci.region_map import Region, RegionMap
 from slipfold.models import SlidingOscillator
 from slipfold.paper import reproduce
 from slipfold.paper.cases import Cases, Plane, PlaneFigure, read_cases
@@ -43,17 +40,6 @@ def test_planes():
     spans = [figure.plane.window[0] for figure in PLANES]
     assert spans == [(11.5, 13.5), (0.2, 1.2), (0.1, math.pi - 0.1), (0.1, 0.9), (0.2, 2.0)]
     assert {figure.plane.model for figure in PLANES} == {SlidingOscillator()}
-
-
-def test_details_lie_in_their_windows():
-    for figure in PLANES:
-        for (low, high), (least, most) in zip(figure.plane.window, figure.detail, strict=True):
-            assert low <= least < most <= high
-
-
-def test_planes_are_computed_first():
-    assert read_cases().needs[:5] == tuple(figure.plane for figure in PLANES)
-    assert read_cases().only([5]).planes == ()
 
 
 def markdown(*loci, regions=None):
@@ -87,34 +73,6 @@ def test_the_text_does_not_hide_a_simulation_that_disagrees():
     assert "| 0 of 1 agree | from rest: nothing periodic |" in text
 
 
-def test_the_text_of_a_locus_without_such_points():
-    text = markdown(drawn_locus("PD", [(12, 0.1), (12.5, 0.2), (13, 0.3)]))
-    assert "The PD of period 1 is supercritical throughout." in text
-    assert "lowest at an end of the locus, f = 12 Hz: Nd = 0.1 N" in text
-    assert "Points of codimension two: none." in text
-
-
-def test_a_minimum_above_an_end_is_not_the_lowest():
-    point = drawn_locus_point("MIN", (12.5, 0.2), 0.5, name="smallest Nd")
-    text = markdown(drawn_locus("PD", [(12, 0.1), (12.4, 0.3), (13, 0.3)], [point]))
-    assert "lowest at an end of the locus, f = 12 Hz" in text
-
-
-def test_the_text_without_a_threshold_and_without_a_result():
-    assert "no PD in this window" in markdown(drawn_torus())
-    assert planes_markdown(PLANES, {}).count("Not computed.") == 5
-
-
-def test_angles_are_degrees_in_the_text():
-    alpha = ("alpha", "Nd")
-    special = [drawn_locus_point("MIN", (math.pi / 2, 0.1), 0.5, name="smallest Nd", vary=alpha)]
-    values = [(0.5, 0.3), (1.0, 0.2), (2.5, 0.3)]
-    diagram = locus_diagram(drawn_locus("PD", values, special, vary=alpha), vary=alpha)
-    text = planes_markdown([PLANES[2]], {PLANES[2].plane: diagram})
-    assert "alpha = 90°" in text
-    assert "| alpha (°) |" in text
-
-
 @pytest.mark.parametrize("figure", PLANES, ids=lambda figure: figure.plane.vary[0])
 def test_figures_show_the_window_and_a_detail(figure):
     vary, window = figure.plane.vary, figure.plane.window
@@ -144,22 +102,6 @@ def test_where_the_tip_lifts_off_is_hatched():
     assert hatched(PLANES[0]) == []
 
 
-def test_there_are_no_regions_where_the_tip_lifts_off():
-    cells = np.linspace(0.2, 2.0, 181)[1::2]
-    region = Region(1, (), 1.0, (1.0, 0.5))
-    labels = np.ones((90, 90), dtype=np.int64)
-    diagram = locus_diagram(
-        regions=RegionMap(cells, cells, labels, (region,)),
-        vary=("Ns", "Nd"),
-        window=((0.2, 2.0), (0.2, 2.0)),
-    )
-    [picture] = draw_plane(PLANES[4], diagram).axes[0].images
-    shown = np.asarray(picture.get_array())
-    assert (shown[-1, : shown.shape[1] // 2] == 0).all()
-    assert (shown[0, shown.shape[1] // 2 :] == 1).all()
-    assert (labels == 1).all()
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """A small bifurcation set without regions, which take long; with what the observer saw."""
@@ -182,27 +124,6 @@ def test_files(made):
         assert image.width == 2070
 
 
-def test_the_set_reads_back_and_draws_itself(made):
-    diagram = sf.load(made[0].out / "data" / "plane_f_Nd.nc")
-    # tests/reference/loci.json, by Fourier collocation
-    [doubling] = [locus for locus in diagram.loci if (locus.type, locus.period) == ("PD", 1)]
-    special = {point.type: point.values for point in doubling.special}
-    assert special["GPD"] == pytest.approx((12.4362084695, 0.0420153248), rel=1e-8)
-    assert special["MIN"] == pytest.approx((12.4629069796, 0.0400839773), rel=1e-8)
-    text = (made[0].out / "bifurcation_sets.md").read_text()
-    assert "GPD, f = 12.4362084" in text
-    assert diagram.plot(regions=False).get_xlim() == SMALL.plane.window[0]
-
-
-def test_progress_tells_points_of_codimension_two(made):
-    _, seen = made
-    assert [(item.done, item.total, item.values["name"]) for item in seen] == [
-        (1, 2, "plane_f_Nd"),
-        (2, 2, "bifurcation_set_f_Nd"),
-    ]
-    assert seen[0].text.endswith("found: GPD 12.4362 0.0420153")
-
-
 def test_an_interrupted_set_is_missing(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         return SimpleNamespace(interrupted=True), b""
@@ -211,11 +132,3 @@ def test_an_interrupted_set_is_missing(tmp_path, monkeypatch):
     result = reproduce(tmp_path, cases=Cases((), (), (SMALL,)))
     assert result.missing == ("plane_f_Nd", "bifurcation_set_f_Nd")
     assert "Not computed." in (tmp_path / "bifurcation_sets.md").read_text()
-
-
-def test_a_locus_that_was_given_up_is_told(tmp_path, monkeypatch):
-    failed = drawn_locus("PD", [(12, 0.1), (12.5, 0.2)], stopped="failed", reason="no step works")
-    diagram = SimpleNamespace(**vars(locus_diagram(failed)), interrupted=False, special=())
-    monkeypatch.setattr(MODULE, "_compute", lambda *_: (diagram, b""))
-    result = reproduce(tmp_path, cases=Cases((), (), (SMALL,)))
-    assert result.stopped == ("plane_f_Nd, locus 1: no step works",)

@@ -1,6 +1,5 @@
 import csv
 import errno
-import io
 import json
 import os
 import signal
@@ -17,7 +16,7 @@ from slipfold.errors import InputError
 from slipfold.paper import reproduce
 from slipfold.paper.cases import read_cases
 from slipfold.paper.reproduce import Tasks
-from slipfold.paper.tables import COLUMNS, thresholds_csv
+from slipfold.paper.tables import COLUMNS
 from slipfold.results import writing
 from slipfold.studies.executors import open_executor
 
@@ -100,22 +99,6 @@ def test_claims_that_can_be_judged_are(reduced):
     assert "not computed" in (made.out / "claims.md").read_text()
 
 
-def test_progress(reduced):
-    _, seen = reduced
-    assert [item.done for item in seen] == [1, 2, 3, 4]
-    assert {item.total for item in seen} == {4}
-    assert seen[-1].values["name"] == "figure5"
-    assert seen[0].text.endswith("found: PD 0.0238419, NS 0.0243798, NS 0.484503")
-
-
-def test_again_into_the_same_folder_gives_the_same_numbers(reduced):
-    made, _ = reduced
-    before = {name: (made.out / name).read_bytes() for name in ("thresholds.csv", "claims.md")}
-    reproduce(made.out, cases=CASES.only([5]))
-    for name, content in before.items():
-        assert (made.out / name).read_bytes() == content
-
-
 def stop_after(count):
     def observe(progress):
         if progress.done == count:
@@ -144,29 +127,10 @@ def test_interrupt_keeps_what_is_finished(tmp_path, processes):
     assert not list(tmp_path.rglob("*.part"))
 
 
-def test_interrupt_after_the_curves_still_draws_the_figure(tmp_path):
-    made = reproduce(tmp_path, stop_after(3), cases=CASES.only([5]))
-    assert not made.missing
-    assert (tmp_path / "figure5.pdf").exists()
-
-
 def test_a_folder_that_cannot_be_made(tmp_path):
     (tmp_path / "taken").write_text("")
     with pytest.raises(InputError, match=r"taken.* cannot be made .*give another one"):
         reproduce(tmp_path / "taken")
-
-
-def test_a_read_only_folder(tmp_path, monkeypatch):
-    opened = os.open
-
-    def refuse(path, *arguments, **options):
-        if str(path).startswith(str(tmp_path)):
-            raise OSError(errno.EROFS, "Read-only file system")
-        return opened(path, *arguments, **options)
-
-    monkeypatch.setattr(writing.os, "open", refuse)
-    with pytest.raises(InputError, match="read-only file system"):
-        reproduce(tmp_path)
 
 
 def test_a_full_disk_is_noticed_before_anything_is_computed(tmp_path, monkeypatch):
@@ -177,15 +141,6 @@ def test_a_full_disk_is_noticed_before_anything_is_computed(tmp_path, monkeypatc
     with pytest.raises(InputError, match="no space left"):
         reproduce(tmp_path)
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
-
-
-def test_no_processes(tmp_path):
-    with pytest.raises(InputError, match="processes = 0"):
-        reproduce(tmp_path, processes=0)
-
-
-def test_no_special_points_make_an_empty_table():
-    assert next(csv.reader(io.StringIO(thresholds_csv(CASES, {})))) == list(COLUMNS)
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -200,15 +155,6 @@ def test_tasks(processes):
             if name == 0:
                 tasks.add("more", abs, -10)
     assert results == {0: 0, 1: 1, 2: 2, 3: 3, "more": 10}
-
-
-def test_stopped_tasks_are_forgotten():
-    with open_executor(None) as opened:
-        tasks = Tasks(opened.executor, 1)
-        for value in range(4):
-            tasks.add(value, abs, -value)
-        next(tasks.finished())
-        assert list(tasks.stop()) == []
 
 
 SCRIPT = """

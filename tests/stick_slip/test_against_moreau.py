@@ -119,26 +119,3 @@ def test_the_oscillator_in_the_plane(pulsation, speed, static, start):
     assert states[:2] == ["slip", "stick"]
     by_hand = planar_by_hand(Nd=pulsation, Vd=speed, mu=0.5, mu_s=static, f=12.5)
     assert_first_order(gaps(motion, by_hand, 0.32, (8e-4, 4e-4, 2e-4), motion.model.L), 1e-3)
-
-
-def test_a_contact_that_opens():
-    # Pressed on by a spring across the slip and shaken off it: it sticks, slips and flies.
-    load = sf.ContactLoad(normal="y", Ns=0.5, kn=4.0)
-    contact = sf.FrictionContact("x", sf.Coulomb(mu_k=0.5, mu_s=0.5), load, Vd=0.3)
-    forces = [sf.HarmonicForce("y", F=2.0, name="across"), sf.HarmonicForce("x", F=0.3)]
-    model = sf.Structure(
-        np.eye(2), 0.1 * np.eye(2), np.eye(2), names="x y", contacts=contact, forcing=forces, f=0.2
-    )
-    motion = sf.simulate(model, 4)
-    assert {item.state for item in motion.sticking.intervals} == {"stick", "slip", "free"}
-
-    def normal(_, q):
-        return 0.5 - 4.0 * q[..., 1]
-
-    def push(t, q):
-        pressed = np.array([0.0, np.maximum(normal(t, q), 0.0)])
-        return np.array([0.3, 2.0]) * np.cos(0.4 * np.pi * t) - q + pressed
-
-    rubs = Contact(np.array([[1.0, 0.0]]), np.array([0.3]), normal, constant(0.5), 0.5)
-    system = System(np.eye(2), 0.1 * np.eye(2), push, [rubs])
-    assert_first_order(gaps(motion, system, END, HALVINGS), 3e-3)

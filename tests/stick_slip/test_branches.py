@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
@@ -48,21 +47,6 @@ def assert_drawn(branch):
 def assert_marked(branch, point):
     (mark,) = (item for item in marks_of(branch, "x", "stuck_fraction") if item.type == "GRAZE")
     assert (mark.parameter, mark.value) == (point.value, point.stuck_fraction)
-
-
-def test_a_branch_that_sticks_is_saved_and_loaded(tmp_path):
-    cycle = sf.periodic_orbit(belt(sf.Coulomb(mu_s=1.0, mu_k=0.5), 0.2))
-    diagram = sf.response(cycle, vary="Vd", span=(0.2, 0.25))
-    diagram.save(tmp_path / "cycles.nc")
-    (branch,), (copy,) = diagram.branches, sf.load(tmp_path / "cycles.nc").branches
-    assert np.array_equal(copy.stuck_fraction, branch.stuck_fraction)
-    assert copy.orbit(0).sticking == branch.orbit(0).sticking
-    ax = diagram.plot(measure="stuck_fraction", ax=Figure().add_subplot())
-    assert ax.get_ylabel() == "fraction of the period in which a contact sticks"
-    assert ax.lines[0].get_ydata()[[0, -1]] == pytest.approx(branch.stuck_fraction[[0, -1]])
-    # Stick lasts 2 D/v of each period.
-    speeds, stuck = branch.parameter, branch.stuck_fraction * branch.durations
-    assert stuck == pytest.approx(2 * 0.5 / speeds, abs=1e-9)
 
 
 @pytest.mark.long
@@ -140,15 +124,6 @@ def test_slip_in_the_plane_that_is_caught_for_good_ends_the_branch():
     assert "no orbit was found that goes on beyond" in branch.stopped.reason
 
 
-def test_what_motions_settle_on_beyond_is_followed():
-    model = sliding(0.3, 0.05, static=0.6)
-    span = (0.05, 0.0502)
-    (branch,) = sf.response(model, vary="Vd", span=span, settled=True, settings=ALONE).branches
-    # What two other integrators came to, to all digits.
-    assert branch.stuck_fraction[0] == pytest.approx(0.073909323, abs=1e-9)
-    assert branch.stopped.kind == "span"
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("last", [0.056, 0.08])
 def test_the_orbits_that_it_is_caught_on_cease_elsewhere(last):
@@ -166,13 +141,6 @@ def test_the_orbits_that_it_is_caught_on_cease_elsewhere(last):
     )
     assert sticks.stuck_fraction == pytest.approx(branch.stuck_fraction[-1], abs=2e-3)
     assert slips.stuck_fraction == 0
-
-
-def test_a_response_through_stick_does_not_lose_contact():
-    # Nd = Ns is no value that this model takes: contact is lost there, and not in motion.
-    (branch,) = sf.response(sf.SlidingOscillator(f=9.0), vary="Nd", span=(0, 1.5)).branches
-    assert branch.stopped.kind == "limit"
-    assert "lost contact" in branch.stopped.reason
 
 
 def test_a_response_on_a_belt_goes_through_stick_from_the_hopf_point_on():

@@ -83,15 +83,3 @@ def test_symmetry_breaks_where_another_integrator_finds_it(branches):
     near, start = (point.value - 5e-3, point.value + 5e-3), point.nodes[0]
     found = brentq(left_to_break, *near, args=(start,), xtol=1e-9)
     assert found == pytest.approx(point.value, abs=1e-6)
-
-
-def test_motions_beside_it_keep_their_symmetry_on_one_side_only(branches):
-    symmetric, broken = branches
-    (point,) = [item for item in symmetric.special if item.type == "BP"]
-    for force, breaks in ((point.value - 0.04, True), (point.value + 0.04, False)):
-        state = symmetric.states[np.abs(symmetric.parameter - force).argmin()] + 1e-3
-        for _ in range(80):
-            state = mirrored_half(force, state)
-        gap = np.abs(mirrored_half(force, state) - state).max()
-        assert bool(gap > 0.02) == breaks
-    assert broken.stable.any()

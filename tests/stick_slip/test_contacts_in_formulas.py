@@ -8,10 +8,6 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.branches import trace_response
-from slipfold.flow.flow import flow_of
-from slipfold.flow.modes import Status
-from slipfold.flow.switched_flow import switched_flow_of
 
 BELT = """
 name = "belt"
@@ -53,18 +49,6 @@ def test_the_counter_body_may_be_the_one_that_friction_drives():
     assert one.strobe == pytest.approx(other.strobe, abs=1e-12)
     works = [sum(item.work for item in motion.sticking.intervals) for motion in (one, other)]
     assert works[0] == pytest.approx(works[1], abs=1e-12)
-
-
-def test_a_law_given_as_such():
-    law = sf.Stribeck(mu_s=0.6, mu_k=0.3, vs=0.2, exponent=2)
-    model = sf.System(
-        parameters={"Vd": 0.3},
-        states={"x": "v", "v": "F - x"},
-        contacts={"F": {"slip": "Vd - v", "normal": 1, "friction": law}},
-    )
-    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.3)
-    structure = sf.Structure(np.eye(1), None, np.eye(1), names="x", contacts=contact)
-    assert same_motions(model, structure, 20, [1.5, 0.1]) == {"stick", "slip"}
 
 
 def test_a_plane_with_a_pulsating_force():
@@ -151,20 +135,6 @@ def test_a_wall_takes_what_energy_there_is():
     assert stops[-1] == pytest.approx(8 * math.pi, rel=1e-12)
 
 
-def test_in_the_plane_without_coefficients():
-    plane = sf.System(
-        states={"x": "u", "y": "v", "u": "Fx - x", "v": "Fy - 2*y"},
-        contacts={"F": {"slip": ["-u", "-v"], "normal": "1", "friction": sf.Coulomb(0.2, 0.2)}},
-    )
-    flow, constants = switched_flow_of(plane), flow_of(plane).constants_of(plane)
-    states = np.array([[0.0, 0.0, 0.3, 0.4], [1.0, 2.0, 0.6, -0.8]])
-    powers = flow.powers((Status.FORTH,), states, np.zeros(2), constants) / constants.period
-    assert np.abs(powers) == pytest.approx(np.array([[0.1, 0.1], [0.2, 0.2]]), rel=1e-12)
-    motion = sf.simulate(plane, state={"x": 3.1, "y": 1.0})
-    assert motion.checked.checks
-    assert not motion.checked.disagreeing
-
-
 def test_on_the_command_line(tmp_path):
     path = tmp_path / "belt.toml"
     path.write_text(BELT)
@@ -237,13 +207,6 @@ def test_a_slip_that_touches_zero_is_caught_for_good():
     assert branch.stopped.kind == "limit"
     assert branch.stopped.value == point.value
     assert "no orbit was found that goes on beyond" in branch.stopped.reason
-
-
-def test_orbits_in_slip_alone_end_at_the_limit_of_a_contact():
-    (branch,) = trace_response(pushed(), "P", (0, 0.1))
-    assert branch.stopped.kind == "limit"
-    assert branch.stopped.value == pytest.approx(0.99 * 0.3 * 0.1, rel=1e-9)
-    assert "orbits are followed in slip" in branch.stopped.reason
 
 
 def test_orbits_are_not_followed_on_a_wall():

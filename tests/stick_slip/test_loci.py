@@ -112,23 +112,9 @@ def test_a_locus_of_orbits_that_stick_is_checked_by_other_steps(doublings):
     assert not check_loci([replace(locus, values=locus.values + 1e-6)]).agree
 
 
-def test_nothing_is_compared_where_orbits_only_touch(ends):
-    assert ends.checked.count == 0
-
-
 def test_no_orbit_on_the_curve_sticks_and_each_touches(ends):
     (locus,) = ends.loci
     assert (locus.stuck_fraction < 1e-6).all()
     for row in (0, -1):
         fastest = locus.orbit(row).extrema.maximum[0, 1]
         assert fastest == pytest.approx(locus.values[row, 0], abs=1e-9)
-
-
-def test_it_is_saved_and_drawn(ends, tmp_path):
-    ends.save(tmp_path / "grazes.nc")
-    (locus,), (copy,) = ends.loci, sf.load(tmp_path / "grazes.nc").loci
-    assert np.array_equal(copy.stuck_fraction, locus.stuck_fraction)
-    assert np.array_equal(copy.orbit(0).nodes, locus.orbit(0).nodes)
-    assert "GRAZE of period 1" in ends.summary()
-    legend = ends.plot().get_legend()
-    assert "GRAZE of period 1" in [text.get_text() for text in legend.get_texts()]

@@ -1,7 +1,5 @@
 """Moreau's time-stepping, against which motions that stick are held, meets what is known itself."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -39,25 +37,6 @@ def test_den_hartog_with_stops(slip, static, largest, stuck):
         assert q.max(axis=0).mean() == pytest.approx(largest, abs=0.3 * duration / steps)
         # A stop and a release are each seen a step late at most.
         assert sticks.mean() * duration == pytest.approx(stuck, abs=2.5 * duration / steps)
-
-
-@pytest.mark.parametrize(
-    ("frequency", "largest"), [(0.6, 1.550602854687), (0.8, 2.711415255438), (2.0, 0.317979733806)]
-)
-def test_den_hartog_without_stops_stays_on_the_closed_form(frequency, largest):
-    duration, slip = 2 * np.pi / frequency, 0.2
-    V, half = 1 / (1 - frequency**2), np.pi / frequency
-    C, S = np.cos(half), np.sin(half)
-    # x = V cos(W t + phase) + slip + a cos t + b sin t falls from A at rest to -A at rest.
-    rows = [[1, 0, 1, 0], [0, -frequency, 0, 1], [-1, 0, C, S], [0, frequency, -S, C]]
-    right = [largest - slip, 0, -largest - slip, 0]
-    cosine, sine = np.linalg.solve(rows, right)[:2] / V
-    assert math.hypot(cosine, sine) == pytest.approx(1, abs=1e-10)
-    system = den_hartog(frequency, slip, phases=math.atan2(sine, cosine))
-    for steps in (101, 201, 401):
-        motion = march(system, [[largest]], [[0.0]], (0, 2 * duration), 2 * steps)
-        assert abs(motion.q[-1, 0, 0] - largest) < 0.5 * duration / steps
-        assert motion.stuck.mean() < 4 / steps
 
 
 def test_free_decay_drops_by_the_same_every_half_cycle_and_stops():
@@ -98,34 +77,11 @@ def test_belts_to_first_order(coefficient, static, speed, damping, period):
     assert_halved(errors)
 
 
-def test_two_masses_on_a_belt_to_first_order():
-    system = masses_on_belt([hyperbola(1.0), hyperbola(1.3)], [1.0, 1.3], 0.15, coupling=1.2)
-    errors = []
-    for h in (0.08, 0.04):
-        found = rounds(march(system, [0.5, -0.3], [0.0, 0.0], (0, 120), round(120 / h)))
-        errors.append(abs(found[-2:].mean() - 12.39295176687))
-        assert errors[-1] < 3 * h
-    assert_halved(errors)
-
-
 def rounds(motion, level=0.3):
     """Times between upward crossings of the first displacement."""
     t, x = motion.times, motion.q[:, 0]
     i = np.flatnonzero((x[:-1] < level) & (x[1:] >= level))
     return np.diff(t[i] + (level - x[i]) / (x[i + 1] - x[i]) * (t[i + 1] - t[i]))
-
-
-def test_of_two_contacts_on_one_mass_the_stronger_holds_and_the_weaker_rubs():
-    strong, weak = (
-        Contact(np.eye(1), np.array([speed]), constant(load), constant(0.5), 0.5)
-        for speed, load in ((0.3, 2.0), (-0.2, 0.6))
-    )
-    system = System(np.eye(1), np.zeros((1, 1)), lambda t, q: 0 * q - 0.1, [strong, weak])
-    motion = march(system, [0.0], [0.0], (0, 2.0), 500)
-    assert motion.v[-1] == pytest.approx(0.3, abs=1e-12)
-    assert motion.stuck[-1].tolist() == [True, False]
-    # What the strong one bears: the pull of 0.1 and the other's 0.3.
-    assert motion.friction[-1] == pytest.approx([0.4, -0.3], abs=1e-12)
 
 
 # beyond.md: largest and smallest x/L and y/L, stuck fraction
@@ -148,17 +104,3 @@ def test_the_sliding_oscillator_in_the_plane_to_first_order():
         assert np.abs(found - EXTREMA).max() < 0.2 / steps
         assert stuck[..., 0].mean(axis=0) == pytest.approx(STUCK, abs=2.5 / steps)
     assert_halved(errors)
-
-
-@pytest.mark.long
-def test_the_oscillator_that_always_slips_to_first_order():
-    system = sliding(Nd=np.array([0.6]), Vd=np.array([0.1]))
-    errors = []
-    for steps in (100, 200, 400):
-        motion = march(
-            system, np.zeros((1, 2)), np.zeros((1, 2)), (0, 100 / BASE["f"]), 100 * steps
-        )
-        x = motion.q[-2 * steps :, 0, 0] / BASE["L"]
-        errors.append([x.max() - 0.3882907165, x.min() + 0.1888683006])
-    assert_halved(errors)
-    assert np.abs(errors[-1]).max() < 2 / 400

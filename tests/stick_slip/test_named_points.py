@@ -133,24 +133,6 @@ def test_stops_that_vanish_are_passed_in_both_directions(friction):
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
 
 
-def test_steps_that_lead_onto_another_branch_come_to_an_end():
-    # However short, they led from the orbit that sticks to the one that does not, 0.02 away.
-    law = sf.Coulomb(mu_s=0.12, mu_k=0.1)
-    model = sf.Structure(
-        [[1.0]],
-        [[0.1]],
-        [[1.0]],
-        names="x",
-        contacts=sf.FrictionContact("x", law, load=1.0, Vd=0.0),
-        forcing=sf.HarmonicForce("x", F=1.0),
-        f=0.3,
-    )
-    orbit = sf.periodic_orbit(model)
-    branch = sf.response(orbit, vary="f", span=(0.3, 0.04), settings=SINGLE).branches[0]
-    assert branch.stopped.reason
-    assert branch.special[0].type == "STICK"
-
-
 def test_a_mass_shaken_across_its_belt_lifts():
     # It slips along the belt; across, a linear oscillator swings about Ns/(k + kn).
     load, stiffness, damping, rate = 0.5, 4.0, 0.1, 0.4 * math.pi

@@ -6,7 +6,6 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from helpers.dry_friction import belt, highest_after_a_touch, sliding
-from slipfold.loci.fan import Touches, follow_line
 
 WINDOW = {"Vd": (0.5, 1.5), "f": (0.05, 0.35)}
 
@@ -71,17 +70,6 @@ def test_a_region_says_whether_the_mass_stops(found, speed, frequency):
     assert bool(region.sticking) == (speed < fastest(frequency))
 
 
-def test_a_touch_beside_a_line_has_its_own_multipliers():
-    # In slip constant friction plays no part in how a linear oscillator's perturbations decay.
-    window = ((0.5, 1.5), (0.05, 0.35))
-    settings = sf.Settings(largest_period=1)
-    line = follow_line(shaken(0.7), "f", (0.05, 0.15), "Vd", 1.0, settings)
-    point, *_ = Touches(("Vd", "f"), window).beside(line.branches)
-    exponent = (-0.05 + 1j * np.sqrt(1 - 0.05**2)) / point.model.values["f"]
-    exact = np.exp([exponent, exponent.conjugate()])
-    assert np.sort_complex(point.multipliers) == pytest.approx(np.sort_complex(exact), abs=1e-9)
-
-
 def test_motions_at_random_places_are_as_regions_say(found):
     random = np.random.default_rng(20261123)
     for speed, frequency in random.uniform((0.5, 0.05), (1.5, 0.35), (12, 2)):
@@ -92,20 +80,6 @@ def test_motions_at_random_places_are_as_regions_say(found):
         stops = motion.sticking is not None and len(motion.sticking.intervals) > 20
         assert stops == bool(region.sticking)
         assert motion.settlement.period in region.stable
-
-
-def test_regions_that_stick_are_saved_named_and_drawn(found, tmp_path):
-    found.save(tmp_path / "set.nc")
-    copy = sf.load(tmp_path / "set.nc")
-    assert copy.regions.regions == found.regions.regions
-    beyond, *others = [region for region in found.regions.regions if region.sticking]
-    assert not any(region.slipping for region in (beyond, *others))
-    # Loci of STICK part where it stops from where it only turns.
-    names = {region.name for region in (beyond, *others)}
-    assert names == {"period 1, sticks", "period 1, turns"}
-    assert beyond.name in found.summary()
-    legend = found.plot().get_legend()
-    assert f"stable: {beyond.name}" in [text.get_text() for text in legend.get_texts()]
 
 
 def test_a_law_without_stick_has_no_such_loci():
@@ -164,13 +138,6 @@ wall = { output = "room", bound = -100.0 }
 """
 
 
-def test_a_limit_that_is_never_met_hides_no_stick():
-    model = sf.System.from_toml(BELT.replace("HARD", "0.0"))
-    found = sf.bifurcation_set(model, ("W", "A"), {"W": (1.0, 1.1), "A": (0.05, 0.4)})
-    assert {locus.type for locus in found.loci} - {"STICK"} == {"GRAZE"}
-    assert any("sticks" in region.name for region in found.regions.regions)
-
-
 def test_it_hides_none_from_branches_either():
     # Friction of that load only softens the spring, to 0.8.
     model = sf.System.from_toml(BELT.replace("HARD", "0.0"))
@@ -179,11 +146,3 @@ def test_it_hides_none_from_branches_either():
     assert point.type == "GRAZE"
     assert 0.3 * point.value == pytest.approx(np.hypot(0.8 - point.value**2, 0.1 * point.value))
     assert branch.stuck_fraction[-1] > 0
-
-
-@pytest.mark.long
-def test_folds_that_end_at_stick_without_doubled_branches_have_regions():
-    model = sf.System.from_toml(BELT.replace("HARD", "0.3"))
-    found = sf.bifurcation_set(model, ("W", "A"), {"W": (0.9, 1.8), "A": (0.05, 0.6)})
-    assert {"GRAZE", "LP"} <= {locus.type for locus in found.loci}
-    assert any("sticks" in region.name for region in found.regions.regions)

@@ -7,16 +7,6 @@ import slipfold as sf
 from helpers.by_hand.sticking import duffing_on_belt
 from helpers.dry_friction import DUFFING_ON_BELT
 from helpers.moreau import march
-from slipfold.branches.settings import Settings
-from slipfold.loci.fan import FanLine
-from slipfold.loci.into_stick import (
-    changes_in_stick,
-    follow_sticking,
-    found_in_stick,
-    stable_beside,
-    sticking_orbits,
-    unfinished,
-)
 
 PLANE, WINDOW = ("W", "A"), ((1.2, 1.5), (0.55, 0.9))
 
@@ -27,15 +17,6 @@ def model():
     return sf.System.from_toml(DUFFING_ON_BELT)
 
 
-@pytest.fixture(scope="module")
-def line(model):
-    """One line of a set on which nothing always slips, followed through stick."""
-    lines = [FanLine("A", "W", 1.35, ())]
-    branches = list(follow_sticking(model, lines, PLANE, WINDOW, Settings(largest_period=2)))
-    assert branches == list(lines[0].sticking)
-    return lines[0]
-
-
 def ends_by_hand(frequency, forces, starts, rounds=60, steps=240):
     """Strobes that motions from some velocities come to, shape (forces, starts)."""
     forces, starts = np.repeat(forces, len(starts)), np.tile(starts, len(forces))
@@ -43,31 +24,6 @@ def ends_by_hand(frequency, forces, starts, rounds=60, steps=240):
     span = (0.0, rounds * 2 * np.pi / frequency)
     motion = march(duffing_on_belt(frequency, forces), *begin, span, rounds * steps)
     return motion.q[-1, :, 0]
-
-
-def test_folds_of_what_sticks_are_found_on_a_line(line):
-    (branch,) = line.sticking
-    folds = [point.value for point in found_in_stick(branch) if point.type == "LP"]
-    assert len(folds) == 2
-    assert set(folds) <= set(changes_in_stick(line))
-    assert not list(unfinished(line, PLANE, WINDOW, ()))
-    # Between them motions by hand come to two ends, beside them to one.
-    low, high = sorted(folds)
-    forces = np.array([low - 0.03, (low + high) / 2, high + 0.03])
-    ends = ends_by_hand(1.35, forces, np.linspace(-3.0, 3.0, 6)).reshape(3, -1)
-    assert [bool(np.ptp(row) > 0.1) for row in ends] == [False, True, False]
-    assert [len(list(stable_beside(line, force))) for force in forces] == [1, 2, 1]
-
-
-def test_motions_from_beside_it_find_both_responses(model, line):
-    folds = [point.value for point in found_in_stick(line.sticking[0]) if point.type == "LP"]
-    middle = sum(folds) / 2
-    seeds = [list(stable_beside(line, middle)), []]
-    # What is known at one place is tried at the other.
-    places = [(1.35, middle), (1.352, middle)]
-    seen, agree = sticking_orbits(model, PLANE, places, seeds)
-    assert agree
-    assert [[one.period for one in found] for found in seen] == [[1, 1]] * 2
 
 
 @pytest.mark.long

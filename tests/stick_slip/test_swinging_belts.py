@@ -7,12 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.flow.flow import flow_of
-from slipfold.flow.linearised_motion import linearised_motion
-from slipfold.flow.modes import Ending
-from slipfold.flow.switched_flow import switched_flow_of
-from slipfold.flow.switched_motion import first_mode, legs
-from slipfold.models.equilibria import check_followed
 
 
 def swinging(spring=0.0, amplitude=1.0, f=0.2):
@@ -102,30 +96,7 @@ def zero(function):
     return function
 
 
-def test_the_linearised_motion_has_the_acceleration_of_the_table():
-    model = swinging(spring=0.1, amplitude=0.6)
-    flow, constants = switched_flow_of(model), flow_of(model).constants_of(model)
-    assert flow.contacts[0].limits == ()
-    start, steps = np.array([0.3, 0.2]), 1e-6 * np.eye(2)
-    weights = flow.weights(start, constants)
-
-    def passed(state):
-        mode = first_mode(flow, state, constants, weights)
-        return list(legs(flow, mode, state, 1.0, constants, weights))
-
-    endings = {leg.event.ending for leg, _ in passed(start) if leg.event}
-    assert endings == {Ending.STOPS, Ending.YIELDS}
-    along = np.zeros((len(constants.values), 0))
-    found = linearised_motion(flow, start, passed(start), constants, weights, along)
-    ends = [[passed(start + sign * step)[-1][0].state for sign in (1, -1)] for step in steps]
-    matrix = np.transpose([(more - less) / 2e-6 for more, less in ends])
-    assert found.matrix == pytest.approx(matrix, abs=1e-7)
-    assert np.abs(matrix).max() > 1e-3
-
-
 def test_orbits_in_slip_alone_are_not_followed_on_it():
-    with pytest.raises(sf.InputError, match="is at rest or swings"):
-        check_followed(swinging(spring=1.0))
     with pytest.raises(
         sf.InputError, match=r"at mu = 0.4 the contact F of system sticks for good, .* begin"
     ):

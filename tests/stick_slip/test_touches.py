@@ -7,64 +7,8 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import sliding
-from slipfold.continuation.newton import correct
 from slipfold.flow import trajectory
 from slipfold.flow.contact_motion import dense_legs
-from slipfold.loci.locus_equations import LocusEquations
-from slipfold.orbits.grazing import GrazingShooting
-from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.switched_shooting import SwitchedShooting
-
-LEVELS = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5]
-"""Slip that is kept, over its size."""
-
-
-@pytest.fixture(scope="module")
-def slipping():
-    """An orbit that slips as slowly as the smooth model follows it, and its discretisation."""
-    branch, *_ = sf.response(sliding(0.3, 0.2), vary="Vd", span=(0.2, 0.056)).branches
-    model = branch.orbit(-1).model
-    orbits = orbits_of(model, {"Vd": 0.3, "Nd": 0.9}, 1, 1, by=SwitchedShooting)
-    z = orbits.unknown(branch.nodes[-1][:1], model)
-    by = GrazingShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z), "GRAZE")
-    other = orbits.described_by(by)
-    return other, other.adopt(orbits, z)
-
-
-def touched_with(orbits, z, level):
-    """The touch with some slip left, at the same pulsation."""
-    by = orbits.by
-    met = replace(by.met, level=level)
-    nearer = GrazingShooting(by.model, by.free, by.period, met)
-    curve = LocusEquations(orbits.described_by(nearer), "GRAZE")
-    row = np.eye(1, len(z), len(z) - 1)[0]
-    correction = correct(curve, z, row)
-    assert correction.converged
-    return curve, curve.point(correction, 0.0)
-
-
-def test_the_slip_that_is_kept_plays_no_part(slipping):
-    (orbits, z), speeds = slipping, []
-    for level in LEVELS:
-        curve, point = touched_with(orbits, z, level)
-        orbits, z = curve.orbits, point.z
-        last = np.zeros(len(point.z))
-        last[-2] = level
-        row = np.eye(1, len(point.z), len(point.z) - 1)[0]
-        moved = curve.linearise(point.z).bordered(row).solve(last)
-        speeds.append(curve.place(point.z - moved)[0])
-    exact = speeds[-1]
-    assert speeds[LEVELS.index(1e-3)] == pytest.approx(exact, abs=5e-8)
-    assert speeds[LEVELS.index(1e-4)] == pytest.approx(exact, abs=1e-9)
-
-
-def test_its_derivatives_are_those_of_differences(slipping):
-    curve, point = touched_with(*slipping, LEVELS[0])
-    jacobian = curve.linearise(point.z).jacobian
-    for place in range(len(point.z)):
-        step = 1e-7 * np.eye(1, len(point.z), place)[0]
-        apart = curve.defect(point.z + step) - curve.defect(point.z - step)
-        assert jacobian[:, place] == pytest.approx(apart / 2e-7, abs=1e-4)
 
 
 def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():

@@ -33,15 +33,6 @@ def test_a_motion_that_ended_on_a_release_slips_when_it_goes_on(after):
     assert again.sticking.intervals[0].begin == pytest.approx(0, abs=1e-13)
 
 
-def test_the_intervals_of_a_call_and_of_its_parts_are_the_same():
-    model = on_a_belt().replace(duration=0.5)
-    whole = sf.simulate(model, 20, [0.0, 0.25])
-    states = [[0.0, 0.25]]
-    for _ in range(20):
-        states.append(sf.simulate(model, 1, states[-1]).strobe[-1])
-    assert np.abs(np.array(states) - whole.strobe).max() < 1e-12
-
-
 def test_a_force_at_its_limit_that_falls_again_holds():
     """Friction is all that the belt needs at once, and less later: it sticks."""
     model = on_a_belt(Vd=0.0).replace(duration=1.0)

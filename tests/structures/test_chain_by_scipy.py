@@ -8,7 +8,6 @@ from slipfold.flow import simulate
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction import BoucWen, Coulomb, LuGre, Stribeck
 from slipfold.models.structures import (
-    BaseMotion,
     ConstantLoad,
     ContactLoad,
     CubicSpring,
@@ -23,9 +22,6 @@ from slipfold.models.structures import (
     Structure,
 )
 from slipfold.orbits import periodic_orbit
-from slipfold.orbits.test_functions import match_multipliers
-
-RNG = np.random.default_rng(20260104)
 
 
 def chain(size):
@@ -103,23 +99,6 @@ def full_house():
     )
 
 
-def test_energy_balance_at_every_instant():
-    model = full_house()
-    functions = evaluation_of(model)
-    for _ in range(10):
-        state = RNG.normal(size=len(model.states)) * 0.3
-        state[-1] *= 1e-4
-        phase = RNG.uniform()
-        time = phase / model.f
-        rates = functions.rates(model, state, phase)
-        step = 1e-4 / np.abs(rates).max()
-        ahead, behind = (model.evaluate("energy", state + s * step * rates) for s in (1, -1))
-        given = model.evaluate("power_forcing", state, time)
-        given += model.evaluate("power_contacts", state, time)
-        given -= model.evaluate("power_damping", state, time)
-        assert (ahead - behind) / (2 * step) == pytest.approx(given, rel=1e-6, abs=1e-6)
-
-
 def test_elements_by_hand():
     model = full_house()
     a, b, c, d = 0.3, -0.2, 0.1, 0.25  # metres
@@ -154,45 +133,6 @@ def test_elements_by_hand():
     assert model.evaluate("l_tie", state) == pytest.approx(np.linalg.norm(arrow) / 0.8)
 
 
-def test_mode_coupling_by_contact_stiffness():
-    # Hoffmann et al. 2002: two masses' degrees of freedom coupled by friction; the stiffness
-    # matrix is not symmetric, and above a friction coefficient the two modes lock and grow.
-    k = np.array([[2.0, -0.5], [-0.5, 1.0]])
-
-    def belt(mu):
-        return Structure(
-            np.eye(2),
-            None,
-            k,
-            names="x y",
-            contacts=FrictionContact(
-                "x", Coulomb(mu_s=mu, mu_k=mu), ContactLoad("y", Ns=0.1, kn=1.0), Vd=5.0
-            ),
-        )
-
-    for mu in (0.2, 0.9):
-        model = belt(mu)
-        coupled = k + np.array([[0, mu], [0, 1.0]])
-        expected = np.sqrt(np.linalg.eigvals(coupled).astype(complex)) * 1j
-        found = model.modes().eigenvalues
-        # Of both signs that with the positive frequency; real parts that are rounding sort nothing.
-        expected = np.where(expected.imag > 0, expected, -expected)
-        assert np.abs(match_multipliers(expected, found) - expected) == pytest.approx(0, abs=1e-7)
-    assert not belt(0.2).forced
-    assert belt(0.2).parameters[0].name == "duration"
-
-
-def test_a_rounded_stop_tends_to_the_stop():
-    # The exact stop is max(u - g, 0): the difference is e/2 at the touch, e^2/(4|w|) away from it.
-    def force(e, u):
-        model = Structure([[1.0]], None, [[0.0]], elements=GapSpring("q1", k=1.0, gap=1.0, e=e))
-        return -evaluation_of(model).rates(model, np.array([u, 0.0]))[1]
-
-    assert force(1e-3, 1.0) == pytest.approx(0.5e-3, rel=1e-9)
-    assert force(1e-3, 1.5) - 0.5 == pytest.approx(1e-6 / (4 * 0.5), rel=1e-3)
-    assert force(1e-3, 0.5) == pytest.approx(1e-6 / (4 * 0.5), rel=1e-3)
-
-
 @pytest.mark.parametrize(
     "parts",
     [
@@ -217,30 +157,6 @@ def test_motions_begin_at_rest(parts):
 def after_a_period(rhs, state, period):
     found = solve_ivp(rhs, (0, period), state, "DOP853", rtol=1e-12, atol=1e-15)
     return found.y[:, -1]
-
-
-def test_a_shaken_structure_in_coordinates_at_rest():
-    m, k = np.diag([1.0, 2.0]), np.array([[300.0, -100.0], [-100.0, 100.0]])
-    base, lead, rate = 0.02, 0.4, 2 * np.pi * 1.3
-    model = Structure(
-        m, 0.01 * k, k, names="a b", elements=CubicSpring("a", k3=3e4),
-        forcing=BaseMotion(A=base, phi=lead), f=1.3, length_scale=0.01,
-    )  # fmt: skip
-    orbit = periodic_orbit(model)
-
-    def ground(time):
-        angle = rate * time + lead
-        return base * np.cos(angle), -base * rate * np.sin(angle)
-
-    def rhs(time, state):
-        place, speed = ground(time)
-        u, v = state[:2] - place, state[2:] - speed
-        force = -k @ u - 0.01 * k @ v
-        force[0] -= 3e4 * u[0] ** 3
-        return np.concatenate([state[2:], np.linalg.solve(m, force)])
-
-    state = orbit.state * 0.01 + np.repeat(ground(0.0), 2)
-    assert after_a_period(rhs, state, 1 / 1.3) == pytest.approx(state, abs=1e-11)
 
 
 def test_a_contact_in_the_plane_pressed_by_its_own_stiffness():

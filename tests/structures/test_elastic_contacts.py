@@ -10,22 +10,6 @@ from slipfold.models.evaluation import evaluation_of
 LAW = sf.Jenkins(mu_k=0.5, kt=20.0, exponent=4, e=1e-3)
 
 
-def test_the_memory_sees_a_modulated_normal_force():
-    contact = sf.FrictionContact(
-        ("x", "y"), LAW, load=sf.ModulatedLoad(Ns=2.0, Nd=0.5, harmonic=2), Vd=0.7, alpha=0.4
-    )
-    model = sf.Structure(M=np.eye(2), K=np.diag([3.0, 5.0]), names="x y", contacts=contact, f=1.5)
-    state, phase = np.array([0.1, -0.2, 0.3, 0.05, 0.6, -0.3]), 0.15
-    slip = 0.7 * np.array([np.cos(0.4), np.sin(0.4)]) - state[2:4]
-    turn = 4 * np.pi * phase
-    normal, rate = 2 + 0.5 * np.cos(turn), -0.5 * 4 * np.pi * 1.5 * np.sin(turn)
-    rates = evaluation_of(model).rates(model, state, phase)
-    memory = LAW.memory_rates(tuple(slip), tuple(state[4:]), None, normal, rate)
-    assert rates[4:] == pytest.approx(memory, rel=1e-12)
-    force = LAW.force(tuple(slip), normal, tuple(state[4:]))
-    assert rates[2:4] == pytest.approx(force - np.array([3.0, 5.0]) * state[:2], rel=1e-12)
-
-
 def test_the_memory_sees_the_normal_motion_and_its_acceleration():
     load = sf.ContactLoad("y", Ns=2.0, kn=4.0, cn=0.3)
     contact = sf.FrictionContact("x", LAW, load=load, Vd=0.7)
@@ -39,17 +23,6 @@ def test_the_memory_sees_the_normal_motion_and_its_acceleration():
     normal_rate = -4.0 * state[3] - 0.3 * rates[3]
     [memory] = LAW.memory_rates((0.7 - state[2],), (state[4],), None, normal, normal_rate)
     assert rates[4] == pytest.approx(memory, rel=1e-12)
-
-
-def test_the_search_for_rest_starts_from_steady_slip():
-    for Vd, z in ((0.7, 1.0), (0.0, 0.0)):
-        contact = sf.FrictionContact("x", sf.Jenkins(mu_k=0.5, kt=20.0), load=2.0, Vd=Vd)
-        model = sf.Structure(M=[[1.0]], C=[[0.1]], K=[[3.0]], names="x", contacts=contact)
-        assert model.start == pytest.approx([0, 0, z], abs=1e-4)
-        assert model.static_point() == pytest.approx([z / 3.0, 0, z], abs=1e-4)
-    planar = sf.FrictionContact(("x", "y"), LAW, load=2.0, Vd=0.7, alpha=0.4)
-    model = sf.Structure(M=np.eye(2), K=np.eye(2), names="x y", contacts=planar)
-    assert model.start[4:] == pytest.approx([np.cos(0.4), np.sin(0.4)], abs=1e-4)
 
 
 def test_an_elastic_contact_loses_the_energy_of_its_closed_form():

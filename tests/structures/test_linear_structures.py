@@ -6,10 +6,8 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from slipfold.models.structures import (
-    BaseMotion,
     CraigBampton,
     HarmonicForce,
-    LinearSpring,
     ModalDamping,
     ModalReduction,
     MultiHarmonicForce,
@@ -73,28 +71,6 @@ def test_frequency_response(frequency):
     assert orbit.state == pytest.approx(expected, rel=1e-10, abs=1e-10 * np.abs(expected).max())
 
 
-def test_several_harmonics_and_their_level():
-    force = MultiHarmonicForce("q2", {0: 3.0, 1: 1.0, 3: (0.5, 0.7)})
-    model = Structure(M, C, K, forcing=force, f=0.9)
-    assert model.quiet == "level"
-    load = np.array([0, 1.0, 0])
-    third = model.replace(f=2.7)
-    for level in (1.0, 0.5):
-        found = periodic_orbit(model.replace(level=level)).state
-        expected = level * (steady(model, load) + steady(third, 0.5 * np.exp(0.7j) * load))
-        expected[:3] += np.linalg.solve(K, 3 * load)
-        assert found == pytest.approx(expected, rel=1e-10, abs=1e-12)
-
-
-def test_base_motion():
-    model = Structure(M, C, K, forcing=BaseMotion(A=0.2), f=1.1)
-    expected = steady(model, 0.2 * (2 * np.pi * 1.1) ** 2 * M @ np.ones(3))
-    assert periodic_orbit(model).state == pytest.approx(expected, rel=1e-10, abs=1e-11)
-    along = Structure(M, C, K, forcing=BaseMotion({"q2": 1.0}, A=0.2), f=1.1)
-    expected = steady(along, 0.2 * (2 * np.pi * 1.1) ** 2 * M[:, 1])
-    assert periodic_orbit(along).state == pytest.approx(expected, rel=1e-10, abs=1e-11)
-
-
 def test_table_is_its_fourier_series():
     angle = 2 * np.pi * np.arange(16) / 16
     samples = 1.5 + np.cos(angle) - 0.5 * np.sin(2 * angle)
@@ -106,31 +82,6 @@ def test_table_is_its_fourier_series():
         periodic_orbit(Structure(M, C, K, forcing=force, f=0.8)).state for force in (table, same)
     )
     assert found == pytest.approx(expected, abs=1e-12)
-
-
-def test_table_says_what_truncation_leaves_out():
-    square = np.where(np.arange(200) < 100, 1.0, -1.0)
-    table = TabulatedForce("q1", square, harmonics=9)
-    assert 0.1 < table.residual <= 1.0
-    odd = [(h, b) for h, _, b in table.series]
-    assert [h for h, _ in odd] == [1, 3, 5, 7, 9]
-    assert odd[0][1] == pytest.approx(4 / np.pi, rel=1e-3)
-
-
-def test_proportional_damping_has_its_ratios():
-    damping = ProportionalDamping.from_ratios((1.0, 0.02), (4.0, 0.03))
-    model = Structure(M, damping, K)
-    squares = eigh(K, M, eigvals_only=True)
-    w = np.sqrt(squares)
-    expected = 0.5 * (damping.alpha_M / w + damping.beta_K * w)
-    assert model.modes().damping_ratio == pytest.approx(expected, rel=1e-10)
-    assert model.natural_frequencies == pytest.approx(w / (2 * np.pi), rel=1e-12)
-    at = 2 * np.pi * np.array([1.0, 4.0])
-    ratios = 0.5 * (damping.alpha_M / at + damping.beta_K * at)
-    assert ratios == pytest.approx([0.02, 0.03], rel=1e-12)
-    assert model.replace(beta_K=0.0).modes().damping_ratio == pytest.approx(
-        0.5 * damping.alpha_M / w, rel=1e-10
-    )
 
 
 @pytest.mark.parametrize("ratios", [0.01, (0.01, 0.02, 0.05)])
@@ -177,14 +128,6 @@ def test_modal_reduction_says_what_compliance_it_cuts_off():
         np.eye(2), None, free, forcing=HarmonicForce("q2"), reduction=ModalReduction(2)
     )
     assert model.reduction_report.static_errors == ()
-
-
-def test_modal_reduction_of_a_spring_between_any_two_degrees_of_freedom():
-    m, k = chain(8)
-    spring = LinearSpring({"q2": 1, "q7": -1}, k=0.3)
-    whole = Structure(m, None, k, elements=spring)
-    small = Structure(m, None, k, elements=spring, reduction=ModalReduction(8))
-    assert small.modes().frequency == pytest.approx(whole.modes().frequency, rel=1e-10)
 
 
 def test_cantilever_by_craig_bampton():

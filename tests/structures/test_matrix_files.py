@@ -14,25 +14,10 @@ C = 0.1 * K
 EXPECTED = Structure(M, C, K)
 
 
-def test_archive_of_arrays(tmp_path):
-    path = tmp_path / "all.npz"
-    np.savez(path, M=M, damping=C, k=K)
-    assert Structure(path, path, str(path)) == EXPECTED
-
-
 def test_matlab(tmp_path):
     path = tmp_path / "all.mat"
     savemat(path, {"Mass": sparse.csc_array(M), "C": C, "K": sparse.csc_array(K)})
     assert Structure(path, path, path) == EXPECTED
-
-
-def test_one_matrix_a_file(tmp_path):
-    np.save(tmp_path / "m.npy", M)
-    sparse.save_npz(tmp_path / "c.npz", sparse.csr_array(C))
-    mmwrite(tmp_path / "k.mtx", sparse.coo_array(K), symmetry="symmetric")
-    assert Structure(*(tmp_path / name for name in ("m.npy", "c.npz", "k.mtx"))) == EXPECTED
-    mmwrite(tmp_path / "dense.mtx", K)
-    assert Structure(M, C, tmp_path / "dense.mtx") == EXPECTED
 
 
 HALVES = {

@@ -9,7 +9,6 @@ from scipy import io, sparse
 
 import slipfold as sf
 from slipfold.errors import InputError
-from slipfold.models.registry import built_in_models, built_in_text, model_named
 
 TEXT = """\
 name = "frame"
@@ -176,12 +175,6 @@ def test_matrices_lie_beside_the_file(kind, file):
     assert sf.Structure.from_toml(file) == in_python()
 
 
-def test_a_text_in_no_file_has_no_files_beside_it():
-    text = TEXT.replace("{ diagonal = [1, 2] }", '"M.npz"')
-    with pytest.raises(InputError, match="line 3, column 5: M is the name of a file, but this"):
-        sf.Structure.from_toml(text)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -291,26 +284,3 @@ def test_a_damaged_matrix_file_is_named(file):
     file.write_text(TEXT.replace("{ diagonal = [1, 2] }", '"M.npz"'))
     with pytest.raises(InputError, match=r"line 3, column 5: .*M.npz cannot be read as a .npz"):
         sf.Structure.from_toml(file)
-
-
-EXAMPLES = [
-    name for name in built_in_models() if isinstance(model_named(name), sf.Structure)
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_built_in_structures_are_files_to_start_from(name, tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(built_in_text(name))
-    model = sf.Structure.from_toml(path)
-    assert model == model_named(name)
-    assert model.name == name
-    assert model.title
-
-
-def test_the_chain_is_ten_masses_at_a_belt():
-    chain = model_named("chain")
-    assert chain.natural_frequencies == pytest.approx(
-        np.sqrt(100) / np.pi * np.sin((2 * np.arange(1, 11) - 1) * np.pi / 42), rel=1e-12
-    )
-    assert "Vrel" in [output.name for output in chain.outputs()]

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.studies import content
 from slipfold.errors import InputError
 
 LINEAR = {
@@ -43,17 +42,6 @@ def test_indices_of_an_amplitude_are_those_of_its_formula(found):
     assert told.total[3] == pytest.approx(0.0, abs=1e-6)
     either = found.indices(np.maximum(-found.values["min_q"], found.values["max_q"]))
     assert either.total == pytest.approx(told.total, abs=1e-3)
-
-
-def test_indices_are_told_and_saved(found, tmp_path):
-    told = found.indices("max_q")
-    _, line = (line for line in found.summary().splitlines() if line.startswith("max_q  "))
-    assert line.split()[1] == f"{told.first[0]:.2f}"
-    assert found.to_json()["indices"]["max_q"]["F"]["total"] == told.total[0]
-    saved = content(found, tmp_path)
-    loaded = sf.load(tmp_path / "result.nc")
-    assert np.array_equal(loaded.indices("max_q").total, told.total)
-    assert content(loaded, tmp_path) == saved
 
 
 def test_indices_that_cannot_be_told_say_why(found):

@@ -33,13 +33,6 @@ def test_steps_of_a_grid():
     np.testing.assert_allclose(cases.axes["mu"], [0.01, 0.1, 1])
 
 
-def test_listed_cases():
-    listed = [{"Vd": 0.5, "alpha": "60deg"}, {"alpha": 1, "Vd": "600mm/s"}]
-    cases = plan(cases={"list": listed}).cases
-    assert cases.names == ("Vd", "alpha")
-    np.testing.assert_allclose(cases.values([0, 1]), [[0.5, np.pi / 3], [0.6, 1]])
-
-
 @pytest.mark.parametrize("method", ["latin hypercube", "sobol", "random"])
 def test_samples_have_the_distribution_asked_for(method):
     scatter = {
@@ -155,13 +148,6 @@ def test_mistakes_are_one_sentence_with_the_name_of_the_entry(compute, cases, wo
         plan(compute, cases)
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_a_model_is_given_whole():
-    model = SlidingOscillator()
-    assert plan(model=model, parameters={"f": 12.5}).model.f == 12.5
-    with pytest.raises(InputError, match=r"the study has the entry 'friction' beside a slipfold"):
-        plan(model=model, friction={"law": "Stribeck"})
 
 
 @pytest.mark.parametrize(

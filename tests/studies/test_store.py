@@ -1,7 +1,5 @@
 """Finished cases on disk: cut short, damaged, in use, on a full or read-only disk."""
 
-from array import array
-
 import pytest
 
 import slipfold as sf
@@ -28,26 +26,6 @@ def kept(tmp_path):
         store.add([record(2)])
         store.add([record(0), record(3)])
     return folder
-
-
-def test_cases_come_back_in_their_order(kept):
-    with opened(kept) as store:
-        assert list(store.records()) == [record(0), record(2), record(3)]
-        assert list(store.missing()) == [1]
-        assert (store.done, store.failures) == (3, 0)
-
-
-def test_the_last_record_of_a_case_counts(kept):
-    failed = {"case": 1, "failed": "no", "given": {}}
-    with opened(kept) as store:
-        store.add([failed])
-        assert store.failures == 1
-        assert list(store.missing()) == []
-        assert list(store.missing(failed=True)) == [1]
-        store.add([record(1)])
-    with opened(kept) as store:
-        assert list(store.records()) == [record(number) for number in range(4)]
-        assert store.failures == 0
 
 
 def test_cut_off_anywhere_it_lacks_the_last_cases_and_goes_on(kept):
@@ -113,11 +91,6 @@ def test_one_begun_with_other_quantities_says_the_way_out(tmp_path):
         opened(folder, head={**head, "more": 1})
 
 
-def test_another_study_is_refused(kept):
-    with pytest.raises(InputError, match="holds another study, which differs in its compute; give"):
-        opened(kept, head={**HEAD, "compute": "another thing"})
-
-
 def test_one_that_has_cases_is_not_used_unawares(kept):
     with pytest.raises(InputError, match=r"holds 3 of 4 cases of this study; .* --resume"):
         opened(kept, resume=False)
@@ -156,28 +129,6 @@ def test_interrupted_while_it_writes_it_knows_what_it_wrote(kept, monkeypatch):
         assert len(list(store.records())) == store.done == 4
 
 
-@pytest.mark.parametrize("before", [True, False])
-def test_interrupted_while_it_counts_it_counts_right(kept, before):
-    class Places(array):
-        def __setitem__(self, number, place):
-            type(self).__setitem__ = array.__setitem__
-            if not before:
-                super().__setitem__(number, place)
-            raise KeyboardInterrupt
-
-    with opened(kept) as store:
-        store._places = Places("q", store._places)
-        with pytest.raises(KeyboardInterrupt):
-            store.add([{"case": 1, "failed": "no", "given": {}}])
-        assert (store.done, store.failures) == (4, 1)
-
-
-def test_cases_of_a_folder_that_goes_with_the_process_are_not_said_to_be_kept(kept):
-    with Store.open(kept, 4, HEAD, True, temporary=True) as store:
-        words = "the 3 cases finished before are lost: try and name a folder to keep them in"
-        assert store.prospect("try").startswith(words)
-
-
 def test_what_cannot_be_written_can_be_read(kept, monkeypatch):
     """As root no permission is missing, so opening is made to fail as on a read-only disk."""
 
@@ -193,13 +144,6 @@ def test_what_cannot_be_written_can_be_read(kept, monkeypatch):
     monkeypatch.setattr("slipfold.studies.store.hold", refuse)
     with opened(kept) as store:
         assert len(list(store.records())) == 4
-
-
-def test_where_no_store_can_be(tmp_path):
-    (tmp_path / "file").write_text("")
-    for place in ("file", "no/folder"):
-        with pytest.raises(InputError, match="cannot be written"):
-            opened(tmp_path / place)
 
 
 def test_damaged_lines_are_counted_in_the_summary(tmp_path):

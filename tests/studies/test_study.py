@@ -28,16 +28,6 @@ def cheap():
     return sf.study(CHEAP)
 
 
-def test_each_case_is_what_it_is_alone(cheap):
-    dataset = cheap.to_xarray()
-    assert dict(dataset.sizes) == {"Vd": 20, "mu": 5}
-    model = sf.SlidingOscillator(f=12.5, Nd=0.02, mu=0.4, Vd=dataset.Vd.values[7])
-    alone = sf.simulate(model, 4)
-    found = dataset.last_x.sel(mu=0.4, Vd=dataset.Vd.values[7])
-    assert float(found) == alone.strobe[-1][0]
-    assert cheap.model_at(7 * 5 + 1) == model
-
-
 def test_the_response_with_its_special_points():
     compute = {"what": "response", "vary": "Nd", "span": [0, 0.1], "largest_period": 2}
     cases = {"grid": {"Vd": [0.5, 0.6]}}
@@ -130,16 +120,6 @@ def test_interrupted_while_failed_cases_are_tried_again_it_says_so(tmp_path):
     assert not sf.study(LISTED, store, retry_failed=True, observer=stop_at_the_end).interrupted
 
 
-def test_saved_and_loaded_it_is_the_same(cheap, tmp_path):
-    for found in (cheap, sf.study(LISTED)):
-        saved = content(found, tmp_path)
-        loaded = sf.load(tmp_path / "result.nc")
-        assert content(loaded, tmp_path) == saved
-        assert loaded.summary() == found.summary()
-        assert loaded.failures == found.failures
-        assert loaded.to_json() == found.to_json()
-
-
 def test_columns_on_disk_are_those_in_memory(tmp_path, monkeypatch):
     given = {
         "model": "duffing",
@@ -159,16 +139,6 @@ def test_columns_on_disk_are_those_in_memory(tmp_path, monkeypatch):
     xr.testing.assert_identical(on_disk.to_xarray(), found.to_xarray())
 
 
-def test_a_drawn_sample_is_saved_with_its_values(tmp_path):
-    scatter = {"mu": {"distribution": "normal", "relative": 0.05}}
-    cases = {"sample": "latin hypercube", "count": 5, "scatter": scatter}
-    found = sf.study({**CHEAP, "cases": cases})
-    saved = content(found, tmp_path)
-    loaded = sf.load(tmp_path / "result.nc")
-    assert [loaded.case(number) for number in range(5)] == [found.case(n) for n in range(5)]
-    assert content(loaded, tmp_path) == saved
-
-
 @pytest.mark.parametrize("method", ["sobol", "latin hypercube", "random"])
 def test_a_store_with_other_draws_of_the_same_seed_is_not_gone_on_with(
     method, tmp_path, monkeypatch
@@ -186,17 +156,6 @@ def test_a_store_with_other_draws_of_the_same_seed_is_not_gone_on_with(
     monkeypatch.setattr(plan, "drawn", lambda *given: drawn(*given)[::-1])
     with pytest.raises(InputError, match=r"drawn\.study was begun when the same seed drew other"):
         sf.study(given, store, resume=True)
-
-
-def test_progress_counts_cases_and_failures():
-    seen = []
-    sf.study(LISTED, observer=seen.append)
-    assert [item.done for item in seen] == sorted(item.done for item in seen)
-    first, last = seen[0], seen[-1]
-    assert (first.done, "rate" in first.values, last.done) == (0, False, 4)
-    assert last.values["failures"] == 1
-    assert last.values["rate"] > 0
-    assert last.values["remaining"] == 0
 
 
 def test_models_from_files_go_to_other_processes(tmp_path):

@@ -76,14 +76,6 @@ def test_responses_of_many_cases_go_side_by_side():
             assert abs(found.listed["value"][row] - point.value) <= uncertain
 
 
-def test_lyapunov_exponents():
-    found = study({"what": "lyapunov", "periods": 250}, {"list": [{"Nd": 0.02}]}, f=12.5)
-    alone = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.02), 250)
-    assert found.values["verdict"][0] == alone.verdict.kind
-    exponents = [found.values[f"exponent_{number}"][0] for number in range(1, 5)]
-    assert exponents == alone.exponents.tolist()
-
-
 def extremum(found, name, case=0):
     return [found.values[f"{measure}_{name}"][case] for measure in ("min", "max")]
 
@@ -122,23 +114,6 @@ def test_extrema_of_cycles_of_stick_and_of_what_has_not_settled():
     assert extremum(begun, "x") == pytest.approx([seen.min(), seen.max()], rel=1e-4)
 
 
-def test_a_motion_that_ended_early_has_no_extrema():
-    floor = sf.System(
-        name="floor",
-        parameters={"W": 2.0, "F": 4.0},
-        states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
-        forcing={"period": "2*pi/W"},
-        outputs={"room": "x + 1"},
-        limits={"floor": {"output": "room", "bound": 0.0}},
-    )
-    compute = {"what": "simulation", "periods": 200}
-    found = sf.study({"model": floor, "compute": compute, "cases": {"grid": {"F": [1.0, 4.0]}}})
-    assert found.values["reason"][0] == ""
-    assert "room" in found.values["reason"][1]
-    assert np.isfinite(extremum(found, "x", 0)).all()
-    assert np.isnan(extremum(found, "x", 1)).all()
-
-
 def test_a_threshold_is_the_first_loss_of_stability_by_whatever_bifurcation():
     compute = {"what": "threshold", "vary": "Nd", "span": [0, 0.9]}
     found = study(compute, {"grid": {"f": [12.5, 13.3]}})
@@ -154,17 +129,3 @@ def test_a_threshold_is_the_first_loss_of_stability_by_whatever_bifurcation():
             point = next(item for item in branch.special if item.type == outcome)
             close = DOUBLING.remaining * 0.9 if outcome == "PD" else 0.0
             assert abs(point.value - threshold) <= close + point.uncertainty
-
-
-def test_thresholds_that_are_found_side_by_side_stay_with_their_cases():
-    compute = {"what": "threshold", "vary": "Nd", "span": [0, 0.1]}
-    values = ((0.5, 1.0), (-1.0, 1.0), (0.6, 1.0), (0.6, 0.01))
-    cases = {"list": [{"Vd": speed, "alpha": turn} for speed, turn in values]}
-    found = study(compute, cases, f=12.5)
-    assert list(found.failures) == [1]
-    assert found.values["outcome"].tolist() == ["PD", "", "PD", "stable"]
-    for case, speed in ((0, 0.5), (2, 0.6)):
-        model = sf.SlidingOscillator(f=12.5, Vd=speed, alpha=1.0)
-        point = sf.response(model, "Nd", (0, 0.1)).branches[0].special[0]
-        close = DOUBLING.remaining * 0.1
-        assert abs(found.values["threshold"][case] - point.value) <= close + point.uncertainty

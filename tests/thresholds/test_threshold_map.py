@@ -10,9 +10,6 @@ from helpers.textbook_models import Duffing, Mathieu, Torus
 from slipfold.branches import Settings, trace_response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
-from slipfold.thresholds.batch import BatchedThresholds
-from slipfold.thresholds.search import refinements, seed_lines, stencils_of
-from slipfold.thresholds.stable_path import FRACTIONS, find_doubts
 from slipfold.thresholds.threshold_map import find_threshold_map
 
 ALONE = Settings(largest_period=1)
@@ -85,15 +82,6 @@ def test_directions_mirrored_in_the_vertical_are_equal():
     point, _ = first_of(SlidingOscillator(Vd=0.6, alpha=math.pi / 2), "Nd", (0, 0.9))
     assert found.values[1, 5] == pytest.approx(point.value, abs=1e-11)
     assert np.abs(found.states[:, 5, [0, 2]]).max() < 1e-9
-
-
-def test_values_may_come_in_any_order_and_axes_may_swap(base):
-    rows, columns = np.random.default_rng(2).permutation(13), np.arange(10)[::-1]
-    over = {"alpha": ANGLES[columns], "Vd": SPEEDS[rows]}
-    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
-    expected = base.values[np.ix_(rows, columns)]
-    assert np.abs(found.values.T - expected).max() < 1e-11
-    assert found.model_at(3, 5).Vd == SPEEDS[rows[5]]
 
 
 def test_a_mathieu_equation_loses_stability_where_its_own_multiplier_says():
@@ -236,75 +224,4 @@ def test_bad_input_is_refused_in_a_sentence(changes, message):
 # -- the map -------------------------------------------------------------------------------------
 
 
-def test_a_map_is_immutable(base):
-    with pytest.raises(AttributeError):
-        base.span = (0, 1)
-    for item in (base.values, base.states, base.multipliers, base.kinds, base.over["Vd"]):
-        with pytest.raises(ValueError, match="read-only"):
-            item[0] = 0
-    assert repr(base) == (
-        "<GridThresholds of sliding: PD in Nd over Vd and alpha, 13 x 10 points, 130 thresholds>"
-    )
-
-
 # -- its parts ---------------------------------------------------------------------------------
-
-
-NEVER = np.array([False])
-
-
-def stable_pair(count, modulus=0.5):
-    return np.full((1, count, 2), modulus) * np.exp([1j, -1j])
-
-
-def test_a_dip_between_two_orbits_is_doubted():
-    moved = np.zeros((1, len(FRACTIONS)))
-    calm = stable_pair(len(FRACTIONS))
-    assert find_doubts(calm, moved, doubles=NEVER)[0] == ""
-    real = np.array([0.1, 0.1, -0.99, 0.1, 0.1])
-    dipping = np.stack([real, np.full(5, 0.2)], axis=1)[None].astype(complex)
-    assert "dips" in find_doubts(dipping, moved, doubles=NEVER)[0]
-    outside = calm.copy()
-    outside[0, 1] = 1.01 * np.exp([1j, -1j])
-    assert "outside" in find_doubts(outside, moved, doubles=NEVER)[0]
-    moved[0, 2] = np.inf
-    assert "not found" in find_doubts(calm, moved, doubles=NEVER)[0]
-
-
-@pytest.mark.parametrize("counts", [(1, 1), (1, 9), (2, 7), (6, 6), (23, 40), (100, 100)])
-def test_every_line_is_filled_once(counts):
-    filled = np.zeros(counts, dtype=int)
-    filled[np.ix_(*(seed_lines(count) for count in counts))] += 1
-    for axis, known, new, others in refinements(counts):
-        assert not set(known) & set(new)
-        filled[np.ix_(new, others) if axis == 0 else np.ix_(others, new)] += 1
-    assert (filled == 1).all()
-
-
-def test_guesses_are_exact_for_polynomials():
-    places = np.cumsum(np.linspace(0.1, 0.4, 12))
-    known = np.array([0, 2, 4, 6, 8, 11])
-    for stencil in stencils_of(places, known, 5):
-        power = len(stencil.lines) - 1
-        guess = stencil.weights @ places[stencil.lines] ** power
-        assert guess == pytest.approx(places[5] ** power)
-
-
-def test_limits_are_those_of_single_orbits():
-    model = SlidingOscillator(f=12.5)
-    branch = trace_response(model, "Nd", (0, 0.98), settings=ALONE)[0]
-    assert branch.stopped.kind == "limit"
-    parameters = np.tile(model.vector, (len(branch), 1))
-    scales = np.tile(model.state_scales(), (len(branch), 1))
-    everything = np.arange(len(branch))
-
-    def kept():
-        orbits = BatchedThresholds(model, "Nd", (0, 0.98)).orbits(parameters, scales)
-        z = orbits.join(everything, branch.states[:, None], branch.parameter)
-        return (orbits.margins(everything, z) > 0).all(axis=1)
-
-    assert kept()[:-1].all()
-    parameters[:, model.parameter_index("Ns")] = 0.5 * branch.parameter + 1e-3
-    lifted = branch.parameter > parameters[:, model.parameter_index("Ns")]
-    assert lifted.any()
-    assert not kept()[lifted].any()

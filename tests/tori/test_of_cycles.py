@@ -89,16 +89,6 @@ def test_their_envelope_is_that_of_a_motion(uneven):
     assert tori.extrema.of("x")[1][-1] == pytest.approx(highest, abs=1e-5)
 
 
-def test_they_are_saved_and_drawn(uneven, tmp_path):
-    diagram, tori = uneven
-    diagram.save(tmp_path / "tori.nc")
-    copy = sf.load(tmp_path / "tori.nc")
-    assert copy.to_json() == diagram.to_json()
-    assert np.array_equal(copy.tori[0].durations, tori.durations)
-    assert "are modulated at" in diagram.summary()
-    assert len(diagram.plot("z").lines) > 1
-
-
 def test_those_of_a_circuit_are_born_unstable():
     model = sf.built_in_models()["freire"]()
     diagram = sf.response(model, vary="n", span=(-0.58, -0.5917), tori=True)

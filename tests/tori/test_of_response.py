@@ -3,9 +3,7 @@
 import csv
 import importlib
 import json
-from types import SimpleNamespace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -14,7 +12,6 @@ from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.lines import torus_stretches
-from slipfold.paper.cases import read_cases
 from slipfold.tori.follow import INVARIANT
 
 SPAN = (1.0, 1.1)
@@ -93,14 +90,6 @@ def test_they_are_saved_and_told(diagram, tori, tmp_path):
     assert all(row["rotation"] == "" for row in rows if row["branch"] == "1")
 
 
-def test_they_are_drawn_on_the_diagram(diagram, tori):
-    ax = diagram.plot("x")
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["torus"]
-    (line,) = [item for item in ax.lines if item.get_color() == "#808080"]
-    assert line.get_xydata()[0] == pytest.approx((tori.parameter[0], tori.extrema.of("x")[1][0]))
-    plt.close(ax.figure)
-
-
 @pytest.mark.long
 def test_their_line_is_what_lies_between_them(model, tori):
     lines = torus_stretches(tori, "x")
@@ -123,20 +112,6 @@ def test_an_interruption_keeps_what_is_done(model):
     assert found.interrupted
     assert found.tori[0].stopped.kind == "interrupted"
     assert found.branches[0].stopped.kind == "span"
-
-
-def test_an_interruption_that_goes_on_keeps_all_circles(model):
-    seen = []
-
-    def interrupt(progress):
-        if progress.stage == "tori":
-            seen.append(progress.values["points"])
-            if progress.values["points"] >= 8:
-                raise KeyboardInterrupt
-
-    (found,) = sf.response(model, vary="w", span=SPAN, tori=True, observer=interrupt).tori
-    assert found.stopped.kind == "interrupted"
-    assert len(found) == 1 + seen[-1] == 9
 
 
 COUPLED = """
@@ -192,23 +167,6 @@ def test_a_circle_may_come_to_turn_the_other_way():
     assert tori.frequency == pytest.approx(tori.rotation / np.pi, rel=1e-12)
     low, high = np.abs(tori.frequency).min(), tori.frequency.max()
     assert f"modulated at {low:.4g} to {high:.4g} Hz" in diagram.summary()
-
-
-def test_tori_that_turn_round_are_saved_and_loaded(tmp_path):
-    # r' = r (a + r^2 - r^4)
-    tori, diagram = coupled((-0.5, 0.1), w=0.83, c=0.05, b=1, q=1)
-    assert tori.folds == pytest.approx((-0.25,), abs=1e-9)
-    radius = np.linalg.norm(tori.circles[:, 0], axis=1)
-    rising = radius > np.sqrt(0.5)
-    assert tori.stable[1:].tolist() == rising[1:].tolist()
-    assert {True, False} == set(rising.tolist())
-    assert radius**4 - radius**2 == pytest.approx(tori.parameter, abs=1e-8)
-    diagram.save(tmp_path / "tori.nc")
-    copy = sf.load(tmp_path / "tori.nc")
-    assert copy.tori[0].folds == tori.folds
-    assert copy.to_json() == diagram.to_json()
-    assert copy.summary() == diagram.summary()
-    assert "they turn round at a = -0.25" in copy.summary()
 
 
 def test_circles_that_are_left_out_are_counted_and_not_drawn_across(model, tori, monkeypatch):
@@ -274,31 +232,6 @@ def test_the_command(tmp_path):
     assert torus["stopped"]["kind"] == "span"
 
 
-def test_figures_2_and_3_of_the_paper_get_them(monkeypatch, tmp_path):
-    paper, asked = importlib.import_module("slipfold.paper.reproduce"), {}
-
-    file = SimpleNamespace(to_netcdf=lambda: b"")
-    nothing = SimpleNamespace(
-        branches=(), special=(), tori=(), interrupted=False, _table=lambda: file
-    )
-
-    def response(model, vary, span, *, settings, tori):
-        asked[model, vary] = tori
-        return nothing
-
-    monkeypatch.setattr(paper, "response", response)
-    monkeypatch.setattr(paper, "render", lambda *_: {})
-    monkeypatch.setattr(paper, "find_spectrum", lambda motion: None)
-    monkeypatch.setattr(paper, "simulate", lambda *_: None)
-    monkeypatch.setattr(paper, "judge_claims", lambda findings: ())
-    cases = read_cases().only((2, 3, 5))
-    for tori in (True, False):
-        paper.reproduce(tmp_path, cases=cases, tori=tori)
-        for figure in cases.figures:
-            found = {asked[curve.model, curve.vary] for curve in figure.curves}
-            assert found == {tori and figure.number in (2, 3)}
-
-
 def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
     # At the Neimark-Sacker point it ends where the same tori are born.
     found = sf.response(
@@ -327,24 +260,6 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
         len(circle), axis=0,
     )  # fmt: skip
     assert motion.strobe[-1] == pytest.approx(turned[0], abs=1e-8)
-
-
-def test_a_torus_of_a_forced_van_der_pol_oscillator_is_begun_from_a_motion(tmp_path):
-    # Far from resonance it has two frequencies: that of the forcing and nearly the own one.
-    forced = sf.System(
-        name="forced",
-        parameters={"mu": 0.3, "A": 0.2, "W": 1.6},
-        states={"x": "v", "v": "mu*(1 - x^2)*v - x + A*cos(W*t)"},
-        forcing={"period": "2*pi/W"},
-    )
-    found = sf.response(forced, "A", (0.1, 0.3), start={"x": 2.0}, settled=True, tori=True)
-    (tori, _) = found.tori
-    own = 1 - 0.3**2 / 16  # of the free cycle, to second order in mu
-    assert abs(tori.rotation[0]) == pytest.approx(1 - own / 1.6, abs=2e-3)
-    assert tori.stable.all()
-    found.save(tmp_path / "tori.nc")
-    assert sf.load(tmp_path / "tori.nc").to_json() == found.to_json()
-    assert len(found.plot().lines)
 
 
 def test_a_motion_on_no_torus_says_what_it_does():

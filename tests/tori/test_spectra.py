@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.command_line import run
 from slipfold.flow.flow import flow_of
 
 PERIODS = 2000
@@ -50,14 +49,6 @@ def test_together_they_are_the_motion_from_the_first_state_of_the_circle(tori, s
     times = np.arange(8) / spectrum.frequencies[0]
     turns = np.exp(2j * np.pi * times[:, None] * spectrum.frequency)
     assert (turns @ spectrum.coefficients).real == pytest.approx(motion, abs=1e-7)
-
-
-def test_half_of_each_pair_is_there_in_rising_order(spectrum):
-    assert spectrum.frequency[0] == 0
-    assert (np.diff(spectrum.frequency) > 0).all()
-    pairs = {tuple(order) for order in spectrum.orders.tolist()}
-    assert len(pairs) == len(spectrum.orders)
-    assert not pairs & {(-k, -i) for k, i in pairs if k or i}
 
 
 def test_those_of_a_known_torus_are_exact():
@@ -114,19 +105,3 @@ def test_they_are_drawn(diagram, tori, spectrum):
         diagram.plot(kind="spectrum", at=1.1, measure="max")
     with pytest.raises(sf.InputError, match="has no at; it goes with kind = 'spectrum'"):
         diagram.plot(at=1.1)
-
-
-def test_the_command(diagram, tmp_path):
-    path, figure = tmp_path / "x.nc", tmp_path / "a.png"
-    diagram.save(path)
-    chosen = ("plot", str(path), "--kind", "spectrum", "--out", str(figure))
-    assert run(*chosen, "--at", "1.1", "--output", "v").exit_code == 0
-    assert figure.read_bytes().startswith(b"\x89PNG")
-    for arguments, words in (
-        (chosen, "no value is given; there are tori at w = 1.08673 to 1.1 rad/s"),
-        ((*chosen, "--at", "3"), "no torus at w = 3"),
-        (("plot", str(path), "--kind", "phase"), "x.nc is a response; use --kind spectrum"),
-    ):
-        result = run(*arguments)
-        assert result.exit_code == 2
-        assert words in result.stderr

@@ -45,13 +45,3 @@ def test_the_picture_becomes_finer_and_a_click_lets_a_motion_go(explorer):
     explorer.type("F", 0.19)
     expect(plot).to_be_hidden()
     expect(page.locator("#basins .basins-words")).to_be_empty()
-
-
-def test_it_can_be_stopped(explorer):
-    explorer.open("model=sliding&p.f=12.2&p.Nd=0.1&span=0.09~0.11")
-    explorer.orbit_shown(1)
-    page = explorer.page
-    page.get_by_role("button", name="Compute the basins").click()
-    page.get_by_role("button", name="Stop computing").click()
-    expect(page.locator("#basins .basins-words")).to_have_text("Stopped.")
-    expect(page.get_by_role("button", name="Stop computing")).to_be_hidden()

@@ -66,23 +66,3 @@ def test_the_tip_stands_still_on_the_plate_while_it_sticks(explorer):
     assert page.locator("#plot-hysteresis .line.stuck").count() == 4
     page.get_by_role("button", name="Clear").click()
     expect(page.locator(".contacts .stage")).to_be_hidden()
-
-
-def test_blocks_on_belts(brake):
-    brake.open("model=brake&p.Vd=0.1")
-    verdict = let_go(brake)
-    assert re.match(r"settled on a cycle of [0-9.]+ s", verdict)
-    assert "contact sticks once" in verdict
-    block = brake.page.locator(".belts .block")
-    states = {}
-    for phase in (0.02 * step for step in range(50)):
-        (doing,) = moment(brake, phase)
-        states.setdefault(doing, []).append(float(block.get_attribute("x")))
-    assert set(states) == {"stick", "forth"}
-    assert len(set(states["stick"])) > 1  # the belt carries it along
-    expect(brake.page.locator("#plot-contact-path")).to_be_hidden()
-
-
-def test_models_without_contacts_have_no_place_for_them(explorer):
-    explorer.open("model=vanderpol")
-    expect(explorer.page.locator(".contacts")).to_be_hidden()

@@ -46,16 +46,6 @@ def test_the_curve_follows_a_slider_that_is_not_let_go(new_tab):
     explorer.page.wait_for_url("**p.Vd=0.7*")
 
 
-def test_of_many_moves_the_last_is_drawn(explorer):
-    explorer.open()
-    for step in range(20):
-        explorer.slide("f", 12.3 + 0.02 * step)
-    with explorer.redrawn():
-        explorer.slide("f", 12.2)
-        explorer.release("f")
-    expect(explorer.page.locator(".specials")).to_contain_text("PD 0.1398\u202fN subcritical")
-
-
 def test_a_draft_looks_like_one_until_it_is_exact(new_tab):
     # Whether there is a draft depends on the worker: one is made of the answer.
     exact = new_tab.holding(
@@ -90,23 +80,6 @@ def test_what_does_not_agree_is_red(new_tab):
     expect(checked).to_have_text("Checked: 5 of 6 agree; PD differs.")
     expect(checked).to_have_class("checked disagrees")
     answers.let_go()
-
-
-def test_boxes_keys_and_units(explorer):
-    explorer.open()
-    assert explorer.box("alpha").input_value() == "60"
-    assert "α (°)" in explorer.page.get_by_label("Vary", exact=True).inner_text().splitlines()
-    expect(explorer.page.locator("[data-name=alpha] .unit")).to_have_text("°")
-    with explorer.redrawn():
-        explorer.type("alpha", 30)
-    assert explorer.specials()[0].startswith("PD 0.09864\u202fN")
-    explorer.page.wait_for_url("**p.alpha=0.5235987*")
-    with explorer.redrawn():
-        explorer.slider("alpha").press("ArrowRight")
-    assert explorer.parameter("alpha") > 30
-    with explorer.redrawn():
-        explorer.page.locator("[data-name=alpha] .back").click()
-    assert explorer.specials() == BASE
 
 
 def test_another_output_statistic_parameter_and_span(explorer):
@@ -206,24 +179,3 @@ def test_markup_in_a_model_is_shown_as_text(explorer):
     expect(explorer.page.locator("[data-name=F] .doc")).to_have_text("<script>alert(2)</script>")
     assert explorer.page.locator("main img, main script, aside b").count() == 0
     assert "<u>q</u>" in "".join(explorer.page.locator(f"{DIAGRAM} text").all_text_contents())
-
-
-@pytest.mark.parametrize("model", ["duffing", "stuart-landau"])
-def test_textbook_systems(explorer, model):
-    explorer.open(f"model={model}&p.r=-0.4")
-    assert explorer.traces()
-    expect(explorer.page.locator("#plot-motion")).to_be_visible()
-    expect(explorer.page.locator("#plot-path")).to_be_hidden()
-    # The one is forced; the other rests, and has no period to take multipliers over.
-    picture, words = {
-        "duffing": ("multipliers", "Floquet multipliers: moduli"),
-        "stuart-landau": ("eigenvalues", "Eigenvalues in 1/s: −0.4 [+−]"),
-    }[model]
-    expect(explorer.page.locator(f"#plot-{picture} svg")).to_have_attribute(
-        "aria-label", re.compile(words)
-    )
-    rests = model == "stuart-landau"
-    title = explorer.page.locator("#orbit-title")
-    expect(title).to_contain_text("rightmost eigenvalue" if rests else "largest multiplier")
-    for other in ("time", "spectrum"):
-        expect(explorer.page.locator(f"#plot-{other}")).to_be_visible(visible=not rests)

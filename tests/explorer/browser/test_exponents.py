@@ -34,24 +34,3 @@ def test_a_torus_tells_how_far_it_is_known_and_is_forgotten_when_the_point_moves
     expect(stop).to_be_hidden()
     explorer.type("Nd", 0.061)
     expect(told).to_be_empty()
-
-
-def test_what_moves_on_is_not_judged(explorer):
-    explorer.open("model=sliding&p.Nd=0.13&span=0.1~0.14")
-    told = judged(explorer)
-    expect(told).to_have_text(re.compile("^After"))
-    explorer.type("Nd", 0.12)
-    expect(told).to_be_empty()
-    expect(explorer.page.get_by_role("button", name="Stop judging")).to_be_hidden()
-
-
-@pytest.mark.parametrize(
-    ("link", "words"),
-    [
-        ("model=sliding&p.Nd=0.3&span=0.29~0.31", "Period 2: settled on a response of 2"),
-        ("model=vanderpol-free&p.mu=1", "Periodic: settled on a cycle of 6.663"),
-    ],
-)
-def test_what_repeats(explorer, link, words):
-    explorer.open(link)
-    expect(judged(explorer)).to_contain_text(words)

@@ -80,19 +80,6 @@ def test_pointing_moves_nothing(still):
     assert places(still) == rest
 
 
-def test_pointing_at_an_equilibrium_between_cycles_moves_nothing(explorer):
-    """It has other pictures: eigenvalues, and nothing over time."""
-    explorer.open("model=squeal&p.mu=0.9")
-    explorer.orbit_shown(1)
-    expect(explorer.page.locator("#plot-multipliers")).to_be_visible()
-    panels = "section.panel, input, select, .player, .stage"
-    rest = places(explorer, panels)
-    explorer.page.mouse.move(*explorer.pixel(0.4, 0))
-    explorer.page.wait_for_selector("#plot-eigenvalues:visible")
-    assert places(explorer, panels) == rest
-    explorer.page.mouse.move(5, 5)
-
-
 def test_what_is_pointed_at_is_explained(still):
     meaning = still.page.locator(".meaning")
     still.box("f1").focus()

@@ -44,13 +44,6 @@ def test_every_model_goes_through_every_panel(explorer, name):
     assert alert.all_inner_texts() == []
 
 
-def test_what_is_zero_to_its_uncertainty_is_0(explorer):
-    explorer.open("model=stuart-landau")
-    assert explorer.specials() == ["HB 0\u202f1/s supercritical"]
-    explorer.page.locator(".chip").click()
-    expect(explorer.page.locator("#orbit-title")).to_contain_text("r = 0\u202f1/s: equilibrium")
-
-
 def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)
@@ -66,17 +59,3 @@ def test_what_is_refused_is_faint_until_it_is_computed_again(explorer):
         explorer.type("Vd", 0.7)
     expect(curve).to_have_css("opacity", "1")
     expect(explorer.page.locator("#orbit .stage")).to_have_css("opacity", "1")
-
-
-def test_the_motion_of_another_model_is_put_away(explorer):
-    explorer.open("model=sliding&p.Nd=0.3")
-    explorer.orbit_shown(2)
-    hidden = explorer.page.evaluate(
-        "() => { const choice = document.querySelector('select[aria-label=Model]');"
-        " choice.value = 'duffing'; choice.dispatchEvent(new Event('change'));"
-        " const style = getComputedStyle(document.querySelector('#orbit .stage'));"
-        " return [style.visibility, document.querySelector('#orbit-title').textContent]; }"
-    )
-    assert hidden == ["hidden", "Computing the response…"]
-    expect(explorer.page.locator("#orbit-title")).to_contain_text("period 1")
-    expect(explorer.page.locator("#orbit .stage")).to_be_visible()

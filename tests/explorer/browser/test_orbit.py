@@ -5,7 +5,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from helpers.explorer_page import DIAGRAM, ExplorerPage
+from helpers.explorer_page import DIAGRAM
 
 PICTURES = ("time", "phase", "path", "spectrum", "multipliers", "forces")
 
@@ -33,19 +33,6 @@ def test_a_point_that_is_clicked_is_shown_in_every_picture(explorer):
     expect(explorer.page.locator("#orbit-title")).to_contain_text("period 1, stable")
 
 
-def test_a_point_under_the_pointer_is_previewed(explorer):
-    explorer.open("model=sliding&p.Nd=0.3")
-    explorer.orbit_shown(2)
-    explorer.page.mouse.move(*explorer.pixel(0.025, 0.1318))
-    tip = explorer.page.locator(f"{DIAGRAM} .tip")
-    expect(tip).to_contain_text("period 1, stable")
-    explorer.orbit_shown(1)
-    assert explorer.parameter("Nd") == 0.3
-    explorer.page.mouse.move(5, 5)
-    expect(tip).to_be_hidden()
-    assert explorer.orbit_shown(2) == pytest.approx(0.3)
-
-
 def test_a_marker_is_the_special_point_that_it_marks(explorer):
     """Both branches pass through the period doubling's marker; it is an orbit of the first."""
     explorer.open("model=sliding&p.Nd=0.3")
@@ -58,19 +45,6 @@ def test_a_marker_is_the_special_point_that_it_marks(explorer):
     assert explorer.orbit_shown(1) == pytest.approx(0.0435789, abs=1e-7)
     title = explorer.page.locator("#orbit-title")
     expect(title).to_contain_text("period 1, supercritical period doubling; largest multiplier 1")
-
-
-def test_the_marker_of_a_limit_is_the_end_of_the_branch_too(explorer):
-    explorer.open()
-    explorer.orbit_shown(2)
-    place = explorer.pixel(*explorer.mark("spring collapsed"))
-    explorer.page.mouse.move(place[0] - 4, place[1] + 5)
-    tip = explorer.page.locator(f"{DIAGRAM} .tip")
-    expect(tip).to_contain_text("Nd = 0.375947\u202fN: spring collapsed: l/L fell to 0.0001")
-    explorer.page.mouse.click(place[0] - 4, place[1] + 5)
-    assert explorer.orbit_shown(1) == pytest.approx(0.3759473, abs=1e-6)
-    title = explorer.page.locator("#orbit-title")
-    expect(title).to_contain_text("period 1, spring collapsed; largest multiplier")
 
 
 def test_special_points_are_a_list_to_go_to(explorer):
@@ -146,18 +120,3 @@ def test_motion_plays_in_slow_motion_unless_less_motion_is_wished(explorer):
     expect(page.locator("#orbit .factor")).not_to_have_text(factor)
     page.get_by_role("button", name="Pause the motion").click()
     expect(play).to_be_visible()
-
-
-def test_motion_begins_by_itself_for_others(browser, address):
-    with browser.new_context(reduced_motion="no-preference") as context:
-        context.add_init_script("localStorage.setItem('slipfold-tour-seen', 'yes')")
-        explorer = ExplorerPage(context.new_page(), address).open()
-        expect(explorer.page.get_by_role("button", name="Pause the motion")).to_be_visible()
-        assert explorer.faults == []
-
-
-def test_the_multiplier_that_every_cycle_has_is_not_its_largest(explorer):
-    explorer.open("model=squeal&p.mu=1")
-    expect(explorer.page.locator("#orbit-title")).to_have_text(
-        re.compile(r"cycle of 3.089\u202fs, stable; largest multiplier besides 1: 0\.[0-9]+$")
-    )

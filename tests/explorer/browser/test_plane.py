@@ -94,30 +94,6 @@ def test_loci_are_drawn_before_regions_and_explained(watched):
     assert [key for key in shown.all_inner_texts() if key not in saved] == []
 
 
-def test_lines_that_are_being_followed_are_a_draft(new_tab):
-    """What comes instead of the first answers is a line that is not yet a whole locus."""
-    line = {"number": 0, "type": "PD", "period": 1, "x": [1.3, 1.5], "y": [0.2, 0.3]}
-
-    def first(answer):
-        head = {name: answer[name] for name in ("kind", "id", "slot")}
-        return {**head, "done": False, "progress": "loci: 0 done", "lines": [line]}
-
-    answers = new_tab.holding(lambda answer: answer["kind"] == "plane", first)
-    answers.is_on = True
-    page = new_tab.open(QUIET, plane=True).page
-    expect(page.locator(f"{PLANE} .draft-mark")).to_be_visible()
-    expect(legend(new_tab)).to_have_text(["PD of period 1"])
-    answers.let_go()
-    expect(page.locator(f"{PLANE} .draft-mark")).to_be_hidden()
-    expect(legend(new_tab).filter(has_text="period 1 stable")).to_have_count(1)
-
-
-def test_the_bistable_region_has_its_name_on_a_laptop(plane):
-    expect(legend(plane).filter(has_text="periods 1 and 2, both stable")).to_have_count(1)
-    names = re.compile(r"^(periods 1 and 2|1 and 2|1\+2)$")
-    expect(region_names(plane).filter(has_text=names)).not_to_have_count(0)
-
-
 def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
     def killed(answer):
         head = {name: answer[name] for name in ("kind", "id", "slot")}
@@ -139,17 +115,6 @@ def test_what_a_killed_worker_computed_is_asked_for_again(new_tab):
     expect(legend(new_tab).filter(has_text="period 1 stable")).to_have_count(1)
 
 
-def test_what_fails_for_one_reason_is_told_once(new_tab):
-    page = new_tab.open(WINDOW, plane=True).page
-    new_tab.type("Vd", -1)
-    expect(page.locator(".progress")).to_contain_text("not computed")
-    alert = page.get_by_role("alert")
-    expect(alert).to_have_count(1)
-    expect(alert).to_contain_text("Vd = -1")
-    new_tab.type("Vd", 0.6)
-    expect(alert).to_have_count(0)
-
-
 def test_it_is_put_away_and_comes_back(new_tab):
     never_done = new_tab.holding(lambda answer: answer["kind"] == "plane")
     never_done.is_on = True
@@ -163,31 +128,6 @@ def test_it_is_put_away_and_comes_back(new_tab):
     expect(explorer.page.locator(".progress")).to_contain_text("Stopped")
     switch.click()
     expect(explorer.page.locator("#plane")).to_be_hidden()
-
-
-KEYS = """async (lines) => {
-  const { PlaneLegend } = await import("/page/plane/plane_legend.js");
-  const legend = new PlaneLegend();
-  const loci = lines.map(([name, type, ...kinds]) => ({
-    name, type, period: 1, stretches: kinds.map((criticality) => ({ criticality, x: [], y: [] })),
-  }));
-  legend.show({ loci, regions: null });
-  return [...legend.node.children].map(({ textContent }) => textContent);
-}"""
-
-
-def test_the_legend_says_of_a_line_that_is_dashed_all_along_why(explorer):
-    page = explorer.open().page
-    hopf = ["HB of equilibria", "HB", "subcritical"]
-    doubling = ["PD of period 1", "PD", "supercritical", "subcritical"]
-    assert page.evaluate(KEYS, [hopf]) == ["HB of equilibria, subcritical"]
-    assert page.evaluate(KEYS, [doubling]) == ["PD of period 1", "subcritical"]
-    assert page.evaluate(KEYS, [doubling, hopf, ["LP of period 1", "LP", None]]) == [
-        "HB of equilibria, subcritical",
-        "LP of period 1",
-        "PD of period 1",
-        "subcritical",
-    ]
 
 
 SHADES = """async (combinations) => {

@@ -51,24 +51,6 @@ def test_readings_are_drawn_each_way_with_their_errors_until_they_are_removed(ex
     assert drawn(explorer) == {}
 
 
-def test_where_something_else_is_shown_the_page_offers_to_show_what_was_measured(explorer, take):
-    explorer.open("model=sliding&show=y&of=min&vary=f&span=12.4~12.41&p.f=12.4")
-    take(TEXT)
-    offer = explorer.page.get_by_role("button", name="Show max y")
-    expect(offer).to_be_visible()
-    assert drawn(explorer) == {}
-    with explorer.redrawn():
-        offer.click()
-    assert len(drawn(explorer)["measured, upward"][0]) == 2
-    expect(offer).to_have_count(0)
-    # They are of this model alone.
-    explorer.open("model=duffing&span=0.5~0.55")
-    assert drawn(explorer) == {}
-    expect(explorer.page.locator(".file-name")).to_have_count(0)
-    explorer.open("model=sliding&show=x&span=0~0.04&p.Nd=0.01")
-    assert drawn(explorer)["measured, upward"] == [[0.01, 0.02], [0.05, 0.06], [0, 0]]
-
-
 def test_what_cannot_be_read_is_said_and_what_was_read_before_stays(explorer, take):
     take(TEXT)
     expect(explorer.page.locator(".file-name")).to_have_text("rig.csv")

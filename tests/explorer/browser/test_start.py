@@ -1,27 +1,10 @@
 """The page starts with any model; where it cannot, it says why."""
 
-import re
-
 import pytest
 from playwright.sync_api import expect
 
 from helpers.explorer_models import MANY, UNUSUAL
 from helpers.explorer_page import DIAGRAM, ExplorerPage, served
-
-
-def test_an_unforced_structure_of_ones_own_is_shown(brake, brake_file):
-    brake.page.goto(brake.address)
-    names = brake.page.get_by_label("Vary", exact=True).locator("option")
-    expect(names).to_have_count(6)
-    values = names.evaluate_all("(options) => options.map(({ value }) => value)")
-    assert values == ["Ns", "Vd", "mu_s", "mu_k", "vs", "s2"]
-    brake.open("model=brake&vary=Vd&span=0.4~2")
-    assert brake.specials() == ["HB 0.8952\u202fm/s subcritical"]
-    brake.page.get_by_label("Export the diagram").first.click()
-    brake.page.locator("#diagram .menu").get_by_text("Copy as Python", exact=True).click()
-    copied = brake.page.locator("dialog pre")
-    expect(copied).to_contain_text(f"sf.Structure.from_toml({str(brake_file)!r})")
-    brake.page.keyboard.press("Escape")
 
 
 def test_a_model_with_an_unusual_name_and_many_parameters_is_shown(context, tmp_path):
@@ -70,14 +53,3 @@ def test_a_page_that_cannot_start_says_why(context, address, part, answer, reaso
         expect(alert).to_contain_text("The page could not start")
         expect(alert).to_contain_text(reason)
         expect(page.locator("#page")).not_to_contain_text("Starting")
-
-
-def test_what_fails_later_is_said_too(context, address):
-    with context.new_page() as page:
-        explorer = ExplorerPage(page, address).open()
-        with page.expect_event("pageerror"):
-            page.evaluate(
-                "() => { queueMicrotask(() => { throw new Error('a plot fell over'); }); }"
-            )
-        expect(page.get_by_role("alert")).to_contain_text(re.compile("defect.*a plot fell over"))
-        assert explorer.faults == ["a plot fell over"]

@@ -90,23 +90,3 @@ def test_the_map_and_its_table_are_saved(explorer, study, tmp_path):
     assert "threshold over Vd, mu, 6 cases" in picture
     items = page.locator("#study .menu [role=menuitem]")
     assert items.all_text_contents() == ["PNG", "SVG", "CSV"]
-
-
-def test_arrow_keys_go_from_case_to_case(explorer):
-    explorer.open("model=sliding&span=0~0.06&show=y&p.Vd=0.6&p.mu=0.4")
-    explorer.page.locator(".study-plot").focus()
-    for key, values in (("ArrowUp", (0.6, 0.5)), ("ArrowLeft", (0.5, 0.5))):
-        with explorer.redrawn():
-            explorer.page.keyboard.press(key)
-        assert (explorer.parameter("Vd"), explorer.parameter("mu")) == values
-
-
-def test_words_have_colours_and_axes_change_places(explorer):
-    panel = explorer.page.locator("#study")
-    panel.get_by_label("Draw").select_option("outcome")
-    expect(panel.locator(".study-legend .word")).to_have_text(["PD"])
-    panel.get_by_label("over", exact=True).select_option("mu")
-    expect(panel.get_by_label("and", exact=True)).to_have_value("Vd")
-    expect(panel.locator(".xtitle")).to_have_text("μ")
-    panel.get_by_label("Draw").select_option("threshold")
-    expect(panel.locator(".study-legend")).to_contain_text("threshold (N)")

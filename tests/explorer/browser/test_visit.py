@@ -108,28 +108,6 @@ def test_it_can_be_read_in_both_themes_and_every_width(new_tab, theme):
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_the_theme_is_switched_and_kept(new_tab):
-    page = new_tab.open().page
-    theme = "document.documentElement.dataset.theme"
-    page.get_by_label("Theme: as the system").click()
-    assert page.evaluate(theme) == "light"
-    page.get_by_label("Theme: light").click()
-    assert page.evaluate(theme) == "dark"
-    page.reload()
-    page.wait_for_selector(f"{DIAGRAM}[data-drawn]")
-    assert page.evaluate(theme) == "dark"
-    page.get_by_label("Theme: dark").click()
-
-
-def test_what_changed_is_said(explorer):
-    explorer.open()
-    heard = explorer.page.locator("[aria-live=polite]")
-    expect(heard).to_contain_text("PD at 0.04358\u202fN supercritical")
-    with explorer.redrawn():
-        explorer.type("f", 12.2)
-    expect(heard).to_contain_text("PD at 0.1398\u202fN subcritical")
-
-
 def test_a_lost_connection_comes_back(new_tab):
     explorer, sockets = new_tab, []
 
@@ -209,20 +187,3 @@ def test_what_takes_long_says_how_far_it_is(new_tab):
     )
     answers.let_go()
     expect(waiting).to_be_hidden()
-
-
-def test_what_takes_time_says_so_and_hides_the_model_before(explorer):
-    explorer.open()
-    plot = explorer.page.locator("#diagram .plot")
-    waiting = plot.get_by_text("Computing the response…")
-    seen = explorer.page.evaluate(
-        "() => { const choice = document.querySelector('select[aria-label=Model]');"
-        " choice.value = 'duffing'; choice.dispatchEvent(new Event('change'));"
-        " return [...document.querySelector('#diagram .plot').classList]; }"
-    )
-    assert {"empty", "working"} <= set(seen)
-    explorer.page.wait_for_function(
-        "(selector) => document.querySelector(selector).ariaBusy === 'false'", arg="#diagram .plot"
-    )
-    expect(waiting).to_be_hidden()
-    expect(plot.locator(".plot-canvas")).to_be_visible()

@@ -8,7 +8,6 @@ from slipfold.errors import InputError
 from slipfold.flow import simulate
 from slipfold.flow.ensembles import strobe_many
 from slipfold.flow.simulate import simulate_smooth_or_switched
-from slipfold.models import model_named
 
 OSCILLATOR = sf.SlidingOscillator(f=12.5)
 UNITS = np.array([1.0, 1.0, 64.0, 64.0])
@@ -36,21 +35,6 @@ def test_each_has_its_own_start_and_parameters():
         assert points.states[row] / UNITS == pytest.approx(alone / UNITS, abs=2e-9)
 
 
-def test_a_motion_does_not_hang_on_the_company_it_keeps():
-    starts = np.zeros((3, 4))
-    starts[1:, 1] = 0.3, -0.95  # the last one passes close to where the spring has no length
-    together = strobe_many(OSCILLATOR, starts, {"Nd": [0.02, 0.02, 0.02]}, 10)
-    alone = strobe_many(OSCILLATOR, starts[:1], {"Nd": [0.02]}, 10)
-    assert together.states[0] / UNITS == pytest.approx(alone.states[0] / UNITS, abs=2e-9)
-
-
-def test_those_before_the_first_one_kept_are_left_out():
-    starts, values = np.zeros((2, 4)), {"Nd": [0.02, 0.03]}
-    whole = strobe_many(OSCILLATOR, starts, values, 12)
-    late = strobe_many(OSCILLATOR, starts, values, 4, transient=8)
-    assert late.states.tolist() == whole.states[:, 8:].tolist()
-
-
 @pytest.mark.parametrize(
     ("values", "sticks"), [({"Nd": 0.3, "Vd": 0.05}, True), ({"Nd": 0.6, "Vd": 0.1}, False)]
 )
@@ -61,13 +45,6 @@ def test_motions_go_on_through_stick(values, sticks):
     assert points.stopped == (None, None)
     assert points.states[1] / UNITS == pytest.approx(exact.strobe / UNITS, abs=1e-8)
     assert bool(points.stuck[1, -1]) is sticks
-
-
-def test_contacts_without_limits_stick_from_the_start():
-    model = model_named("stribeck")
-    points = strobe_many(model, [model.start, model.start + 0.1], None, 4)
-    exact = simulate_smooth_or_switched(model, 4, model.start + 0.1)
-    assert points.states[1] == pytest.approx(exact.strobe, abs=1e-9)
 
 
 @pytest.mark.parametrize(("e", "x"), [(1e-3, 1.86016491), (1e-5, 1.86045068)])
@@ -108,23 +85,6 @@ def test_a_motion_that_meets_a_limit_stops_and_the_others_go_on():
     assert np.isfinite(points.states[1, :whole]).all()
     assert np.isnan(points.states[1, whole:]).all()
     assert np.isfinite(points.states[[0, 2]]).all()
-
-
-def test_a_motion_without_bound_stops():
-    model = sf.System(
-        name="growing",
-        parameters={"a": 0.1, "T": {"value": 1.0, "min": 0}},
-        states={"x": "a*x", "y": "cos(2*pi*t/T) - y"},
-        forcing={"period": "T"},
-    )
-    points = strobe_many(model, np.ones((2, 2)), {"a": [0.1, 9.0]}, 20)
-    assert [stop and stop.kind for stop in points.stopped] == [None, "unbounded"]
-    assert points.states[0, -1, 0] == pytest.approx(np.exp(2.0), rel=1e-9)
-
-
-def test_what_is_at_rest_stays_at_rest():
-    points = strobe_many(model_named("duffing").replace(F=0.0), np.zeros((2, 2)), None, 5)
-    assert not points.states.any()
 
 
 def test_angles_lose_whole_turns():
