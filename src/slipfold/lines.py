@@ -66,28 +66,39 @@ MEASURES = ("max", "min", "peak_to_peak", "modulus")
 STUCK = "stuck_fraction"
 """What it may show of its contacts instead, whatever the output."""
 
-PIECES = 8
-"""Straight pieces drawn between neighbouring points of a branch."""
+PIECES = 12
+"""Straight pieces drawn between neighboring points of a curve."""
 
 KINDS = STABLE, DOUBLED, OTHER = ("stable", "period doubling", "fold or torus")
-"""How an orbit stands: stable, or unstable by what."""
+"""Stability of an orbit, and by what it is lost."""
 
 BORN, CLOSED = "born", "closed"
 """Kinds of ends of a branch that lie on its parent."""
 
-BESIDE_BIFURCATION = 1e-5
+NEAR_BIFURCATION = 1e-5
 """Branch points this near to a special point, over the length of the branch, are left out."""
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
-    """A piece of a branch on which the stability does not change: a line, each of shape (n,)."""
+class Segment:
+    """A piece of a curve along which its kind does not change."""
 
     kind: str
-    """One of `KINDS`."""
+    """Of a branch or of tori one of `KINDS`, of a locus one of `CRITICALITIES`."""
     arclength: Array
-    parameter: Array
-    value: Array
+    """Where its points lie on the curve, shape (n,)."""
+    points: Array
+    """Parameter and what is shown of it, or two parameters, shape (n, 2)."""
+
+    @property
+    def parameter(self) -> Array:
+        """Values of the first parameter, shape (n,)."""
+        return self.points[:, 0]
+
+    @property
+    def value(self) -> Array:
+        """What is shown, or values of the second parameter, shape (n,)."""
+        return self.points[:, 1]
 
 
 def measure_of(extrema: Extrema, output: str, measure: str) -> Array:
@@ -124,7 +135,7 @@ def measured_at(point: SpecialPoint, output: str, measure: str) -> float:
     return float(measure_of(point.orbit.extrema_of(output), output, measure)[0])
 
 
-def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Stretch, ...]:
+def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[Segment, ...]:
     """Cut a branch at its bifurcations and draw smooth lines between them.
 
     Between the points lies a cubic spline in the arclength. With the default steps it is within
@@ -138,7 +149,7 @@ def stretches_of(branch: Branch, output: str, measure: str = "max") -> tuple[Str
     lines = []
     for kind, first, last in runs(_interval_kinds(branch, s)):
         at = _dense(s[first : last + 1])
-        lines.append(Stretch(kind, at, parameter(at), value(at)))
+        lines.append(Segment(kind, at, np.column_stack([parameter(at), value(at)])))
     return tuple(lines)
 
 
@@ -156,7 +167,7 @@ def _knots(branch: Branch, output: str, measure: str) -> list[Knot]:
         Knot(float(s), (float(branch.parameter[i]), float(values[i])), BORN * (i in on_parent))
         for i, s in enumerate(branch.arclength)
     ]
-    return arranged(located, others, branch.arclength, BESIDE_BIFURCATION)
+    return arranged(located, others, branch.arclength, NEAR_BIFURCATION)
 
 
 def _kind(outside: NDArray[np.complex128]) -> str:
@@ -197,9 +208,6 @@ def _dense(s: Array) -> Array:
 SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcritical", "")
 """What may happen beyond a bifurcation; empty where it is not defined, as for a fold."""
 
-LOCUS_PIECES = 12
-"""Straight pieces drawn between neighbouring points of a locus."""
-
 TURNS = {
     "PD": ("GPD", "LPPD", "R2"),
     "NS": ("CH", "LPNS"),
@@ -211,21 +219,11 @@ TURNS = {
 CUSPS = ("CPC", "CP")
 """Where a locus of folds stands still and turns back."""
 
-BESIDE_SPECIAL = 1e-6
+NEAR_SPECIAL = 1e-6
 """Points of a locus this near to a special point, over the length of the locus, are left out."""
 
 
-@dataclass(frozen=True, eq=False)
-class LocusStretch:
-    """A piece of a locus on which the criticality does not change."""
-
-    criticality: str
-    """One of `CRITICALITIES`."""
-    points: Array
-    """The line: values of the two parameters, shape (n, 2)."""
-
-
-def locus_stretches(locus: Locus) -> tuple[LocusStretch, ...]:
+def locus_segments(locus: Locus) -> tuple[Segment, ...]:
     """Cut a locus where its criticality changes and draw smooth lines between its points.
 
     Between the points lie cubic splines in the arclength, one from cusp to cusp: there the locus
@@ -241,8 +239,9 @@ def locus_stretches(locus: Locus) -> tuple[LocusStretch, ...]:
     found = []
     for kind, first, last in runs(_criticalities(locus.type, knots)):
         # Each piece begins where the one before ends.
-        points = [line[int(k > first) :] for k, line in enumerate(lines[first:last], start=first)]
-        found.append(LocusStretch(kind, np.concatenate(points)))
+        own = [line[int(k > first) :] for k, line in enumerate(lines[first:last], start=first)]
+        s, *points = np.concatenate(own).T
+        found.append(Segment(kind, s, np.column_stack(points)))
     return tuple(found)
 
 
@@ -252,7 +251,7 @@ def _locus_knots(locus: Locus) -> list[Knot]:
         Knot(float(s), tuple(locus.values[i].tolist()), "", _criticality(locus, i))
         for i, s in enumerate(locus.arclength)
     ]
-    return arranged(located, others, locus.arclength, BESIDE_SPECIAL)
+    return arranged(located, others, locus.arclength, NEAR_SPECIAL)
 
 
 def _shape(locus: Locus, point: LocusPoint) -> str:
@@ -273,7 +272,7 @@ def _closed(knots: list[Knot]) -> list[Knot]:
     size = np.ptp(values, axis=0)
     steps = np.linalg.norm(np.diff(values, axis=0) / np.where(size > 0, size, 1.0), axis=1)
     gap = np.linalg.norm((values[0] - values[-1]) / np.where(size > 0, size, 1.0))
-    if gap < BESIDE_SPECIAL:
+    if gap < NEAR_SPECIAL:
         return [*knots[:-1], knots[0]._replace(s=float(s[-1]))]
     pace = (s[1] - s[0] + s[-1] - s[-2]) / (steps[0] + steps[-1])
     return [*knots, knots[0]._replace(s=float(s[-1] + gap * pace))]
@@ -307,7 +306,7 @@ def _other(kind: str) -> str:
 
 
 def _lines(knots: list[Knot], closed: bool) -> list[Array]:
-    """Return a line from each knot to the next, in smooth pieces from cusp to cusp."""
+    """Return a line from each knot to the next, smooth from cusp to cusp: arclength and values."""
     last = len(knots) - 1
     cusps = [i for i in range(1, last) if knots[i].type in CUSPS]
     lines: list[Array] = []
@@ -315,9 +314,10 @@ def _lines(knots: list[Knot], closed: bool) -> list[Array]:
         piece = knots[start : end + 1]
         spline = _spline(piece, closed and len(piece) == len(knots))
         for a, b in pairwise(piece):
-            line = spline(np.linspace(a.s, b.s, LOCUS_PIECES + 1))
+            s = np.linspace(a.s, b.s, PIECES + 1)
+            line = spline(s)
             line[[0, -1]] = a.values, b.values
-            lines.append(line)
+            lines.append(np.column_stack([s, line]))
     return lines
 
 
@@ -339,10 +339,10 @@ def _end_condition(type_: str, count: int) -> Any:
 
 
 GAP = ""
-"""Kind of a stretch that is not drawn."""
+"""Kind of a segment that is not drawn."""
 
 
-def torus_stretches(tori: TorusBranch, output: str, measure: str = "max") -> tuple[Stretch, ...]:
+def torus_segments(tori: TorusBranch, output: str, measure: str = "max") -> tuple[Segment, ...]:
     """Draw lines between tori; none for what contacts do, since tori always slip.
 
     From the orbit that they are born from tori grow as the square root of the distance. Further on
@@ -368,7 +368,8 @@ def torus_stretches(tori: TorusBranch, output: str, measure: str = "max") -> tup
         if kind == GAP:
             continue
         part = slice(PIECES * first, PIECES * last + 1)
-        lines.append(Stretch(kind, at[part], along[part], reached[part]))
+        points = np.column_stack([along[part], reached[part]])
+        lines.append(Segment(kind, at[part], points))
     return tuple(lines)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.branches.carried.carry import carry_branches
-from slipfold.lines import stretches_of
+from slipfold.lines import branch_segments
 from slipfold.orbits.kinds import ForcedOrbits
 
 SPAN = (0, 0.9)
@@ -31,7 +31,7 @@ def test_special_points_are_where_they_are_when_followed(known, change):
 
 
 def polyline(branch):
-    lines = stretches_of(branch, "x")
+    lines = branch_segments(branch, "x")
     points = [np.column_stack([line.parameter, line.value]) for line in lines]
     return np.concatenate(points)
 

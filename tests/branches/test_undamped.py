@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.lines import stretches_of
+from slipfold.lines import branch_segments
 
 
 def duffing(k3: float, force: float = 0.1) -> sf.System:
@@ -53,7 +53,7 @@ def test_all_that_shows_a_result_agrees_on_what_is_neutral():
     assert np.abs(np.abs(branch.multipliers) - 1).max() < 1e-9
     assert not branch.unstable.any()
     assert diagram.to_xarray().unstable.max() == 0
-    assert {line.kind for line in stretches_of(branch, "q")} == {"stable"}
+    assert {line.kind for line in branch_segments(branch, "q")} == {"stable"}
     assert all(branch.orbit(index).stable for index in range(len(branch)))
     for shown in (diagram.summary(), diagram._repr_html_(), repr(branch.orbit(0))):
         assert "neutral" in shown

@@ -11,18 +11,18 @@ from helpers.hand_drawn import (
 )
 from slipfold.branches.settings import Settings
 from slipfold.continuation.settings import Steps
-from slipfold.lines import stretches_of
+from slipfold.lines import branch_segments
 
 
 def kinds(branch):
-    return [line.kind for line in stretches_of(branch, "x")]
+    return [line.kind for line in branch_segments(branch, "x")]
 
 
 def test_lines_change_exactly_at_the_located_point():
     s = np.linspace(0, 1, 6)
     point = drawn_point("PD", 0.33, 0.33, {"x": 0.33**2})
     branch = drawn_branch(s, {"x": s**2}, [INSIDE] * 2 + [FLIPPED] * 4, [point])
-    stable, doubled = stretches_of(branch, "x")
+    stable, doubled = branch_segments(branch, "x")
     assert (stable.kind, doubled.kind) == ("stable", "period doubling")
     for line, end in ((stable, -1), (doubled, 0)):
         assert (line.parameter[end], line.value[end]) == (point.value, 0.33**2)
@@ -55,7 +55,7 @@ def test_a_fold_turns_back_at_its_value():
     point = drawn_point("LP", 0.2, 0.0, {"x": 0.0})
     multipliers = [FOLDED if value < 0 else INSIDE for value in s]
     branch = drawn_branch(0.2 + s**2, {"x": s}, multipliers, [point], arclength=s)
-    lines = stretches_of(branch, "x")
+    lines = branch_segments(branch, "x")
     assert [line.kind for line in lines] == ["fold or torus", "stable"]
     assert min(line.parameter.min() for line in lines) == pytest.approx(0.2, abs=1e-9)
 
@@ -73,7 +73,7 @@ def test_lines_through_few_points_are_those_through_many(vary, span, fixed):
             size = np.array([span[1] - span[0], np.ptp(values)])
             exact = np.column_stack([reference.parameter, values]) / size
             drawn = np.concatenate(
-                [np.column_stack([t.parameter, t.value]) for t in stretches_of(branch, output)]
+                [np.column_stack([t.parameter, t.value]) for t in branch_segments(branch, output)]
             )
             assert distance(drawn / size, exact).max() < 1e-3
 

@@ -1,21 +1,21 @@
 import numpy as np
 
 from helpers.hand_drawn_loci_plots import drawn_locus, drawn_locus_point, valley
-from slipfold.lines import locus_stretches
+from slipfold.lines import locus_segments
 
 
 def kinds(locus):
-    return [stretch.criticality for stretch in locus_stretches(locus)]
+    return [stretch.kind for stretch in locus_segments(locus)]
 
 
 def line(locus):
-    stretches = [stretch.points for stretch in locus_stretches(locus)]
+    stretches = [stretch.points for stretch in locus_segments(locus)]
     return np.concatenate([stretches[0], *(points[1:] for points in stretches[1:])])
 
 
 def test_the_criticality_changes_exactly_at_the_located_point():
-    before, after = locus_stretches(valley())
-    assert (before.criticality, after.criticality) == ("subcritical", "supercritical")
+    before, after = locus_segments(valley())
+    assert (before.kind, after.kind) == ("subcritical", "supercritical")
     np.testing.assert_array_equal(before.points[-1], [12.4, 0.06])
     np.testing.assert_array_equal(after.points[0], [12.4, 0.06])
 

@@ -211,7 +211,7 @@ def test_a_map_is_drawn_with_its_hatches(folds):
     hatches = [patch for patch in ax.patches if patch.get_hatch()]
     assert [to_hex(patch.get_edgecolor()) for patch in hatches] == [COLOURS["period 2"]]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["period 1", "period 2", "coexisting, in the other's colour"]
+    assert texts == ["period 1", "period 2", "coexisting, in the other's color"]
 
 
 def test_an_interrupt_keeps_what_is_known():

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, locus_diagram, valley
-from slipfold.lines import locus_stretches
+from slipfold.lines import locus_segments
 from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
 from slipfold.plots.loci import legend_options
@@ -18,7 +18,7 @@ from slipfold.plots.regions import (
     sharpen,
 )
 
-LINES = [stretch.points for stretch in locus_stretches(valley())]
+LINES = [stretch.points for stretch in locus_segments(valley())]
 
 
 def pixels(view):

@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
-from slipfold.lines import stretches_of
+from slipfold.lines import branch_segments
 from slipfold.plots.response import marks_of
 
 
@@ -34,7 +34,7 @@ def test_a_stick_slip_cycle_ends_where_it_meets_one_that_slips(largest):
 def assert_drawn(branch):
     """A figure of the stuck fraction falls to zero at GRAZE and stays there."""
     (point,) = branch.special
-    first, *others = stretches_of(branch, "x", "stuck_fraction")
+    first, *others = branch_segments(branch, "x", "stuck_fraction")
     assert first.kind == "stable"
     assert first.value[0] == branch.stuck_fraction[0]
     assert first.value[-1] == point.stuck_fraction

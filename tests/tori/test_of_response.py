@@ -11,7 +11,7 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.lines import torus_stretches
+from slipfold.lines import torus_segments
 from slipfold.tori.follow import INVARIANT
 
 SPAN = (1.0, 1.1)
@@ -92,7 +92,7 @@ def test_they_are_saved_and_told(diagram, tori, tmp_path):
 
 @pytest.mark.long
 def test_their_line_is_what_lies_between_them(model, tori):
-    lines = torus_stretches(tori, "x")
+    lines = torus_segments(tori, "x")
     at = np.concatenate([line.parameter for line in lines])
     value = np.concatenate([line.value for line in lines])
     steps = sf.Settings(steps=sf.Steps(largest=0.01))
@@ -181,7 +181,7 @@ def test_circles_that_are_left_out_are_counted_and_not_drawn_across(model, tori,
         == (np.arange(len(found)) + np.append(0, found.omitted.cumsum()[:-1])).tolist()
     )
     assert len(found) + found.omitted.sum() == len(tori) > len(found)
-    drawn = [(line.parameter[0], line.parameter[-1]) for line in torus_stretches(found, "x")]
+    drawn = [(line.parameter[0], line.parameter[-1]) for line in torus_segments(found, "x")]
     pairs = zip(found.parameter[:-1], found.parameter[1:], found.omitted[:-1], strict=True)
     for first, last, omitted in pairs:
         between = (first + last) / 2

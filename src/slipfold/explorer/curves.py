@@ -13,7 +13,7 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.checks.checked import Checked
 from slipfold.errors import InputError
 from slipfold.explorer.plain import BETWEEN, axis_of, number, short
-from slipfold.lines import locus_stretches, measure_of, stretches_of
+from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import LocusLine
@@ -49,7 +49,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
     y: list[float] = []
     s: list[float] = []
     stretches = []
-    for line in stretches_of(branch, show, statistic):
+    for line in branch_segments(branch, show, statistic):
         first = max(len(x) - 1, 0)
         skip = 1 if x else 0  # a stretch begins where the one before ends
         x += line.parameter[skip:].tolist()
@@ -146,11 +146,11 @@ def _locus(locus: Locus) -> dict[str, Any]:
         "name": locus_title(locus.type, locus.period, locus.kind),
         "stretches": [
             {
-                "criticality": line.criticality,
+                "criticality": line.kind,
                 "x": short(line.points[:, 0]),
                 "y": short(line.points[:, 1]),
             }
-            for line in locus_stretches(locus)
+            for line in locus_segments(locus)
         ],
         "special": [_locus_point(locus, point) for point in locus.special],
         "begun": {"kind": locus.begun.kind, "reason": locus.begun.reason},

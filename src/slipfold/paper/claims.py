@@ -11,7 +11,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.lines import stretches_of
+from slipfold.lines import branch_segments
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.paper.cases import Cases, Curve, Row, Steady
@@ -92,7 +92,7 @@ def band(branches: Sequence[Branch]) -> tuple[float, float]:
 def reached(branch: Branch, output: str, value: float, measure: str = "max") -> list[float]:
     """Return what an output reaches where a branch passes a value of the parameter."""
     found = []
-    for stretch in stretches_of(branch, output, measure):
+    for stretch in branch_segments(branch, output, measure):
         ahead = stretch.parameter - value
         for i in np.flatnonzero(ahead[:-1] * ahead[1:] <= 0):
             width = ahead[i] - ahead[i + 1]
@@ -389,7 +389,7 @@ def _rises(values: Sequence[float | None], falling: bool = False) -> bool:
 
 def _peak(branches: Sequence[Branch], output: str) -> tuple[float, float]:
     """Return the largest value of an output over branches, and the parameter there."""
-    lines = [line for branch in branches for line in stretches_of(branch, output)]
+    lines = [line for branch in branches for line in branch_segments(branch, output)]
     best = max(lines, key=lambda line: line.value.max())
     index = int(best.value.argmax())
     return float(best.value[index]), float(best.parameter[index])

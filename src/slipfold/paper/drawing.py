@@ -20,7 +20,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from slipfold.branches.special_point import BIFURCATIONS
-from slipfold.lines import OTHER, STABLE, torus_stretches
+from slipfold.lines import OTHER, STABLE, torus_segments
 from slipfold.loci.locus import Locus
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
@@ -472,7 +472,7 @@ def _draw_both(
     low, high = ax.dataLim.intervaly
     draw_family([diagram], output, measure, ax, ["black"])
     for tori in diagram.tori:
-        for line in torus_stretches(tori, output, measure):
+        for line in torus_segments(tori, output, measure):
             ax.plot(line.parameter, line.value, **_torus_line(line.kind))
     ax.set_xlim(swept.span)
     ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))

@@ -11,7 +11,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.lines import locus_stretches
+from slipfold.lines import locus_segments
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusPoint
 from slipfold.loci.region_map import Region
 from slipfold.models.parameter import Parameter
@@ -150,16 +150,16 @@ def _sections(diagram: HasLoci) -> Iterator[str]:
 def _criticality(locus: Locus) -> str:
     """Say where along the locus the PD is super- and where it is subcritical."""
     first, second = _parameters_of(locus)
-    stretches = locus_stretches(locus)
+    stretches = locus_segments(locus)
     turns = [point for point in locus.special if point.type == "GPD"]
     if not turns:
-        kind = stretches[0].criticality if stretches else ""
+        kind = stretches[0].kind if stretches else ""
         return f"**The PD of period 1 is {kind or 'of unknown criticality'} throughout.**"
     spans = []
     for stretch in stretches:
         low, high = np.sort(stretch.points[[0, -1], 0])
         spans.append(
-            f"{stretch.criticality} for {first.name} from {quantity_text(first, low, 8)} to "
+            f"{stretch.kind} for {first.name} from {quantity_text(first, low, 8)} to "
             f"{quantity_text(first, high, 8)}"
         )
     places = "; ".join(_place((first, second), point) for point in turns)

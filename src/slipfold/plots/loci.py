@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from slipfold.arrays import Array
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.errors import InputError
-from slipfold.lines import CRITICALITIES, locus_stretches
+from slipfold.lines import CRITICALITIES, locus_segments
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
@@ -226,10 +226,10 @@ def _nothing() -> Artist:
 
 def _lines(diagrams: Sequence[HasLoci], colours: Mapping[str, str]) -> list[Artist]:
     kinds = {
-        (locus.type, locus.period, stretch.criticality, locus.kind)
+        (locus.type, locus.period, stretch.kind, locus.kind)
         for diagram in diagrams
         for locus in diagram.loci
-        for stretch in locus_stretches(locus)
+        for stretch in locus_segments(locus)
     }
     order = [*colours, *TOUCHING]
     handles: list[Artist] = []
@@ -315,12 +315,12 @@ def draw_loci(
     ax.set_xlim(view[0])
     ax.set_ylim(view[1])
     if shaded and diagram.regions is not None:
-        lines = [part.points for locus in diagram.loci for part in locus_stretches(locus)]
+        lines = [part.points for locus in diagram.loci for part in locus_segments(locus)]
         labels = sharpen(diagram.regions, lines, diagram.window, view)
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
-        for stretch in locus_stretches(locus):
-            style = line_style(locus.type, locus.period, stretch.criticality, colours, locus.kind)
+        for stretch in locus_segments(locus):
+            style = line_style(locus.type, locus.period, stretch.kind, colours, locus.kind)
             ax.plot(*stretch.points.T, **style)
     for mark in locus_marks(diagram.loci, diagram.window):
         ax.plot(*mark.values, **mark_style(mark.type))
@@ -384,7 +384,7 @@ def _name(locus: Locus) -> str:
 
 def _anchors(locus: Locus) -> Array:
     """Return points along a locus, shape (n, 2)."""
-    points = [stretch.points for stretch in locus_stretches(locus)]
+    points = [stretch.points for stretch in locus_segments(locus)]
     if not points:
         return np.zeros((0, 2))
     together = np.concatenate(points)

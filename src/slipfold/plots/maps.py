@@ -248,7 +248,7 @@ def draw_regimes(
             if (named == name).any() or name in masks
         ]  # fmt: skip
         for hatch, text, known in (
-            (COEXISTING, "coexisting, in the other's colour", masks.keys() - {""}),
+            (COEXISTING, "coexisting, in the other's color", masks.keys() - {""}),
             (SAME_KIND, "coexisting, of the same kind", "" in masks),
         ):
             if known:
@@ -364,7 +364,8 @@ def _draw_panels(
         panels[0, 0].get_figure(root=True).colorbar(mesh, ax=panels, label=_headed(item))
     else:
         handles = [Patch(color=colours(place), label=word) for place, word in enumerate(words)]
-        panels[0, -1].legend(handles=handles, title=item.name)
+        place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)}
+        panels[0, -1].legend(handles=handles, title=item.name, **place)
     return panels[0, 0] if panels.size == 1 else panels
 
 

@@ -18,10 +18,10 @@ from slipfold.lines import (
     OTHER,
     STABLE,
     STUCK,
+    branch_segments,
     measured_along,
     measured_at,
-    stretches_of,
-    torus_stretches,
+    torus_segments,
 )
 from slipfold.measured.measurement import Measurement, parse_measured
 from slipfold.models.model import Model
@@ -155,7 +155,7 @@ def draw_family(
     colours = palette(len(diagrams)) if colours is None else colours
     for diagram, colour in zip(diagrams, colours, strict=True):
         for branch in diagram.branches:
-            for line in stretches_of(branch, output, measure):
+            for line in branch_segments(branch, output, measure):
                 ax.plot(line.parameter, line.value, color=colour, **LINES[line.kind])
         _draw_tori(ax, diagram.tori, output, measure, colour)
     # Markers lie on top of all lines.
@@ -203,7 +203,7 @@ def _anchors(diagram: HasBranches, output: str, measure: str) -> Array:
     """Return points along all branches, shape (n, 2)."""
     chosen = []
     for branch in diagram.branches:
-        lines = stretches_of(branch, output, measure)
+        lines = branch_segments(branch, output, measure)
         points = np.concatenate([np.column_stack([item.parameter, item.value]) for item in lines])
         chosen.append(points[np.linspace(0, len(points) - 1, ANCHORS).astype(int)])
     return np.concatenate(chosen)
@@ -249,7 +249,7 @@ def _draw_tori(
 ) -> None:
     """Draw tori in a lighter shade of a colour; unstable ones are dotted."""
     for each in tori:
-        lines = torus_stretches(each, output, measure)
+        lines = torus_segments(each, output, measure)
         for line in lines:
             ax.plot(line.parameter, line.value, color=_lighter(colour), **LINES[line.kind])
         if lines and each.stopped.kind in BREAKS:
@@ -315,6 +315,7 @@ def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> A
             measured.values[left], measured.readings[left, column], linestyle="none", marker="x",
             markersize=7, color="0.4", label="left out", zorder=3,
         )  # fmt: skip
+    ax.margins(0.05)
     ax.set_xlabel(fit.model.parameter(measured.vary).label)
     label_output(ax, "y", fit.model, chosen.output, MEASURE_NAMES[chosen.measure])
     ax.legend()

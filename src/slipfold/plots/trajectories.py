@@ -117,6 +117,7 @@ def draw_phase(
     ax.plot(*lines, color=colour, linewidth=0.8)
     starts = on_circles(motion.model, list(zip(named, dots, strict=True)))
     ax.plot(*starts, "o", markersize=3, color=colour)
+    ax.margins(0.05)
     label_output(ax, "x", motion.model, output)
     label_output(ax, "y", motion.model, against)
     return ax
