@@ -193,31 +193,25 @@ def _extrema_of_orbits(
     signs = np.array([1.0, -1.0])[side]
     at = nearest.ravel()
     earlier = orbit * total + (at - 1) % total
-    near = _Near(samples[earlier], phases[earlier], np.full(len(orbit), spacing))
+    states, start, width = samples[earlier], phases[earlier], np.full(len(orbit), spacing)
     jumping, places = _jumps(values)
     if len(jumping):
-        start = jumping * total + places
-        own = constants.rows(jumping)
-        states = flow.sample(samples[start], phases[start], phases[start] + spacing, ZOOM, own)
-        times = phases[start, None] + np.arange(ZOOM) * (spacing / ZOOM)
-        flat = flow.outputs(states.reshape(-1, states.shape[2]), times.ravel(), own.repeated(ZOOM))
-        closer = flat.reshape(*times.shape, -1)[:, :, columns]
+        first, own = jumping * total + places, constants.rows(jumping)
+        closer = flow.sample(samples[first], phases[first], phases[first] + spacing, ZOOM, own)
+        times = phases[first, None] + np.arange(ZOOM) * (spacing / ZOOM)
+        flat = flow.outputs(closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(ZOOM))
+        outputs = flat.reshape(*times.shape, -1)[:, :, columns]
         lowest = signs * values[orbit, at, column]
         for row in np.flatnonzero(np.isin(orbit, jumping)):
             pieces = np.flatnonzero(jumping == orbit[row])
-            of_row = signs[row] * closer[pieces, :, column[row]]
+            of_row = signs[row] * outputs[pieces, :, column[row]]
             piece, place = divmod(int(of_row.argmin()), ZOOM)
             if of_row[piece, place] < lowest[row]:
-                near.move(int(row), states[pieces[piece]], times[pieces[piece]], place)
-    found = signs * refine_minimum(
-        flow,
-        constants.rows(orbit),
-        near.states,
-        near.start,
-        near.spacing,
-        columns[column],
-        signs,
-    )
+                sample = pieces[piece], max(place - 1, 0)
+                states[row], start[row] = closer[sample], times[sample]
+                width[row] = spacing / ZOOM
+    own = constants.rows(orbit)
+    found = signs * refine_minimum(flow, own, states, start, width, columns[column], signs)
     low, high = found.reshape(nearest.shape).swapaxes(1, 2)
     round_and_round = np.zeros((count, len(flow.output_names)), dtype=bool)
     round_and_round[:, : turns.shape[2]] = turns.sum(axis=1) != 0
@@ -235,21 +229,6 @@ def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     jumps |= np.roll(jumps, 1, axis=1) | np.roll(jumps, -1, axis=1)
     orbits, samples = np.nonzero(jumps)
     return orbits, samples
-
-
-@dataclass(eq=False)
-class _Near:
-    """Where extrema are searched: the sample before each, shape (k, n), and what lies between."""
-
-    states: Array
-    start: Array
-    spacing: Array
-
-    def move(self, row: int, states: Array, times: Array, place: int) -> None:
-        """Look for one of them near a place among other samples."""
-        before = max(place - 1, 0)
-        self.states[row], self.start[row] = states[before], times[before]
-        self.spacing[row] = times[1] - times[0]
 
 
 def refine_minimum(

@@ -133,120 +133,98 @@ class Grazing:
     level: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class _EventFunction:
+    """The function of an event, positive before it; of slip in the plane its speed."""
+
+    flow: SwitchedFlow
+    mode: Mode
+    event: Event
+    constants: Constants
+
+    def values(self, states: Array, phases: Array) -> Array:
+        """Return its values, shape (p,). Shapes: states (p, n); phases (p,)."""
+        flow, event = self.flow, self.event
+        if event.ending is Ending.SLOWS:
+            slips = flow.slips.values(states, phases, self.constants)
+            return np.asarray(np.linalg.norm(slips[:, flow.quantities.places[event.which]], axis=1))
+        slopes, which = flow.event_slopes(self.mode, event)
+        values = slopes.values(states, phases, self.constants)[:, which]
+        return -values if event.rising else values
+
+    def slopes(self, state: Array, phase: float, directions: Array) -> tuple[Array, float, Array]:
+        """Return its derivatives by state and phase, and along changes of the coefficients.
+
+        Shapes: state (n,); directions (n_c, k); returns (n,), (), (k,).
+        """
+        flow, event = self.flow, self.event
+        if event.ending is Ending.SLOWS:
+            which = flow.quantities.places[event.which]
+            slip = flow.slips.values(state[None], np.array([phase]), self.constants)[0, which]
+            along, found = slip / np.linalg.norm(slip), flow.slips
+            parts = [
+                along @ item[which] for item in found.at(state, phase, self.constants, directions)
+            ]
+        else:
+            slopes, place = flow.event_slopes(self.mode, event)
+            sign = -1.0 if event.rising else 1.0
+            parts = [
+                sign * item[place] for item in slopes.at(state, phase, self.constants, directions)
+            ]
+        return parts[0], float(parts[1]), parts[2]
+
+    def minima(self, start: Array, begin: float, end: float, kind: str) -> Iterator[Near]:
+        """Yield the minima on the way from a state, each with how near it is to zero."""
+        phases = np.linspace(begin, end, PLACES + 1)
+        states = self.flow.of(self.mode).along(start[None], phases[None], self.constants)[0]
+        values = self.values(states, phases)
+        size = float(np.abs(values).max())
+        if not (np.isfinite(values).all() and size > 0):
+            return
+        steps = np.diff(values)
+        for i in np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1:
+            left = i - int(np.argmax(np.append(steps[:i][::-1] > 0, True)))
+            right = i + int(np.argmax(np.append(steps[i:] < 0, True)))
+            reach = CLEAR * min(phases[i] - phases[left], phases[right] - phases[i], 2 * LONGEST)
+            level = LEVEL if self.event.ending is Ending.SLOWS else 0.0
+            at = float(phases[i]), float(reach), size, level
+            yield abs(float(values[i])) / size, Grazing(kind, self.mode, self.event, *at)
+
+
+Near = tuple[float, Grazing]
+
+
 def find_grazing(
-    flow: SwitchedFlow, start: Array, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
+    flow: SwitchedFlow, start: Array, passed: Passed, constants: Constants, kind: str
 ) -> Grazing | None:
     """Return where a trajectory comes nearest to one of its events without meeting it.
 
     Or meets it for an instant. None where it does neither. Shapes: start (n,).
     """
-    found = [*_grazed(flow, start, legs, constants, kind), *_born(flow, legs, constants, kind)]
-    best = min(found, key=lambda item: item[0], default=None)
-    return None if best is None else best[1]
-
-
-def event_values(
-    flow: SwitchedFlow, mode: Mode, event: Event, states: Array, phases: Array, constants: Constants
-) -> Array:
-    """Return the function of an event, positive before it; of slip in the plane its speed.
-
-    Shapes: states (p, n); phases (p,).
-    """
-    if event.ending is Ending.SLOWS:
-        slips = flow.slips.values(states, phases, constants)
-        return np.asarray(np.linalg.norm(slips[:, flow.quantities.places[event.which]], axis=1))
-    slopes, which = flow.event_slopes(mode, event)
-    values = slopes.values(states, phases, constants)[:, which]
-    return -values if event.rising else values
-
-
-def event_slopes(
-    flow: SwitchedFlow,
-    mode: Mode,
-    event: Event,
-    state: Array,
-    phase: float,
-    constants: Constants,
-    directions: Array,
-) -> tuple[Array, float, Array]:
-    """Return its derivatives by state and phase, and along changes of the coefficients.
-
-    Shapes: state (n,); directions (n_c, k); returns (n,), (), (k,).
-    """
-    if event.ending is Ending.SLOWS:
-        place = flow.quantities.places[event.which]
-        slip = flow.slips.values(state[None], np.array([phase]), constants)[0, place]
-        along = slip / np.linalg.norm(slip)
-        found = flow.slips.at(state, phase, constants, directions)
-        by_state, by_phase, pulls = (along @ item[place] for item in found)
-        return by_state, float(by_phase), pulls
-    slopes, which = flow.event_slopes(mode, event)
-    sign = -1.0 if event.rising else 1.0
-    found = slopes.at(state, phase, constants, directions)
-    by_state, by_phase, pulls = (sign * item[which] for item in found)
-    return by_state, float(by_phase), pulls
-
-
-def _grazed(
-    flow: SwitchedFlow, start: Array, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
-) -> Iterator[tuple[float, Grazing]]:
-    """Yield minima of events' functions between changes, each with how near they are to zero."""
-    state = start
-    for leg, _ in legs:
+    found, state = list[Near](), start
+    for leg, _ in passed:
         mode = shown(leg.mode)
         if not leg.released and leg.end > leg.begin:
-            for event in _of_kind(flow, mode, kind):
-                yield from _minima(flow, mode, event, state, (leg.begin, leg.end), constants, kind)
+            for event in flow.events_of(mode):
+                if event.ending in GRAZED[kind]:
+                    function = _EventFunction(flow, mode, event, constants)
+                    found += function.minima(state, leg.begin, leg.end, kind)
         state = leg.state
-
-
-def _born(
-    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants, kind: str
-) -> Iterator[tuple[float, Grazing]]:
-    """Yield what has been met for a short time, after which contacts continue as before."""
-    for place, ((before, _), (leg, after)) in enumerate(pairwise(legs), start=1):
-        mode = shown(before.mode)
-        returns = before.event is not None and shown(after) == mode != shown(leg.mode)
-        if not returns or leg.end - leg.begin > SHORT or not 1 < place < len(legs) - 1:
+    # What was met for a short time, after which contacts continue as before.
+    for place, ((before, _), (leg, after)) in enumerate(pairwise(passed), start=1):
+        mode, met = shown(before.mode), before.event
+        returns = met is not None and shown(after) == mode != shown(leg.mode)
+        if not returns or leg.end - leg.begin > SHORT or not 1 < place < len(passed) - 1:
             continue
-        event, follows = before.event, legs[place + 1][0]
-        assert event is not None
-        if event.ending not in GRAZED[kind] or event.scaled:  # of slow slip only its end is known
-            continue
-        start = legs[place - 2][0].state
-        # As if nothing had been met, it turns back a little beyond.
-        until = leg.end + CLEAR * (follows.end - follows.begin)
-        yield from _minima(flow, mode, event, start, (before.begin, until), constants, kind)
-
-
-def _of_kind(flow: SwitchedFlow, mode: Mode, kind: str) -> list[Event]:
-    return [event for event in flow.events_of(mode) if event.ending in GRAZED[kind]]
-
-
-def _minima(
-    flow: SwitchedFlow,
-    mode: Mode,
-    event: Event,
-    start: Array,
-    span: tuple[float, float],
-    constants: Constants,
-    kind: str,
-) -> Iterator[tuple[float, Grazing]]:
-    begin, end = span
-    phases = np.linspace(begin, end, PLACES + 1)
-    states = flow.of(mode).along(start[None], phases[None], constants)[0]
-    values = event_values(flow, mode, event, states, phases, constants)
-    size = float(np.abs(values).max())
-    if not (np.isfinite(values).all() and size > 0):
-        return
-    steps = np.diff(values)
-    for i in np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1:
-        left = i - int(np.argmax(np.append(steps[:i][::-1] > 0, True)))
-        right = i + int(np.argmax(np.append(steps[i:] < 0, True)))
-        reach = CLEAR * min(phases[i] - phases[left], phases[right] - phases[i], 2 * LONGEST)
-        level = LEVEL if event.ending is Ending.SLOWS else 0.0
-        met = Grazing(kind, mode, event, float(phases[i]), float(reach), size, level)
-        yield abs(float(values[i])) / size, met
+        assert met is not None
+        if met.ending in GRAZED[kind] and not met.scaled:  # of slow slip only its end is known
+            follows, begin = passed[place + 1][0], passed[place - 2][0].state
+            # As if nothing had been met, it turns back a little beyond.
+            until = leg.end + CLEAR * (follows.end - follows.begin)
+            function = _EventFunction(flow, mode, met, constants)
+            found += function.minima(begin, before.begin, until, kind)
+    best = min(found, key=lambda item: item[0], default=None)
+    return None if best is None else best[1]
 
 
 class GrazingShooting(MarginalShooting):
@@ -306,9 +284,9 @@ class GrazingShooting(MarginalShooting):
             return np.nan, np.full(len(self.scales), np.nan), np.full(len(self.units), np.nan)
         along, end = constants.rates[:, self.indices], np.array([phase])
         states, matrices, vectors = flow.linearise(nodes, self.start, end, constants, along)
-        of = self.switched, met.mode, met.event
-        value = float(event_values(*of, states, end, constants)[0])
-        by_state, _, pulls = event_slopes(*of, states[0], phase, constants, along)
+        function = _EventFunction(self.switched, met.mode, met.event, constants)
+        value = float(function.values(states, end)[0])
+        by_state, _, pulls = function.slopes(states[0], phase, along)
         by_nodes = by_state @ matrices[0] * self.scales
         by_free = (by_state @ vectors[0] + pulls) * self.units
         return value / met.size - met.level, by_nodes / met.size, by_free / met.size
@@ -337,9 +315,9 @@ class GrazingShooting(MarginalShooting):
     def _event_rates(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Return how fast the event's function grows a phase. Shapes: states (p, n)."""
         met, none = self.met, np.empty((len(constants.values), 0))
-        rates = self.switched.of(met.mode).rates(states, phases, constants)
-        of, found = (self.switched, met.mode, met.event), np.empty(len(states))
-        for place, (state, phase) in enumerate(zip(states, phases.tolist(), strict=True)):
-            by_state, by_phase, _ = event_slopes(*of, state, phase, constants, none)
-            found[place] = by_state @ rates[place] + by_phase
-        return found
+        function = _EventFunction(self.switched, met.mode, met.event, constants)
+        rates, found = self.switched.of(met.mode).rates(states, phases, constants), list[float]()
+        for state, phase, rate in zip(states, phases.tolist(), rates, strict=True):
+            by_state, by_phase, _ = function.slopes(state, phase, none)
+            found.append(float(by_state @ rate) + by_phase)
+        return np.array(found)
