@@ -16,7 +16,7 @@ from typing import Any
 
 import slipfold as sf
 from peers import record
-from slipfold.flow import simulate
+from slipfold.flow.simulate import simulate
 from slipfold.version import package_version
 
 FREQUENCY = 12.5

@@ -19,7 +19,7 @@ import numpy as np
 import machine
 import slipfold as sf
 from ours_beam import structure
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.version import package_version
 
 SIZES = (1, 2, 3, 5, 7, 10, 15, 20)

@@ -18,7 +18,8 @@ import numpy as np
 
 import grid
 import machine
-from slipfold.branches import Settings, trace_response
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
 from slipfold.models import SlidingOscillator
 from slipfold.thresholds.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version

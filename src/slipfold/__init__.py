@@ -12,13 +12,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from slipfold.branches import Branch as Branch
-    from slipfold.branches import End as End
-    from slipfold.branches import Event as Event
-    from slipfold.branches import Newton as Newton
-    from slipfold.branches import Settings as Settings
-    from slipfold.branches import SpecialPoint as SpecialPoint
-    from slipfold.branches import Steps as Steps
+    from slipfold.branches.branch import Branch as Branch
+    from slipfold.branches.event import Event as Event
+    from slipfold.branches.settings import Settings as Settings
+    from slipfold.branches.special_point import SpecialPoint as SpecialPoint
     from slipfold.computations.loci import bifurcation_set as bifurcation_set
     from slipfold.computations.loci import locus as locus
     from slipfold.computations.long_term import attractors as attractors
@@ -38,6 +35,9 @@ if TYPE_CHECKING:
     from slipfold.computations.thresholds import design as design
     from slipfold.computations.thresholds import threshold_map as threshold_map
     from slipfold.computations.thresholds import uncertainty as uncertainty
+    from slipfold.continuation.end import End as End
+    from slipfold.continuation.settings import Newton as Newton
+    from slipfold.continuation.settings import Steps as Steps
     from slipfold.design_space.sampling import SobolIndices as SobolIndices
     from slipfold.design_space.scatter import Scatter as Scatter
     from slipfold.errors import InputError as InputError
@@ -48,9 +48,9 @@ if TYPE_CHECKING:
     from slipfold.loci.region_map import RegionCheck as RegionCheck
     from slipfold.loci.region_map import RegionMap as RegionMap
     from slipfold.loci.region_map import RegionMotion as RegionMotion
-    from slipfold.long_term import Spectrum as Spectrum
-    from slipfold.long_term import find_spectrum as find_spectrum
     from slipfold.long_term.attractor import Attractor as Attractor
+    from slipfold.long_term.spectrum import Spectrum as Spectrum
+    from slipfold.long_term.spectrum import find_spectrum as find_spectrum
     from slipfold.measured.least_squares import Estimate as Estimate
     from slipfold.measured.measurement import Measurement as Measurement
     from slipfold.measured.measurement import Quantity as Quantity
@@ -96,10 +96,10 @@ if TYPE_CHECKING:
     from slipfold.models import TabulatedForce as TabulatedForce
     from slipfold.models import Unforced as Unforced
     from slipfold.models import built_in_models as built_in_models
-    from slipfold.orbits import Extrema as Extrema
-    from slipfold.orbits import OrbitCheck as OrbitCheck
-    from slipfold.orbits import PeriodicOrbit as PeriodicOrbit
-    from slipfold.orbits import periodic_orbit as periodic_orbit
+    from slipfold.orbits.check import OrbitCheck as OrbitCheck
+    from slipfold.orbits.extrema import Extrema as Extrema
+    from slipfold.orbits.find import periodic_orbit as periodic_orbit
+    from slipfold.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit
     from slipfold.progress import Progress as Progress
     from slipfold.results.attractors import Attractors as Attractors
     from slipfold.results.attractors import BasinFractions as BasinFractions
@@ -129,19 +129,11 @@ if TYPE_CHECKING:
     from slipfold.tori.torus_branch import TorusBranch as TorusBranch
 
 _HOMES = {
-    "slipfold.branches": (
-        "Branch",
-        "End",
-        "Event",
-        "Newton",
-        "Settings",
-        "SpecialPoint",
-        "Steps",
-    ),
-    "slipfold.computations.loci": (
-        "bifurcation_set",
-        "locus",
-    ),
+    "slipfold.branches.branch": ("Branch",),
+    "slipfold.branches.event": ("Event",),
+    "slipfold.branches.settings": ("Settings",),
+    "slipfold.branches.special_point": ("SpecialPoint",),
+    "slipfold.computations.loci": ("bifurcation_set", "locus"),
     "slipfold.computations.long_term": (
         "attractors",
         "basin_fractions",
@@ -151,41 +143,19 @@ _HOMES = {
         "simulate",
         "sweep",
     ),
-    "slipfold.computations.measured": (
-        "fit",
-        "measure",
-        "plan_measurement",
-    ),
-    "slipfold.computations.response": (
-        "gradients",
-        "response",
-        "responses",
-    ),
+    "slipfold.computations.measured": ("fit", "measure", "plan_measurement"),
+    "slipfold.computations.response": ("gradients", "response", "responses"),
     "slipfold.computations.study": ("study",),
-    "slipfold.computations.thresholds": (
-        "design",
-        "threshold_map",
-        "uncertainty",
-    ),
+    "slipfold.computations.thresholds": ("design", "threshold_map", "uncertainty"),
+    "slipfold.continuation.end": ("End",),
+    "slipfold.continuation.settings": ("Newton", "Steps"),
     "slipfold.design_space.sampling": ("SobolIndices",),
     "slipfold.design_space.scatter": ("Scatter",),
     "slipfold.errors": ("InputError",),
-    "slipfold.loci.locus": (
-        "Locus",
-        "LocusEnd",
-        "LocusPoint",
-    ),
-    "slipfold.loci.region_map": (
-        "Region",
-        "RegionCheck",
-        "RegionMap",
-        "RegionMotion",
-    ),
-    "slipfold.long_term": (
-        "Spectrum",
-        "find_spectrum",
-    ),
+    "slipfold.loci.locus": ("Locus", "LocusEnd", "LocusPoint"),
+    "slipfold.loci.region_map": ("Region", "RegionCheck", "RegionMap", "RegionMotion"),
     "slipfold.long_term.attractor": ("Attractor",),
+    "slipfold.long_term.spectrum": ("Spectrum", "find_spectrum"),
     "slipfold.measured.least_squares": ("Estimate",),
     "slipfold.measured.measurement": ("Measurement", "Quantity", "read_measurement"),
     "slipfold.models": (
@@ -231,45 +201,24 @@ _HOMES = {
         "Unforced",
         "built_in_models",
     ),
-    "slipfold.orbits": (
-        "Extrema",
-        "OrbitCheck",
-        "PeriodicOrbit",
-        "periodic_orbit",
-    ),
+    "slipfold.orbits.check": ("OrbitCheck",),
+    "slipfold.orbits.extrema": ("Extrema",),
+    "slipfold.orbits.find": ("periodic_orbit",),
+    "slipfold.orbits.periodic_orbit": ("PeriodicOrbit",),
     "slipfold.progress": ("Progress",),
-    "slipfold.results.attractors": (
-        "Attractors",
-        "BasinFractions",
-        "Basins",
-        "Share",
-        "Shares",
-    ),
+    "slipfold.results.attractors": ("Attractors", "BasinFractions", "Basins", "Share", "Shares"),
     "slipfold.results.diagram": ("Diagram",),
     "slipfold.results.locus_diagram": ("LocusDiagram",),
-    "slipfold.results.measured": (
-        "Fit",
-        "MeasurementPlan",
-    ),
+    "slipfold.results.measured": ("Fit", "MeasurementPlan"),
     "slipfold.results.responses": ("Responses",),
     "slipfold.results.result": ("load",),
     "slipfold.results.simulation": ("Simulation",),
     "slipfold.results.study": ("StudyResult",),
-    "slipfold.results.thresholds": (
-        "Design",
-        "ThresholdMap",
-    ),
-    "slipfold.results.trajectories": (
-        "LyapunovExponents",
-        "RegimeMap",
-        "Sweep",
-    ),
+    "slipfold.results.thresholds": ("Design", "ThresholdMap"),
+    "slipfold.results.trajectories": ("LyapunovExponents", "RegimeMap", "Sweep"),
     "slipfold.results.uncertainty": ("ThresholdUncertainty",),
-    "slipfold.tori.torus_branch": (
-        "Locked",
-        "TorusBranch",
-    ),
     "slipfold.tori.surface": ("TorusSpectrum",),
+    "slipfold.tori.torus_branch": ("Locked", "TorusBranch"),
 }
 """Where public names come from, each imported when it is first asked for."""
 

@@ -6,7 +6,7 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from helpers.reference import CASES, traced
-from slipfold.branches import trace_response
+from slipfold.branches.response import trace_response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 

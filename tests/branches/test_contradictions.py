@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from slipfold.branches.bifurcations import Bifurcations
 from slipfold.branches.closed_branches import Returns
-from slipfold.continuation import Sight
+from slipfold.continuation.trail import Sight
 from slipfold.loci.special_points import SpecialPoints
 
 # Radius r of the cycles, or state x: p^2 + (r^2 - 4)^2/16 = 1/4, and p^2 + x^2 = 1/4.

@@ -9,10 +9,11 @@ import pytest
 import slipfold
 from helpers.by_hand.dense import carry, scales
 from helpers.reference import CASES, traced
-from slipfold.branches import Settings, trace_response
-from slipfold.flow import simulate
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.flow.simulate import simulate
 from slipfold.models import SlidingOscillator, built_in_models
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits.find import periodic_orbit
 
 CASCADES = [
     ({"f": 11.9035, "mu": 0.5095, "alpha": 2.4239, "Vd": 1.0922}, "Nd", (0.0, 0.98)),

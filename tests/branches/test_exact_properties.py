@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helpers.reference import CASES, specials, traced
-from slipfold.branches import trace_response
+from slipfold.branches.response import trace_response
 from slipfold.models import SlidingOscillator
 
 MIRROR = np.array([-1.0, 1.0, -1.0, 1.0])

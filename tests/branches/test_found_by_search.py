@@ -4,7 +4,9 @@ import pytest
 
 import slipfold as sf
 from helpers.reference import specials
-from slipfold.branches import Settings, Steps, trace_response
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.continuation.settings import Steps
 from slipfold.models import SlidingOscillator
 
 

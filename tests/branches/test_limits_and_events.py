@@ -5,7 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from slipfold.branches import Event, Newton, Settings, Steps, trace_response
+from slipfold.branches.event import Event
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.continuation.settings import Newton, Steps
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.kinds import orbits_of

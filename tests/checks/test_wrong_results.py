@@ -18,8 +18,8 @@ from slipfold.checks.orbit_difference import (
     pieces_of,
     retraced_difference,
 )
-from slipfold.flow import simulate
 from slipfold.flow.settlement import Settlement
+from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of

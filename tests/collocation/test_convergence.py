@@ -11,11 +11,12 @@ from slipfold.collocation_points import gauss_points
 from slipfold.continuation.newton import correct
 from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of
-from slipfold.orbits import check, periodic_orbit
+from slipfold.orbits import check
 from slipfold.orbits.check import collocate
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme
+from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.multipliers import product_eigenvalues
 

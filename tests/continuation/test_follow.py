@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from slipfold.continuation import AlgebraicCurve, End, Sight, Stop, Zeros, follow
+from slipfold.continuation.algebraic_curve import AlgebraicCurve
+from slipfold.continuation.end import End
+from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import LostCurveError, locate
+from slipfold.continuation.monitor import Zeros
+from slipfold.continuation.trail import Sight, Stop
 
 
 class Cubic(AlgebraicCurve):

@@ -6,9 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from slipfold.continuation import AlgebraicCurve, Sight, Zeros, follow
+from slipfold.continuation.algebraic_curve import AlgebraicCurve
+from slipfold.continuation.follow import follow
+from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.reversals import unexplained_reversal
 from slipfold.continuation.settings import Stepping, Steps
+from slipfold.continuation.trail import Sight
 
 
 class Polynomials(AlgebraicCurve):

@@ -3,8 +3,8 @@
 import heyoka as hy
 
 from helpers.toy_models import LinearOscillator
-from slipfold.flow import flow_of
 from slipfold.flow.equations import build_equations
+from slipfold.flow.flow import flow_of
 from slipfold.models import Model, Parameter, SlidingOscillator, State
 
 

@@ -6,7 +6,7 @@ from scipy.linalg import expm
 
 from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import LinearOscillator
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.models import SlidingOscillator
 
 RNG = np.random.default_rng(20260103)

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
 
 FORCE, DAMPING, SPRING = 300.0, 0.1, 100.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.models import System
 
 START = np.array([[0.3, -0.8], [1.1, 0.2], [-0.4, 0.9]])

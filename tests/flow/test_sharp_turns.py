@@ -9,7 +9,8 @@ from scipy.special import erf, ive
 
 import slipfold as sf
 from slipfold.errors import InputError
-from slipfold.flow import flow_of, simulate
+from slipfold.flow.flow import flow_of
+from slipfold.flow.simulate import simulate
 from slipfold.models.friction import Coulomb, Regularised
 
 UNIT, UP = np.eye(3)[:1], np.eye(2)

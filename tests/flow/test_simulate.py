@@ -10,7 +10,7 @@ import slipfold as sf
 from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import Falling, LinearOscillator, Runaway
 from slipfold.errors import InputError
-from slipfold.flow import simulate
+from slipfold.flow.simulate import simulate
 from slipfold.models import SlidingOscillator
 
 SCALE = np.array([1.0, 1.0, 80.0, 80.0])

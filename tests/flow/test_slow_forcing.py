@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 
 
 def oscillator(W: float) -> sf.System:

@@ -6,9 +6,9 @@ from threading import Barrier
 import numpy as np
 
 import slipfold as sf
-from slipfold.flow import flow_of, simulate
 from slipfold.flow.equations import build_equations
-from slipfold.flow.flow import Flow
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.simulate import simulate
 from slipfold.models import model_named
 
 THREADS = 16

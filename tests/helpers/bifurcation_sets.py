@@ -12,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slipfold.branches import Settings, Steps, trace_response
 from slipfold.branches.describe import describe_bifurcation
 from slipfold.branches.one_branch import trace_branch
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import correct
+from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.locus_equations import LocusEquations

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches import trace_response
+from slipfold.branches.response import trace_response
 from slipfold.loci.fan import ends_in_stick
 from slipfold.models import model_named
 

@@ -15,7 +15,7 @@ from helpers.oscillator_loci import (
     van_der_pol,
 )
 from helpers.textbook_models import Decoupled, Duffing, Mathieu, Torus, VanDerPol
-from slipfold.branches import trace_response
+from slipfold.branches.response import trace_response
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci
 

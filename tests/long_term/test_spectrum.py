@@ -8,8 +8,8 @@ import slipfold as sf
 from helpers.dry_friction import belt
 from helpers.toy_models import LinearOscillator
 from slipfold.errors import InputError
-from slipfold.flow import simulate
-from slipfold.long_term import find_spectrum
+from slipfold.flow.simulate import simulate
+from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models import SlidingOscillator
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 

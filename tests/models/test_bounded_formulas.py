@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.flow import simulate
+from slipfold.flow.simulate import simulate
 from slipfold.models.formulas.grammar import parse_formula
 from slipfold.models.formulas.values import value_of
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches import Settings, trace_response
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
 from slipfold.models import model_named
 
 FORCED = [

@@ -8,7 +8,7 @@ import pytest
 from helpers.bifurcation_sets import bifurcations, response
 from helpers.by_hand.sliding import BASE, integrate
 from helpers.textbook_models import VanDerPol
-from slipfold.branches import trace_response
+from slipfold.branches.response import trace_response
 from slipfold.loci.follow import follow_loci
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.kinds import ForcedOrbits

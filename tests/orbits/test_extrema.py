@@ -6,9 +6,11 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.toy_models import LinearOscillator
-from slipfold.branches import Settings, Steps, trace_response
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.continuation.settings import Steps
 from slipfold.models import SlidingOscillator
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits.find import periodic_orbit
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),

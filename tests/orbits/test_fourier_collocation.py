@@ -5,9 +5,10 @@ import pytest
 from scipy.optimize import brentq
 
 from helpers.fourier_collocation import FourierOrbit
-from slipfold.branches import Settings, trace_response
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
 from slipfold.models import SlidingOscillator
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits.find import periodic_orbit
 
 SETS = [
     ({"f": 12.5, "Nd": 0.05}, 1, 65),

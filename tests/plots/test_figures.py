@@ -11,7 +11,7 @@ from helpers.hand_drawn import (
 )
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
-from slipfold.long_term import find_spectrum
+from slipfold.long_term.spectrum import find_spectrum
 from slipfold.plots import (
     draw_family,
     draw_phase,

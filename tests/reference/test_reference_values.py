@@ -5,9 +5,10 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 from helpers.reference import CASES, DATA, PRINTED, model_values, specials, traced
-from slipfold.branches import Settings, trace_response
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
 from slipfold.models import SlidingOscillator
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits.find import periodic_orbit
 
 SINGLE = Settings(largest_period=1)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from slipfold.flow import simulate
+from slipfold.flow.simulate import simulate
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction import BoucWen, Coulomb, LuGre, Stribeck
 from slipfold.models.structures import (
@@ -21,7 +21,7 @@ from slipfold.models.structures import (
     ProportionalDamping,
     Structure,
 )
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits.find import periodic_orbit
 
 
 def chain(size):

@@ -15,7 +15,7 @@ from slipfold.models.structures import (
     Structure,
     TabulatedForce,
 )
-from slipfold.orbits import periodic_orbit
+from slipfold.orbits.find import periodic_orbit
 
 RNG = np.random.default_rng(20260103)
 ROOT = RNG.normal(size=(3, 3))

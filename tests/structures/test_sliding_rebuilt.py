@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.branches import trace_response
+from slipfold.branches.response import trace_response
 from slipfold.models import SlidingOscillator
 from slipfold.models.friction import Coulomb
 from slipfold.models.structures import (

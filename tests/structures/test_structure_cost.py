@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.models.structures import CubicSpring, HarmonicForce, ProportionalDamping, Structure
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.collocation import INTERVALS, Collocation
 from slipfold.orbits.discretisation import Cut, scheme_for

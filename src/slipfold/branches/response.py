@@ -20,7 +20,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model

@@ -13,10 +13,9 @@ from slipfold.computations.long_term import lyapunov
 from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, MotionRequest, SimulationRequest
 from slipfold.explorer.plain import now_and_then, number, short
-from slipfold.flow import flow_of
 from slipfold.flow.contact_motion import ContactPiece, sample_switched
 from slipfold.flow.equilibrium import paced
-from slipfold.flow.flow import Flow
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import CHUNK
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import (

@@ -18,7 +18,7 @@ from slipfold.branches.stability import stability_stretches
 from slipfold.branches.start import Begin
 from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.loci.fan import FanLine, extended
 from slipfold.loci.window import Window, locus_progress
 from slipfold.models.model import Model

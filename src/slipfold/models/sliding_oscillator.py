@@ -560,7 +560,7 @@ class SlidingOscillator(Model):
 
         Examples
         --------
-        >>> from slipfold.branches import trace_response
+        >>> from slipfold.branches.response import trace_response
         >>> from slipfold.models import Stribeck
         >>> law = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.3)
         >>> model = SlidingOscillator(friction=law).steady()

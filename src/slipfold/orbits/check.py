@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import correct
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns

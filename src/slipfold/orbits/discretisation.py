@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, gauss_points, radau_points
-from slipfold.flow import Flow, flow_of
 from slipfold.flow.equations import Constants, power_of_two
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow import Flow, flow_of
 from slipfold.flow.equations import Constants, power_of_two
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.models.turns import TURN, turns_between

@@ -12,14 +12,15 @@ from numpy.typing import ArrayLike
 from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
-from slipfold.flow import flow_of, simulate
 from slipfold.flow.equilibrium import paced
+from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import guarded_flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import (
     comes_to_rest,
     initial_state,
+    simulate,
     simulate_smooth_or_switched,
     simulate_switched,
 )

@@ -14,7 +14,7 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
-from slipfold.flow import flow_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import Takeover
 from slipfold.flow.polynomials import DenseMotion
 from slipfold.flow.scales import linear_response, measured

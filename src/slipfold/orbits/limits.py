@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow import Flow
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 from slipfold.flow.modes import Undetermined
 from slipfold.flow.switched_motion import Broken
 from slipfold.models.output import Limit

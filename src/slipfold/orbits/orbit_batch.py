@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices
-from slipfold.flow import batches, flow_of
+from slipfold.flow import batches
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.explicit_steps import TOLERANCE, Carried, LinearisedSteps
+from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, correct_many, solve_each

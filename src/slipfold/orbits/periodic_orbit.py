@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow import flow_of
 from slipfold.flow.contact_motion import Samples, sample_switched
+from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Mode, shown
 from slipfold.flow.switched_flow import switched_flow_of
 from slipfold.flow.switched_motion import first_mode

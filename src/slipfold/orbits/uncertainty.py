@@ -9,8 +9,8 @@ from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow import flow_of
 from slipfold.flow.equations import power_of_two
+from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers, match_multipliers

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches import Branch, Settings, SpecialPoint, trace_response
-from slipfold.branches.special_point import BIFURCATIONS
+from slipfold.branches.branch import Branch
+from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.branches.stability import loss_of_stability
 from slipfold.errors import InputError
 from slipfold.models.model import Model

@@ -5,9 +5,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.errors import InputError
-from slipfold.flow import simulate
 from slipfold.flow.ensembles import strobe_many
-from slipfold.flow.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate, simulate_smooth_or_switched
 
 OSCILLATOR = sf.SlidingOscillator(f=12.5)
 UNITS = np.array([1.0, 1.0, 64.0, 64.0])

@@ -33,8 +33,8 @@ from slipfold.branches.response import measured_over
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow import flow_of
 from slipfold.flow.explicit_steps import LinearisedSteps, linearised_steps_of
+from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.model import Model
