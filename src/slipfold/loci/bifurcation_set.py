@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.modes import contacts_of
-from slipfold.loci.fan import FanLine, Touches, follow_fan, follow_settled, largest_period
+from slipfold.loci.fan import FanLine, Touches, follow_fan, follow_settled
 from slipfold.loci.follow import follow_found
 from slipfold.loci.into_stick import follow_sticking, found_in_stick, unfinished, without_copies
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
-from slipfold.loci.window import Window, check_window, locus_progress, measured_across
+from slipfold.loci.window import Plane, Window, check_window, measured_across
 from slipfold.models.model import Model
 from slipfold.orbits.grazing import MET
 from slipfold.progress import Observer
@@ -69,71 +72,97 @@ def find_bifurcation_set(
         )
     # Of Hopf points alone no cycles are needed.
     followed = (0,) if types == ("HB",) else periods
-    settings = largest_period(settings or Settings(), followed)
+    settings = replace(settings or Settings(), largest_period=max(followed))
     if model.found_sizes is None:
         model = measured_across(model, plane, window)
-    lines: list[FanLine] = []
-    stops: list[KeyboardInterrupt] = []
-    touches = Touches(plane, window)
-    touched = any(kind in types for kind in MET)
+    search = _Search(Plane(model, plane, window, settings, observer), types, periods)
+    loci = search.follow_loci()
+    if not any(line.branches or line.sticking for line in search.lines):
+        raise InputError(
+            f"no response exists on any of {len(search.lines)} lines across the window: "
+            f"{search.lines[0].failure}"
+        )
+    labels = search.map_regions(loci) if regions and not search.interrupted else None
+    return BifurcationSet(loci, labels, search.interrupted, search.missing(loci))
 
-    def found() -> Iterator[SpecialPoint]:
-        for line in _across(model, plane, window, settings, observer):
+
+class _Search:
+    """The search for the loci of a window: what was found so far."""
+
+    def __init__(self, plane: Plane, types: Sequence[str], periods: Sequence[int]) -> None:
+        self._plane, self._types, self._periods = plane, types, periods
+        self._touches = Touches(plane)
+        self._remarks: list[str] = []
+        self.lines: list[FanLine] = []
+        self.interrupted = False
+
+    def follow_loci(self) -> tuple[Locus, ...]:
+        """Follow a locus as soon as a response shows it: the observer sees it at once."""
+        plane, stops = self._plane, list[KeyboardInterrupt]()
+        points = (
+            point
+            for point in found_until_interrupted(self._points(), stops)
+            if point.type in self._types
+            and point.period in self._periods
+            and plane.contains([point.model.values[name] for name in plane.names])
+        )
+        loci = follow_found(
+            points,
+            plane.names,
+            plane.window,
+            plane.settings,
+            plane.observer,
+            self._types,
+            max(self._periods),
+            self._remarks,
+            through_stick=True,
+        )
+        loci = without_copies(loci, plane.window)
+        stopped = [*(line.interrupted for line in self.lines), *(each.interrupted for each in loci)]
+        self.interrupted = bool(stops) or any(stopped)
+        return loci
+
+    def _points(self) -> Iterator[SpecialPoint]:
+        """Yield the special points of responses, and the touches beside their ends."""
+        plane, lines = self._plane, self.lines
+        for line in self._across():
             lines.append(line)
             if line.interrupted:
                 return
-            yield from (point for branch in line.branches for point in branch.special)
-            yield from touches.beside(line.branches) if touched else ()
-        others = follow_isolated(
-            model, lines, plane, window, settings, observer, everywhere=bool(touches.of)
-        )
-        for branch in others if model.forced else ():
-            yield from branch.special
-            yield from touches.beside([branch]) if touched else ()
-        for branch in follow_sticking(model, lines, plane, window, settings, observer):
+            yield from self._on(line.branches)
+        others = follow_isolated(plane, lines, everywhere=bool(self._touches.of))
+        for branch in others if plane.model.forced else ():
+            yield from self._on([branch])
+        for branch in follow_sticking(plane, lines):
             yield from found_in_stick(branch)
 
-    points = (
-        point
-        for point in found_until_interrupted(found(), stops)
-        if point.type in types and point.period in periods and _inside(point.model, plane, window)
-    )
-    # A locus is followed as soon as a response shows it: whoever watches sees it at once.
-    remarks: list[str] = []
-    loci = follow_found(
-        points,
-        plane,
-        window,
-        settings,
-        observer,
-        types,
-        max(periods),
-        remarks,
-        through_stick=True,
-    )
-    loci = without_copies(loci, window)
-    if not any(line.branches or line.sticking for line in lines):
-        raise InputError(
-            f"no response exists on any of {len(lines)} lines across the window: {lines[0].failure}"
-        )
-    stopped = [*(line.interrupted for line in lines), *(locus.interrupted for locus in loci)]
-    interrupted = bool(stops) or any(stopped)
-    labels = None
-    if regions and not interrupted:
+    def _on(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
+        yield from (point for branch in branches for point in branch.special)
+        if any(kind in self._types for kind in MET):
+            yield from self._touches.beside(branches)
+
+    def _across(self) -> Iterator[FanLine]:
+        """Follow responses across the window, one after the other."""
+        yield from follow_fan(self._plane, LINES)
+        if not self._plane.model.forced:
+            yield from follow_settled(self._plane)
+
+    def map_regions(self, loci: Sequence[Locus]) -> RegionMap | None:
+        """Label the regions between loci; None where that is interrupted."""
         try:
-            if observer is not None:
-                middle = (sum(window[0]) / 2, sum(window[1]) / 2)
-                text = f"between {len(loci)} loci"
-                observer(locus_progress("regions", 0, None, middle, text, loci=loci))
-            labels = map_regions(model, plane, window, loci, lines, observer, touches.of)
+            middle = np.mean(self._plane.window, axis=1)
+            text = f"between {len(loci)} loci"
+            self._plane.report("regions", 0, None, middle, text, loci=loci)
+            return map_regions(self._plane, loci, self.lines, self._touches.of)
         except KeyboardInterrupt:
-            interrupted = True
-    others = lines[sum(LINES) :]
-    remarks += [line.failure for line in others if line.failure]
-    for line in lines:
-        remarks += unfinished(line, plane, window, loci)
-    missing = tuple(dict.fromkeys(remarks))
-    return BifurcationSet(loci, labels, interrupted, missing)
+            self.interrupted = True
+            return None
+
+    def missing(self, loci: Sequence[Locus]) -> tuple[str, ...]:
+        """Say what was found and could not be followed, each once."""
+        failures = [line.failure for line in self.lines[sum(LINES) :] if line.failure]
+        ends = [text for line in self.lines for text in unfinished(self._plane, line, loci)]
+        return tuple(dict.fromkeys([*self._remarks, *failures, *ends]))
 
 
 def found_until_interrupted(
@@ -144,25 +173,6 @@ def found_until_interrupted(
         yield from points
     except KeyboardInterrupt as stop:
         stops.append(stop)
-
-
-def _across(
-    model: Model,
-    plane: tuple[str, str],
-    window: Window,
-    settings: Settings,
-    observer: Observer | None,
-) -> Iterator[FanLine]:
-    """Follow responses across the window, one after the other."""
-    yield from follow_fan(model, plane, window, LINES, settings, observer)
-    if not model.forced:
-        yield from follow_settled(model, plane, window, settings, observer)
-
-
-def _inside(model: Model, plane: tuple[str, str], window: Window) -> bool:
-    return all(
-        low <= model.values[name] <= high for name, (low, high) in zip(plane, window, strict=True)
-    )
 
 
 def possible_types(model: Model) -> tuple[str, ...]:

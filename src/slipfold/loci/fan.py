@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -14,14 +14,13 @@ from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.seams import NAMES
-from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import contacts_of
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.window import Window, locus_progress
+from slipfold.loci.window import Plane
 from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -47,8 +46,8 @@ SAME = 1e-4
 class Touches:
     """The touches beside whose orbits responses of a set end; each is looked for once."""
 
-    def __init__(self, plane: tuple[str, str], window: Window) -> None:
-        self._plane, self._window = plane, window
+    def __init__(self, plane: Plane) -> None:
+        self._plane = plane
         self.of = dict[BranchEnd, SpecialPoint]()
 
     def beside(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
@@ -56,7 +55,7 @@ class Touches:
         ends = [(branch, row) for branch in branches for row in (0, -1)]
         for branch, row in ends:
             if ends_in_stick(branch, row) and not is_dear(branch):
-                touch = _beside(branch, row, self._plane, self._window)
+                touch = _beside(branch, row, self._plane)
                 if touch is not None:
                     self.of[branch, row] = touch
                     yield touch
@@ -98,9 +97,7 @@ def _margins(branch: Branch, row: int) -> Array:
     return limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
 
 
-def _beside(
-    branch: Branch, row: int, plane: tuple[str, str], window: Window
-) -> SpecialPoint | None:
+def _beside(branch: Branch, row: int, plane: Plane) -> SpecialPoint | None:
     """Return the touch just beyond the end of a branch in slip, None if Newton finds none.
 
     It lies at the same value of the parameter that the branch does not follow.
@@ -109,12 +106,12 @@ def _beside(
     # A small window does not make the way to the touch long.
     widths = {
         name: max(high - low, abs(last.model.values[name]))
-        for name, (low, high) in zip(plane, window, strict=True)
+        for name, (low, high) in zip(plane.names, plane.window, strict=True)
     }
     orbits = orbits_of(last.model, widths, branch.period, 1, by=SwitchedShooting)
     z = orbits.unknown(last.nodes[:1], last.model)
     fixed = np.zeros(len(z))
-    fixed[len(z) - 2 + (1 - plane.index(branch.vary))] = 1.0
+    fixed[len(z) - 2 + (1 - plane.names.index(branch.vary))] = 1.0
     found = [_corrected(orbits, z, fixed, kind) for kind in GRAZED]
     near = [item for item in found if item is not None]
     if not near:
@@ -210,38 +207,28 @@ class FanLine:
         return any(branch.interrupted for branch in (*self.branches, *self.sticking))
 
 
-def follow_fan(
-    model: Model,
-    plane: tuple[str, str],
-    window: Window,
-    counts: tuple[int, int],
-    settings: Settings,
-    observer: Observer | None = None,
-) -> Iterator[FanLine]:
+def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
     """Follow responses across a window, first in the second parameter, then in the first."""
     done = 0
-    for count, vary, fixed, across, along in (
-        (counts[0], plane[1], plane[0], window[0], window[1]),
-        (counts[1], plane[0], plane[1], window[1], window[0]),
-    ):
+    for count, (fixed, vary) in zip(counts, (plane.names, plane.names[::-1]), strict=True):
+        across = plane.span(fixed)
         # Lines at the edges of the window meet what only touches it.
         for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
 
             def tell(
                 progress: Progress,
                 value: float = float(value),
-                swapped: bool = vary == plane[0],
+                vary: str = vary,
                 done: int = done,
             ) -> None:
-                if observer is not None:
-                    found, along_line = progress.values, progress.values["parameter"]
-                    at = (along_line, value) if swapped else (value, along_line)
-                    text = f"period {found['period']}, {found['points']} points"
-                    if progress.total is not None:
-                        text += f", {progress.stage} {progress.done} of {progress.total}"
-                    observer(locus_progress("responses", done, sum(counts), at, text))
+                found = progress.values
+                text = f"period {found['period']}, {found['points']} points"
+                if progress.total is not None:
+                    text += f", {progress.stage} {progress.done} of {progress.total}"
+                at = plane.place(vary, found["parameter"], value)
+                plane.report("responses", done, sum(counts), at, text)
 
-            line = follow_line(model, vary, along, fixed, float(value), settings, tell)
+            line = follow_line(plane, vary, float(value), tell)
             yield line
             if line.interrupted:
                 return
@@ -249,13 +236,10 @@ def follow_fan(
 
 
 def follow_line(
-    model: Model,
+    plane: Plane,
     vary: str,
-    span: tuple[float, float],
-    fixed: str,
     value: float,
-    settings: Settings,
-    tell: Observer | None = None,
+    observer: Observer | None = None,
     *,
     through_stick: bool = False,
 ) -> FanLine:
@@ -264,73 +248,52 @@ def follow_line(
     It begins and ends outside the window, so that branches born there are known inside: at the
     quiet state where the parameter switches the forcing off.
     """
-    low, high = extended(model, vary, span)
+    (fixed,) = (name for name in plane.names if name != vary)
+    low, high = extended(plane.model, vary, plane.span(vary))
     failure = ""
+
+    def follow(first: float, last: float, *, through_stick: bool) -> tuple[Branch, ...]:
+        return trace_response(
+            plane.at(plane.place(vary, first, value)),
+            vary,
+            (first, last),
+            settings=plane.settings,
+            observer=observer,
+            through_stick=through_stick,
+        )
+
     for first, last in ((low, high), (high, low)):
         try:
-            at = model.replace(**{fixed: value, vary: first})
-            branches = trace_response(
-                at,
-                vary,
-                (first, last),
-                settings=settings,
-                observer=tell,
-                through_stick=through_stick,
-            )
+            branches = follow(first, last, through_stick=through_stick)
         except InputError as error:
             failure = failure or str(error)
-        else:
-            if first == low and ends_in_stick(branches[0]):
-                branches += _from_beyond(model, vary, (high, low), fixed, value, settings, tell)
-            return FanLine(vary, fixed, value, branches)
+            continue
+        if first == low and ends_in_stick(branches[0]):  # from the other end it may as well
+            with suppress(InputError):
+                others = follow(high, low, through_stick=False)
+                branches += others if ends_in_stick(others[0]) else ()
+        return FanLine(vary, fixed, value, branches)
     return FanLine(vary, fixed, value, (), failure)
 
 
-def _from_beyond(
-    model: Model,
-    vary: str,
-    span: tuple[float, float],
-    fixed: str,
-    value: float,
-    settings: Settings,
-    tell: Observer | None,
-) -> tuple[Branch, ...]:
-    """Follow the response in slip from the other end, where it ends at stick from either side."""
-    try:
-        at = model.replace(**{fixed: value, vary: span[0]})
-        found = trace_response(at, vary, span, settings=settings, observer=tell)
-    except InputError:
-        return ()
-    return found if ends_in_stick(found[0]) else ()
-
-
-def follow_settled(
-    model: Model,
-    plane: tuple[str, str],
-    window: Window,
-    settings: Settings,
-    observer: Observer | None = None,
-) -> Iterator[FanLine]:
+def follow_settled(plane: Plane) -> Iterator[FanLine]:
     """Follow equilibria that motions settle on and that are not the one near the start.
 
     Where they branched off outside the window, no line across the window leads to them.
     """
-    known = [model.start]
+    known = [plane.model.start]
     for shares in SHARES:
-        place = [
-            low + part * (high - low) for part, (low, high) in zip(shares, window, strict=True)
-        ]
-        there = model.replace(**dict(zip(plane, place, strict=True)))
-        if observer is not None:
-            text = "a motion that may settle on another equilibrium"
-            observer(locus_progress("responses", 0, None, (place[0], place[1]), text))
+        place = np.array(plane.window)[:, 0] + shares * plane.size
+        there = plane.at(place)
+        text = "a motion that may settle on another equilibrium"
+        plane.report("responses", 0, None, place, text)
         state = None
         with suppress(InputError):
             state = attractor_from(there)
         if isinstance(state, np.ndarray) and _is_another(there, state, known):
             known.append(state)
-            for i in (1, 0):
-                yield _through(there, state, plane[i], window[i], plane[1 - i], settings)
+            for vary, fixed in (plane.names[::-1], plane.names):
+                yield _through(plane, there, state, vary, fixed)
 
 
 def _is_another(
@@ -346,18 +309,13 @@ def _is_another(
 
 
 def _through(
-    model: Model,
-    state: NDArray[np.float64],
-    vary: str,
-    along: tuple[float, float],
-    fixed: str,
-    settings: Settings,
+    plane: Plane, model: Model, state: NDArray[np.float64], vary: str, fixed: str
 ) -> FanLine:
     """Follow an equilibrium across the window in one parameter."""
     begin = Begin(model.values[vary], state=state)
-    span, value = extended(model, vary, along), model.values[fixed]
+    span, value = extended(model, vary, plane.span(vary)), model.values[fixed]
     try:
-        branches = trace_response(model, vary, span, settings=settings, begin=begin)
+        branches = trace_response(model, vary, span, settings=plane.settings, begin=begin)
     except InputError as error:
         at = f"{fixed} = {value:.6g}, {vary} = {begin.value:.6g}"
         failure = f"another equilibrium, at {at}, could not be followed in {vary}: {error}"
@@ -378,8 +336,3 @@ def extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float,
     lower = low - min(BEYOND * width, 0.5 * (low - lowest))
     upper = high + min(BEYOND * width, 0.5 * (highest - high))
     return lower, upper
-
-
-def largest_period(settings: Settings, periods: tuple[int, ...]) -> Settings:
-    """Return the options with branches followed as far as these periods."""
-    return replace(settings, largest_period=max(periods))

@@ -10,7 +10,6 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
-from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.modes import contacts_of
@@ -20,12 +19,11 @@ from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_dear, slip
 from slipfold.loci.isolated import ONE_ORBIT
 from slipfold.loci.locus import Locus, locus_curve
 from slipfold.loci.region_map import Region, RegionCheck
-from slipfold.loci.window import Window, locus_progress
+from slipfold.loci.window import Plane, Window
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.grazing import MET
 from slipfold.orbits.test_functions import CRITICAL, critical_places
-from slipfold.progress import Observer
 
 SAME = 1e-6
 """Distance of ends, in widths of the window, that are one."""
@@ -80,30 +78,18 @@ ALONG_LINES, IN_THE_PLANE = 8, 4
 times as long as in slip, of contacts in the plane seconds; a locus is met by several lines."""
 
 
-def follow_sticking(
-    model: Model,
-    lines: list[FanLine],
-    plane: tuple[str, str],
-    window: Window,
-    settings: Settings,
-    observer: Observer | None = None,
-) -> Iterator[Branch]:
+def follow_sticking(plane: Plane, lines: list[FanLine]) -> Iterator[Branch]:
     """Add to lines their responses through stick, where they come to it, and return these."""
-    if not contacts_of(model):
+    if not contacts_of(plane.model):
         return
     coming = [number for number, line in enumerate(lines) if _comes_to_stick(line)]
-    most = IN_THE_PLANE if slips_in_planes(model) else ALONG_LINES
+    most = IN_THE_PLANE if slips_in_planes(plane.model) else ALONG_LINES
     some = np.linspace(0, len(coming) - 1, min(len(coming), most)).round().astype(int)
     for number in (coming[place] for place in some):
         line = lines[number]
-        along = window[plane.index(line.vary)]
-        if observer is not None:
-            middle = {line.fixed: line.value, line.vary: sum(along) / 2}
-            at, text = (middle[plane[0]], middle[plane[1]]), "through stick"
-            observer(locus_progress("responses", number, len(lines), at, text))
-        found = follow_line(
-            model, line.vary, along, line.fixed, line.value, settings, through_stick=True
-        )
+        middle = plane.place(line.vary, sum(plane.span(line.vary)) / 2, line.value)
+        plane.report("responses", number, len(lines), middle, "through stick")
+        found = follow_line(plane, line.vary, line.value, through_stick=True)
         sticking = tuple(item for item in found.branches if item.stuck_fraction is not None)
         failure = found.failure or line.failure
         lines[number] = replace(line, sticking=sticking, failure=failure)
@@ -153,22 +139,19 @@ def changes_in_stick(line: FanLine) -> Iterator[float]:
             yield branch.stopped.value
 
 
-def unfinished(
-    line: FanLine, plane: tuple[str, str], window: Window, loci: Sequence[Locus]
-) -> Iterator[str]:
+def unfinished(plane: Plane, line: FanLine, loci: Sequence[Locus]) -> Iterator[str]:
     """Say of responses through stick that were given up inside the window where and why.
 
     Not of those that end on a locus: what goes on beyond begins there.
     """
-    low, high = np.transpose(window)
+    low, high = np.transpose(plane.window)
     for branch in line.sticking:
         end = branch.stopped
-        place = np.array([end.value, line.value])[:: 1 if line.vary == plane[0] else -1]
+        place = np.array(plane.place(line.vary, end.value, line.value))
         inside = (low < place).all() and (place < high).all()
-        if end.kind not in WHOLE and inside and not _lies_on_one(place, loci, high - low):
-            at = ", ".join(
-                f"{name} = {value:.6g}" for name, value in zip(plane, place, strict=True)
-            )
+        if end.kind not in WHOLE and inside and not _lies_on_one(place, loci, plane.size):
+            pairs = zip(plane.names, place, strict=True)
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
             yield f"a response through stick was followed no farther than {at}: {end.reason}"
 
 
@@ -259,17 +242,14 @@ def settle(model: Model, state: Array) -> Settled:
 
 
 def sticking_orbits(
-    model: Model,
-    plane: tuple[str, str],
-    places: Sequence[Place],
-    seeds: Sequence[Sequence[Array]],
+    plane: Plane, places: Sequence[Place], seeds: Sequence[Sequence[Array]]
 ) -> tuple[list[list[Settled]], bool]:
     """Return the stable responses that stop at each place, and whether places agree.
 
     Motions start from rest and from states of the responses found there; what they settle on at
     one place is tried at the others: inside a region it exists at all.
     """
-    at = [model.replace(**dict(zip(plane, place, strict=True))) for place in places]
+    at = [plane.at(place) for place in places]
     seen = list[list[Settled]]()
     for each, states in zip(at, seeds, strict=True):
         seen.append([])
@@ -311,8 +291,7 @@ def _periods(found: Sequence[Settled]) -> list[int]:
 
 
 def add_sticking(
-    model: Model,
-    plane: tuple[str, str],
+    plane: Plane,
     region: Region,
     places: Sequence[Place],
     seeds: Sequence[Sequence[Array]],
@@ -320,7 +299,7 @@ def add_sticking(
     """Return a region with the stable responses in it that stick, and these."""
     every = np.linspace(0, len(places) - 1, min(PLACES, len(places))).round().astype(int)
     of = [places[i] for i in every], [seeds[i] for i in every]
-    seen, agree = sticking_orbits(model, plane, *of)
+    seen, agree = sticking_orbits(plane, *of)
     most = max(seen, key=len, default=[])
     fractions = [one.fraction for found in seen for one in found]
     periods = tuple(_periods(most))
@@ -335,10 +314,10 @@ def add_sticking(
 
 
 def sticking_checks(
-    model: Model, plane: tuple[str, str], region: Region, responses: Sequence[Settled]
+    plane: Plane, region: Region, responses: Sequence[Settled]
 ) -> tuple[RegionCheck, ...]:
     """Let motions settle well inside a region, from rest and from its responses that stick."""
-    at = model.replace(**dict(zip(plane, region.place, strict=True)))
+    at = plane.at(region.place)
     rest = settle(at, at.start)
     known = region.sticking if rest.stops else region.slipping
     agrees = rest.period not in PERIODS or rest.period in known

@@ -20,7 +20,7 @@ from slipfold.continuation.newton import correct
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.loci.fan import FanLine, extended
-from slipfold.loci.window import Window, locus_progress
+from slipfold.loci.window import Plane
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.continued import hold_parameter
@@ -28,7 +28,6 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.progress import Observer
 
 ONE_ORBIT = 1e-4
 """Two stable orbits this close in scaled states are one."""
@@ -162,40 +161,32 @@ class Starts:
 
 
 def follow_isolated(
-    model: Model,
-    lines: list[FanLine],
-    plane: tuple[str, str],
-    window: Window,
-    settings: Settings,
-    observer: Observer | None = None,
-    *,
-    everywhere: bool = False,
+    plane: Plane, lines: list[FanLine], *, everywhere: bool = False
 ) -> Iterator[Branch]:
     """Add to lines the responses that motions find on them, and return their branches.
 
     Where stick keeps a response from both ends of a line, others may still cross it: they are
     looked for everywhere.
     """
-    starts = Starts(model, [branch for line in lines for branch in line.branches])
-    periods = tuple(period for period in PERIODS if period <= settings.largest_period)
+    starts = Starts(plane.model, [branch for line in lines for branch in line.branches])
+    periods = tuple(period for period in PERIODS if period <= plane.settings.largest_period)
     for number, line in enumerate(lines):
         if not (line.branches or everywhere):
             continue
-        along = window[plane.index(line.vary)]
-        span = extended(model, line.vary, along)
+        along = plane.span(line.vary)
+        span = extended(plane.model, line.vary, along)
         for i in range(PLACES):
             value = along[0] + (i + 0.5) / PLACES * (along[1] - along[0])
+            place = plane.place(line.vary, value, line.value)
             try:
-                at = model.replace(**{line.fixed: line.value, line.vary: value})
+                at = plane.at(place)
             except InputError:  # parameters contradict each other there
                 continue
-            if observer is not None:
-                place = at.values[plane[0]], at.values[plane[1]]
-                text = "motions that may settle on what no response leads to"
-                observer(locus_progress("responses", number, len(lines), place, text))
+            text = "motions that may settle on what no response leads to"
+            plane.report("responses", number, len(lines), place, text)
             known = stable_orbits(lines[number].branches, value)
             for orbit in other_orbits(at, known, starts.number(number * PLACES + i), periods):
-                branches = _through(orbit, line.vary, value, span, settings)
+                branches = _through(orbit, line.vary, value, span, plane.settings)
                 have = lines[number].branches
                 lines[number] = replace(line, branches=(*have, *branches))
                 if lines[number].interrupted:

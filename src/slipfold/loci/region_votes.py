@@ -18,7 +18,7 @@ from slipfold.loci.fan import FanLine
 from slipfold.loci.into_stick import stable_beside
 from slipfold.loci.isolated import is_among, other_orbits, stable_orbits
 from slipfold.loci.region_map import Region, RegionCheck
-from slipfold.loci.window import Window
+from slipfold.loci.window import Plane, Window
 from slipfold.models.model import Model
 from slipfold.orbits.continued import Straight, carry_to
 from slipfold.orbits.kinds import ForcedOrbits
@@ -71,28 +71,27 @@ class Raster:
             mask[self.columns(kept[:, 1], 1), self.columns(kept[:, 0], 0)] = True
 
 
-def where_models_exist(model: Model, plane: tuple[str, str], raster: Raster) -> NDArray[np.bool_]:
+def where_models_exist(plane: Plane, raster: Raster) -> NDArray[np.bool_]:
     """Tell the cells at whose centre the parameters contradict each other from the others.
 
     Returns shape (CELLS, CELLS).
     """
     first, second = raster.centres(0), raster.centres(1)
     middles = np.arange(BLOCK // 2, CELLS, BLOCK)
-    coarse = np.array(
-        [[model_exists(model, plane, first[i], second[j]) for i in middles] for j in middles]
-    )
+    of = plane.model, plane.names
+    coarse = np.array([[model_exists(*of, first[i], second[j]) for i in middles] for j in middles])
     fine = np.kron(coarse, np.ones((BLOCK, BLOCK), dtype=bool)).astype(bool)
     for row, column in zip(*np.nonzero(_beside_others(coarse)), strict=True):
         for j in range(row * BLOCK, (row + 1) * BLOCK):
             for i in range(column * BLOCK, (column + 1) * BLOCK):
-                fine[j, i] = model_exists(model, plane, first[i], second[j])
+                fine[j, i] = model_exists(*of, first[i], second[j])
     return fine
 
 
-def model_exists(model: Model, plane: tuple[str, str], first: float, second: float) -> bool:
+def model_exists(model: Model, names: tuple[str, str], first: float, second: float) -> bool:
     """Whether the parameters do not contradict each other at a place."""
     try:
-        model.replace(**{plane[0]: float(first), plane[1]: float(second)})
+        model.replace(**{names[0]: float(first), names[1]: float(second)})
     except InputError:
         return False
     return True
@@ -127,24 +126,24 @@ class Vote:
 
 
 def collect_votes(
+    plane: Plane,
+    raster: Raster,
     pieces: NDArray[np.int64],
     clear: NDArray[np.bool_],
-    raster: Raster,
-    plane: tuple[str, str],
     lines: Sequence[FanLine],
 ) -> Iterator[Vote]:
     """Ask every response what it says of the pieces it crosses."""
     for line in lines:
         if not (line.branches or line.sticking):
             continue
-        axis = plane.index(line.fixed)
+        axis = plane.names.index(line.fixed)
         cell = int(raster.columns(np.array([line.value]), axis)[0])
         crossed = pieces[:, cell] if axis == 0 else pieces[cell]
         sure = clear[:, cell] if axis == 0 else clear[cell]
         values = raster.centres(1 - axis)
         for run in _runs(np.where(sure, crossed, 0)):
             value = float(values[run[len(run) // 2]])
-            place = (line.value, value) if axis == 0 else (value, line.value)
+            place = plane.place(line.vary, value, line.value)
             sticking = tuple(stable_beside(line, value))
             found = stable_orbits(line.branches, value)
             yield Vote(int(crossed[run[0]]), place, found, sticking)
@@ -158,7 +157,7 @@ def _runs(numbers: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
             yield run
 
 
-def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[Vote]) -> bool:
+def agree(plane: Plane, votes: Sequence[Vote]) -> bool:
     """Whether responses across one piece agree.
 
     A response does not reach every orbit there is. One that lacks what another has does not
@@ -169,46 +168,38 @@ def agree(model: Model, plane: tuple[str, str], raster: Raster, votes: Sequence[
         for vote in votes:
             if vote.count(period) == wanted:
                 continue
-            if len(carried_orbits(model, plane, raster, votes, vote.place, period)) != wanted:
+            if len(carried_orbits(plane, votes, vote.place, period)) != wanted:
                 return False
     return True
 
 
 def carried_orbits(
-    model: Model,
-    plane: tuple[str, str],
-    raster: Raster,
-    votes: Sequence[Vote],
-    place: tuple[float, float],
-    period: int,
+    plane: Plane, votes: Sequence[Vote], place: tuple[float, float], period: int
 ) -> list[Array]:
     """Return the stable orbits of a period at a place, carried there from the nearest votes.
 
     Returns shape (m, n_states).
     """
-    size = np.array([high - low for low, high in raster.window])
+    size = plane.size
     wanted = max(vote.count(period) for vote in votes)
     having = [vote for vote in votes if vote.count(period) == wanted]
-    near = sorted(having, key=lambda vote: _distance(vote.place, place, size))
+    apart = [float(np.linalg.norm(np.subtract(vote.place, place) / size)) for vote in having]
+    near = [having[i] for i in np.argsort(apart, kind="stable")]
     best: list[Array] = []
     for seed in near[:SEEDS]:
         found: list[Array] = []
         # The parameter that changes most says where on the way an orbit is.
         order = np.argsort(np.abs(np.array(place) - seed.place) / size)
-        names = [plane[i] for i in order]
+        names = [plane.names[i] for i in order]
         begin, end = np.array(seed.place)[order], np.array(place)[order]
         for start in seed.nodes.get(period, ()):
-            nodes = _carried(model, names, start, begin, end, size[order], period)
-            if nodes is not None and not is_among(model, nodes, period, found):
+            nodes = _carried(plane.model, names, start, begin, end, size[order], period)
+            if nodes is not None and not is_among(plane.model, nodes, period, found):
                 found.append(nodes)
         best = max(best, found, key=len)
         if len(best) == wanted:
             break
     return best
-
-
-def _distance(a: tuple[float, float], b: tuple[float, float], size: Array) -> float:
-    return float(np.linalg.norm((np.array(a) - b) / size))
 
 
 def _carried(
@@ -253,8 +244,7 @@ NUDGE = 1e-4
 
 
 def check_region(
-    model: Model,
-    plane: tuple[str, str],
+    plane: Plane,
     region: Region,
     orbits: Mapping[int, Sequence[Array]],
     states: Array,
@@ -265,7 +255,7 @@ def check_region(
 
     Shapes: orbits (m, n_states); states (k, n_states).
     """
-    at = model.replace(**dict(zip(plane, region.place, strict=True)))
+    at = plane.at(region.place)
     # Where contacts stick, motions from rest go on through that, and are looked at as such.
     checks = [] if may_stick else [_from_rest(at, region)]
     for period in sorted(set(region.slipping)):

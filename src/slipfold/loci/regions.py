@@ -28,11 +28,9 @@ from slipfold.loci.region_votes import (
     collect_votes,
     where_models_exist,
 )
-from slipfold.loci.window import Window, locus_progress
-from slipfold.models.model import Model
+from slipfold.loci.window import Plane
 from slipfold.orbits.grazing import MET
 from slipfold.orbits.test_functions import critical_places
-from slipfold.progress import Observer
 
 Labels = NDArray[np.int64]
 
@@ -61,12 +59,9 @@ window."""
 
 
 def map_regions(
-    model: Model,
-    plane: tuple[str, str],
-    window: Window,
+    plane: Plane,
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
-    observer: Observer | None = None,
     touching: Mapping[BranchEnd, SpecialPoint] = NONE_TOUCH,
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
@@ -79,23 +74,23 @@ def map_regions(
     """
     from scipy import ndimage  # a tenth of a second to import
 
-    raster = Raster(window)
+    raster = Raster(plane.window)
     boundary = np.zeros((CELLS, CELLS), dtype=bool)
-    for values in _boundaries(loci, lines, plane, window, touching):
+    for values in _boundaries(plane, loci, lines, touching):
         raster.draw(boundary, values)
-    exists = where_models_exist(model, plane, raster)
+    exists = where_models_exist(plane, raster)
     pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
     pieces = _without_slivers(pieces)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > CLEARANCE
-    bands = list(_short_of_touches(lines, plane, touching))
+    bands = list(_short_of_touches(plane, lines, touching))
     votes = [
         vote
-        for vote in collect_votes(pieces, clear, raster, plane, lines)
+        for vote in collect_votes(plane, raster, pieces, clear, lines)
         if not any((low <= vote.place).all() and (vote.place <= high).all() for low, high in bands)
     ]
-    regions, labels = _labelled(model, plane, pieces, votes, distance, raster)
-    split = {int(labels[cell]) for cell in _changes(lines, plane, raster) if clear[cell]}
+    regions, labels = _labelled(plane, pieces, votes, distance, raster)
+    split = {int(labels[cell]) for cell in _changes(plane, lines, raster) if clear[cell]}
     regions = [
         replace(region, consistent=False) if region.id in split else region for region in regions
     ]
@@ -110,22 +105,23 @@ def map_regions(
         or any(line.sticking for line in lines)
         or any(locus.type in MET for locus in loci)
     )
-    starts = Starts(model, [branch for line in lines for branch in line.branches])
+    starts = Starts(plane.model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
     for region in regions:
         if region.share >= CHECKED:
-            if observer is not None:
-                done = len(checked)
-                observer(locus_progress("regions", done, len(regions), region.place, region.name))
+            plane.report("regions", len(checked), len(regions), region.place, region.name)
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
-            orbits = _orbits(model, plane, raster, piece, region)
+            orbits = {
+                period: carried_orbits(plane, piece, region.place, period)
+                for period in set(region.stable)
+            }
             states = starts.number(PLACES * len(lines) + region.id)
             checks: tuple[RegionCheck, ...] = ()
             if may_stick:
                 at, seeds = [vote.place for vote in piece], [vote.sticking for vote in piece]
-                region, stuck = add_sticking(model, plane, region, at, seeds)
-                checks = sticking_checks(model, plane, region, stuck)
-            checks += check_region(model, plane, region, orbits, states, may_stick=may_stick)
+                region, stuck = add_sticking(plane, region, at, seeds)
+                checks = sticking_checks(plane, region, stuck)
+            checks += check_region(plane, region, orbits, states, may_stick=may_stick)
             region = replace(region, checks=checks)
         checked.append(region)
     return RegionMap(raster.centres(0), raster.centres(1), labels, tuple(checked))
@@ -135,11 +131,7 @@ def map_regions(
 
 
 def _boundaries(
-    loci: Sequence[Locus],
-    lines: Sequence[FanLine],
-    plane: tuple[str, str],
-    window: Window,
-    touching: Collection[BranchEnd],
+    plane: Plane, loci: Sequence[Locus], lines: Sequence[FanLine], touching: Collection[BranchEnd]
 ) -> Iterator[Array]:
     """Polylines on which stable responses begin or end."""
     for locus in loci:
@@ -148,14 +140,12 @@ def _boundaries(
         for i in range(len(locus) - 1):
             if not (outside[i] and outside[i + 1]):
                 yield curve.between(i)
-    yield from _gaps_beside_stick(loci, lines, plane, window, touching)
-    yield from _limit_lines(lines, plane, window, touching)
+    yield from _gaps_beside_stick(plane, loci, lines, touching)
+    yield from _limit_lines(plane, lines, touching)
 
 
 def _short_of_touches(
-    lines: Sequence[FanLine],
-    plane: tuple[str, str],
-    touching: Mapping[BranchEnd, SpecialPoint],
+    plane: Plane, lines: Sequence[FanLine], touching: Mapping[BranchEnd, SpecialPoint]
 ) -> Iterator[Array]:
     """Yield the ends of stretches of lines in which a response still slips, too slowly to follow.
 
@@ -168,21 +158,16 @@ def _short_of_touches(
                 if touch is None:
                     continue
                 ends = np.full((2, 2), line.value)
-                ends[:, plane.index(line.vary)] = sorted((branch.parameter[row], touch.value))
+                ends[:, plane.names.index(line.vary)] = sorted((branch.parameter[row], touch.value))
                 yield ends
 
 
 def _gaps_beside_stick(
-    loci: Sequence[Locus],
-    lines: Sequence[FanLine],
-    plane: tuple[str, str],
-    window: Window,
-    touching: Collection[BranchEnd],
+    plane: Plane, loci: Sequence[Locus], lines: Sequence[FanLine], touching: Collection[BranchEnd]
 ) -> Iterator[Array]:
     """Join loci in slip, which end short of stick, to where responses beside them come to it."""
     if not any(locus.type in MET for locus in loci):
         return
-    low, high = np.transpose(window)
     touches = [
         locus_curve(locus).between(i)
         for locus in loci
@@ -190,7 +175,7 @@ def _gaps_beside_stick(
         if locus.type in MET
     ]
     doubled = [
-        (line.value, end.value)[:: 1 if line.fixed == plane[0] else -1]
+        plane.place(line.vary, end.value, line.value)
         for line in lines
         for end in _ends(line, touching)
         if end.period > 1 and end.reason
@@ -202,7 +187,7 @@ def _gaps_beside_stick(
             if locus.type in MET or end.kind != "limit":
                 continue
             for others, reach in (near, jumps):
-                apart = np.linalg.norm((others - end.values) / (high - low), axis=-1)
+                apart = np.linalg.norm((others - end.values) / plane.size, axis=-1)
                 if apart.min(initial=np.inf) < reach:
                     yield np.array([end.values, others[apart.argmin()]])
 
@@ -214,18 +199,14 @@ def _others_outside(locus: Locus, index: int) -> bool:
 
 
 def _limit_lines(
-    lines: Sequence[FanLine],
-    plane: tuple[str, str],
-    window: Window,
-    touching: Collection[BranchEnd],
+    plane: Plane, lines: Sequence[FanLine], touching: Collection[BranchEnd]
 ) -> Iterator[Array]:
     """Join the ends of stable branches at a limit of the model from one line to the next."""
     for axis in (0, 1):
-        along = [line for line in lines if line.fixed == plane[axis]]
-        low, high = window[1 - axis]
+        along = [line for line in lines if line.fixed == plane.names[axis]]
         for a, b in pairwise(along):
             left, right = _ends(a, touching), _ends(b, touching)
-            for one, other in _joined(left, right, LIMIT_JUMP * (high - low)):
+            for one, other in _joined(left, right, LIMIT_JUMP * plane.size[1 - axis]):
                 ends = np.array([[a.value, one], [b.value, other]])
                 yield ends if axis == 0 else ends[:, ::-1]
 
@@ -261,23 +242,18 @@ def _ends(line: FanLine, touching: Collection[BranchEnd]) -> list[_End]:
     ]
 
 
-def _changes(
-    lines: Sequence[FanLine], plane: tuple[str, str], raster: Raster
-) -> Iterator[tuple[int, int]]:
+def _changes(plane: Plane, lines: Sequence[FanLine], raster: Raster) -> Iterator[tuple[int, int]]:
     """Yield the cells, as row and column, at which the stable responses of a line change.
 
     Pitchforks at which some are born; of those through stick whatever they meet, and where they
     end.
     """
     for line in lines:
-        axis = plane.index(line.fixed)
-        low, high = raster.window[1 - axis]
         for value in (*_forks(line), *changes_in_stick(line)):
-            if not low <= value <= high:  # responses are followed beyond the window
-                continue
-            along = int(raster.columns(np.array([line.value]), axis)[0])
-            across = int(raster.columns(np.array([value]), 1 - axis)[0])
-            yield (across, along) if axis == 0 else (along, across)
+            place = plane.place(line.vary, value, line.value)
+            if plane.contains(place):  # responses are followed beyond the window
+                column, row = (int(raster.columns(np.array([place[i]]), i)[0]) for i in (0, 1))
+                yield row, column
 
 
 def _forks(line: FanLine) -> Iterator[float]:
@@ -308,27 +284,8 @@ def _without_slivers(pieces: Labels) -> Labels:
 # -- labels ----------------------------------------------------------------------------------------
 
 
-def _orbits(
-    model: Model,
-    plane: tuple[str, str],
-    raster: Raster,
-    votes: Sequence[Vote],
-    region: Region,
-) -> dict[int, list[Array]]:
-    """Return the stable orbits at a region's place."""
-    return {
-        period: carried_orbits(model, plane, raster, votes, region.place, period)
-        for period in set(region.stable)
-    }
-
-
 def _labelled(
-    model: Model,
-    plane: tuple[str, str],
-    pieces: Labels,
-    votes: Sequence[Vote],
-    distance: Array,
-    raster: Raster,
+    plane: Plane, pieces: Labels, votes: Sequence[Vote], distance: Array, raster: Raster
 ) -> tuple[list[Region], Labels]:
     """Number the pieces that a response crosses, the largest first."""
     sizes = np.bincount(pieces.ravel(), minlength=2)
@@ -347,5 +304,5 @@ def _labelled(
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
         place = (float(raster.centres(0)[column]), float(raster.centres(1)[row]))
         share = float(sizes[piece] / total)
-        regions.append(Region(number, periods, share, place, agree(model, plane, raster, said)))
+        regions.append(Region(number, periods, share, place, agree(plane, said)))
     return regions, labels

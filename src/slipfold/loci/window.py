@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.branches.settings import Settings
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
-from slipfold.progress import Progress
+from slipfold.progress import Observer, Progress
 
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Least and largest value of each of two parameters."""
@@ -48,6 +53,52 @@ def measured_across(model: Model, plane: tuple[str, str], window: Window) -> Mod
     """Return a model that knows how large its states become at the corners of a window."""
     corners = (dict(zip(plane, values, strict=True)) for values in product(*window))
     return measured_within(model, list(corners))
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """The window of a model in which loci and regions are looked for, and how."""
+
+    model: Model
+    names: tuple[str, str]  # of the two parameters
+    window: Window
+    settings: Settings = field(default_factory=Settings)
+    observer: Observer | None = None
+
+    @property
+    def size(self) -> Array:
+        """Widths of the window, shape (2,)."""
+        return np.ptp(self.window, axis=1)
+
+    def span(self, name: str) -> tuple[float, float]:
+        """Return the least and largest value of a parameter."""
+        return self.window[self.names.index(name)]
+
+    def place(self, vary: str, along: float, across: float) -> tuple[float, float]:
+        """Return the values of both parameters from that of one and that of the other."""
+        return (along, across) if vary == self.names[0] else (across, along)
+
+    def at(self, place: Sequence[float] | Array) -> Model:
+        """Return the model at a place."""
+        return self.model.replace(**dict(zip(self.names, map(float, place), strict=True)))
+
+    def contains(self, place: Sequence[float]) -> bool:
+        """Whether a place lies in the window."""
+        return all(low <= v <= high for v, (low, high) in zip(place, self.window, strict=True))
+
+    def report(
+        self,
+        stage: str,
+        done: int,
+        total: int | None,
+        place: Sequence[float] | Array,
+        text: str,
+        **of: Any,
+    ) -> None:
+        """Tell the observer, if there is one, what is computed next, and where."""
+        if self.observer is not None:
+            first, second = map(float, place)
+            self.observer(locus_progress(stage, done, total, (first, second), text, **of))
 
 
 @dataclass(frozen=True)
