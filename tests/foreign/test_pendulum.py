@@ -20,7 +20,7 @@ from slipfold import (
     simulate,
     threshold_map,
 )
-from slipfold.branches.carried.carry import carry_branches
+from slipfold.branches.draft import draft_branches
 from slipfold.plots import draw_phase, draw_timeseries
 
 ROTATING = {"phi": -0.048, "w": 0.763}
@@ -122,7 +122,7 @@ def test_maps_of_thresholds_and_sliders_know_rotations():
     found = threshold_map(driven(), "g", over=over, span=(1.35, 1.44))
     assert found.failures == {}
     assert found.values[0, 1] == pytest.approx(doubling.value, abs=1e-9)
-    (carried,) = carry_branches(beside, driven().replace(q=1.99))
+    (carried,) = draft_branches(beside, driven().replace(q=1.99))
     assert carried.turns == {"phi": -1}
     assert carried.special[0].value == pytest.approx(doubling.value, abs=1e-5)
 

@@ -52,7 +52,7 @@ def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]
         if min(left, default=np.inf) < TAIL:
             continue
         try:
-            birth = _birth(orbits, found, settings, largest)
+            birth = emanating_branch(orbits, found, settings, largest)
         except BREAKDOWNS:  # nothing can be followed from there; the point itself is kept
             continue
         if birth is None:
@@ -74,7 +74,10 @@ def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]
     return junctions
 
 
-def _birth(orbits: Orbits, found: Found, settings: Settings, largest: float) -> Birth | None:
+def emanating_branch(
+    orbits: Orbits, found: Found, settings: Settings, largest: float
+) -> Birth | None:
+    """Return the branch that begins at a special point, of at most the largest period; if any."""
     if found.type == "BP" and found.other is not None:
         return Birth(orbits, _other_branch(found, found.other))
     cycles = settings.largest_period > 0

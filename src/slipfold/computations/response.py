@@ -58,7 +58,7 @@ from slipfold.tori.follow import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
 
 if TYPE_CHECKING:
-    from slipfold.branches.abreast.own_branch import Case
+    from slipfold.branches.batched import BatchedCase
     from slipfold.results.responses import Responses
 
 SIMULTANEOUS = 256
@@ -341,7 +341,7 @@ def responses(
     >>> found.failures
     {2: 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
     """
-    from slipfold.branches.abreast.responses import FEWEST
+    from slipfold.branches.batched import MINIMUM_BATCH
     from slipfold.results.responses import INTERRUPTED, Responses
 
     changed = checked_model(model).replace(**parameters)
@@ -373,7 +373,7 @@ def responses(
 
     try:
         for case, values in enumerate(cases):
-            if case % SIMULTANEOUS == 0 and total >= FEWEST and not events:
+            if case % SIMULTANEOUS == 0 and total >= MINIMUM_BATCH and not events:
                 batch = _batch(changed, vary, (first, last), cases, case, chosen, tell)
             found = batch.pop(case, lambda: None)() or _one(
                 changed, vary, (first, last), values, settings=chosen, events=events
@@ -409,7 +409,7 @@ def _batch(
     tell: Callable[[str, float], None],
 ) -> dict[int, Callable[[], Diagram | None]]:
     """Return what makes the diagrams of cases by their numbers, for those that can be batched."""
-    from slipfold.branches.abreast.responses import follow_abreast
+    from slipfold.branches.batched import follow_batch
 
     if own_events(model, vary):
         return {}
@@ -422,7 +422,7 @@ def _batch(
     if not models:
         return {}
     try:
-        found = follow_abreast(list(models.values()), vary, span, settings, tell)
+        found = follow_batch(list(models.values()), vary, span, settings, tell)
     except (InputError, *BREAKDOWNS):  # the case itself says so when its turn comes
         return {}
     each = (perf_counter() - begun) / len(models)
@@ -437,17 +437,15 @@ def _diagram(
     vary: str,
     span: tuple[float, float],
     settings: Settings,
-    followed: Case,
+    followed: BatchedCase,
     seconds: float,
 ) -> Diagram | None:
     """Return the diagram of a case that was followed in a batch; None if it was left out."""
-    from slipfold.branches.abreast.assembled import assembled
-
     begun = perf_counter()
     try:
-        branches = assembled(followed, vary, span)
-        if branches is None:
+        if followed.failure:
             return None
+        branches = followed.assembled(vary, span[0])
         checked = check_branches(branches)
     except (InputError, *BREAKDOWNS):  # the case itself says so when its turn comes
         return None

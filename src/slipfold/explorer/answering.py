@@ -9,7 +9,7 @@ from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
-from slipfold.branches.carried.carry import carry_branches
+from slipfold.branches.draft import draft_branches
 from slipfold.branches.orbit_between import orbit_between
 from slipfold.computations.loci import bifurcation_set
 from slipfold.computations.response import response
@@ -58,7 +58,7 @@ class Computing:
         if near is None or (model, request.vary, request.span) in self._kept:
             return None
         changed = model.replace(**{request.vary: request.span[0]})
-        branches = carry_branches(near.branches, changed)
+        branches = draft_branches(near.branches, changed)
         if branches is None:
             return None
         drawn = replace(near, model=changed, branches=branches, checked=None)

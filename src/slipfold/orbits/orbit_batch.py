@@ -68,29 +68,18 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Corrected:
-    """Orbits from Newton's method; NaN where it failed.
-
-    Derivatives are those before the last correction.
-    """
+class Solutions:
+    """Orbits with their Floquet multipliers and test functions; NaN of those that are not known."""
 
     z: Array  # unknowns, shape (k, u)
     tangents: Array  # unit vectors along the rows of the hyperplanes, shape (k, u)
-    blocks: Array  # transition matrices in scaled states, shape (k, m, n, n)
-    condensed: Array  # equations of first node and parameter alone, shape (k, n + 1, n + 1)
-    seen: Seen
-    moved: Array  # length of the last correction, infinite where there was none, shape (k,)
+    monodromies: Array  # in scaled states, shape (k, n, n)
 
     @cached_property
     def found(self) -> NDArray[np.bool_]:
-        """Whether each was found, shape (k,)."""
-        return np.asarray(np.isfinite(self.z).all(axis=1))
-
-    @cached_property
-    def monodromies(self) -> Array:
-        """Monodromy matrices in scaled states, shape (k, n, n)."""
-        n = self.condensed.shape[1] - 1
-        return np.asarray(self.condensed[:, :n, :n] + np.eye(n))
+        """Whether each is known, shape (k,)."""
+        known = np.isfinite(self.z).all(axis=1)
+        return np.asarray(known & np.isfinite(self.monodromies).all(axis=(1, 2)))
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -106,6 +95,19 @@ class Corrected:
         result[self.found, :-1] = evaluate_each(self.multipliers[self.found], TESTS[:-1])
         result[self.found, -1] = self.tangents[self.found, -1]
         return result
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected(Solutions):
+    """Orbits from Newton's method; NaN where it failed.
+
+    Derivatives are those before the last correction.
+    """
+
+    blocks: Array  # transition matrices in scaled states, shape (k, m, n, n)
+    condensed: Array  # equations of first node and parameter alone, shape (k, n + 1, n + 1)
+    seen: Seen
+    moved: Array  # length of the last correction, infinite where there was none, shape (k,)
 
     @cached_property
     def signs(self) -> Array:
@@ -125,12 +127,9 @@ class Corrected:
 
 
 @dataclass(frozen=True, eq=False)
-class Settled:
+class Settled(Solutions):
     """Orbits that meet their equations by the flow itself."""
 
-    z: Array  # shape (k, u)
-    tangents: Array  # unit vectors along the rows of the hyperplanes, shape (k, u)
-    monodromies: Array  # in scaled states, shape (k, n, n)
     residuals: Array  # by how much orbits fail to close, in scaled states, shape (k,)
 
     def of(self, some: slice) -> Settled:
@@ -240,7 +239,8 @@ class OrbitBatch:
         for item in (tangents, blocks, *seen):
             item[lost] = np.nan
         moved[np.isnan(moved)] = np.inf
-        return Corrected(z, tangents, blocks, condensed, Seen(*seen), moved)
+        monodromies = condensed[:, :n, :n] + np.eye(n)
+        return Corrected(z, tangents, monodromies, blocks, condensed, Seen(*seen), moved)
 
     def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Settled:
         """Correct orbits that are nearly met until they fail by a tenth of what they may.

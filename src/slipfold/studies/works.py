@@ -11,12 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from slipfold.branches.abreast.responses import (
-    FEWEST,
-    TOGETHER,
-    FollowedResponse,
-    responses_abreast,
-)
+from slipfold.branches.batched import BATCH, MINIMUM_BATCH, BatchedCase, follow_batch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
@@ -161,8 +156,8 @@ class LossWork(Work):
 class ResponseWork(LossWork):
     """Every branch of the response; where it loses its stability, and all special points."""
 
-    together_from: ClassVar[int] = FEWEST
-    side_by_side: ClassVar[int] = TOGETHER
+    together_from: ClassVar[int] = MINIMUM_BATCH
+    side_by_side: ClassVar[int] = BATCH
 
     what: Literal["response"]
     largest_period: int = Field(Settings().largest_period, ge=1)
@@ -205,22 +200,23 @@ class ResponseWork(LossWork):
         """Follow responses side by side, as far as nothing on them is out of the ordinary."""
         span = (float(self.span[0]), float(self.span[1]))
         settings = Settings(largest_period=self.largest_period)
-        followed = responses_abreast(models, self.vary, span, settings)
-        return [None if item is None else self._found(item) for item in followed]
+        cases = follow_batch(models, self.vary, span, settings, whole=False)
+        return [None if case.failure else self._found(case) for case in cases]
 
-    def _found(self, response: FollowedResponse) -> Findings | None:
-        loss = response.loss
-        if not response.branches[0].stable:
+    def _found(self, case: BatchedCase) -> Findings | None:
+        special = [branch.special for branch in case.branches]
+        loss = case.loss(special[0])
+        if not case.branches[0].stable:
             told = unstable_from(self.vary, float(self.span[0]))
         elif loss is None:
-            if response.branches[0].ends != "span":  # where a limit lies is not known
+            if case.branches[0].end != "span":  # where a limit lies is not known
                 return None
             last = float(self.span[1])
             reason = f"reached the end of the span at {self.vary} = {last:g}"
             told = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
         else:
             told = Loss(float(loss.value), loss.type, "")
-        return _findings(told, [branch.special for branch in response.branches], 0)
+        return _findings(told, special, 0)
 
 
 def _findings(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> Findings:

@@ -1,79 +1,106 @@
-"""Branches carried to other parameter values: all their points at once, as for a live picture.
+"""Drafts of a response: its branches at neighbouring parameter values, corrected all at once.
 
-A branch that is followed costs one orbit after the other. Where one at neighbouring parameters is
-known, all its orbits are good guesses, and Newton's method corrects them side by side. Bifurcations
-are located anew, to the accuracy of a drawing. Where one appears or vanishes, or a doubled branch
-turns to the other side, nothing is carried: the branches have to be followed.
+A branch that is followed costs one orbit after the other. Where the branches at neighbouring
+parameter values are known, all their orbits are good guesses, and Newton's method corrects them
+together. Bifurcations are located again, to the accuracy of a drawing. Where one appears or
+vanishes, or the criticality of a period doubling changes, there is no draft: the response has to be
+followed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.branches.batched_points import Located, locate_zeros
+from slipfold.branches.batched_walk import Bracket
 from slipfold.branches.branch import Branch
-from slipfold.branches.carried.carried_curve import CarriedCurve, curve_through
-from slipfold.branches.carried.carried_points import TESTS, carried_points
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.continuation.end import End
+from slipfold.continuation.interpolation import polynomial
 from slipfold.models.model import Model
+from slipfold.normal_forms.normal_form import normal_form
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
-from slipfold.orbits.orbit_batch import Corrected, correct_orbits
+from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch, correct_orbits
 
 APART = 0.02
-"""Least distance of the points that are carried, over the length of the branch. Steps are short
+"""Least distance of the points that are corrected, over the length of the branch. Steps are short
 where test functions change quickly; a drawn line needs fewer points."""
 
-STRETCH = 3.0
-"""Neighbours that move this many times as far apart as they were have lost the branch."""
+DISTINCT = 1e-3
+"""Least distance of two special points, over the length of the branch; a thousandth of it is the
+error to which they are located, in one secant more than what a drawing shows."""
 
-BESIDE = 0.05
-"""Distance between neighbours, in scaled variables, that is never too much."""
+SPREAD, CLOSE = 3.0, 0.05
+"""Neighbours that move this many times as far apart as they were are no longer neighbours, unless
+they are this close, in scaled variables."""
 
-LOST = 0.4
-"""Share of the points that may be lost at the end of a branch."""
+DROPPED = 0.4
+"""Largest fraction of the points that may be missing at the end of a branch."""
 
-REASON = "carried from neighbouring parameter values, as far as that is sure"
+REASON = "a draft, from neighbouring parameter values, as far as that is sure"
+
+CHANGES = {"PD": 1, "NS": 2, "LP": 1}
+"""Multipliers that cross the unit circle at each type of special point that a draft may have."""
 
 
-def carry_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ...] | None:
-    """Carry the branches of a response to other parameter values.
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """Orbits of one branch in order."""
+
+    orbits: ForcedOrbits
+    z: Array  # shape (k, u)
+    tangents: Array  # unit tangents of the branch, shape (k, u)
+    multipliers: NDArray[np.complex128]  # shape (k, n)
+    tests: Array  # test functions, shape (k, len(TESTS))
+    reach: float  # arclength of the known branch up to which there are orbits
+    whole: bool  # whether that is all of it
+
+    @property
+    def arclength(self) -> Array:
+        """Sums of the chords, shape (k,)."""
+        steps = np.linalg.norm(np.diff(self.z, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def draft_branches(branches: Sequence[Branch], model: Model) -> tuple[Branch, ...] | None:
+    """Return the branches of a response at other parameter values, None where they may differ.
 
     >>> import slipfold as sf
     >>> model = sf.SlidingOscillator(f=12.5)
     >>> known = sf.response(model, "Nd", (0, 0.9)).branches
-    >>> carried = carry_branches(known, model.replace(f=12.51))
+    >>> draft = draft_branches(known, model.replace(f=12.51))
     >>> followed = sf.response(model, "Nd", (0, 0.9), f=12.51).branches
-    >>> abs(carried[0].special[0].value - followed[0].special[0].value) < 1e-5
+    >>> abs(draft[0].special[0].value - followed[0].special[0].value) < 1e-5
     True
     """
-    carried: list[Branch] = []
+    drafts: list[Branch] = []
     for branch in branches:
         if branch.durations is not None or not model.forced:
             return None
         special = [item for item in branch.special if item.type in BIFURCATIONS]
-        if any(item.type not in TESTS for item in special):
+        if any(item.type not in CHANGES for item in special):
             return None
-        curve = _carried_curve(branch, special, model, carried)
-        moved = None if curve is None else _as_branch(branch, special, curve)
-        if moved is None:
+        curve = _corrected(branch, special, model, drafts)
+        draft = None if curve is None else _as_branch(branch, special, curve)
+        if draft is None:
             return None
-        carried.append(moved)
-    return tuple(carried)
+        drafts.append(draft)
+    return tuple(drafts)
 
 
 # -- orbits ------------------------------------------------------------------------------------
 
 
-def _carried_curve(
+def _corrected(
     branch: Branch, special: list[SpecialPoint], model: Model, parents: Sequence[Branch]
-) -> CarriedCurve | None:
+) -> _Curve | None:
     """Correct the points of a branch and its special points at the new parameter values."""
     places, nodes, values = _knots(branch, special)
     if len(places) < 4:
@@ -83,18 +110,26 @@ def _carried_curve(
     guesses = np.array([orbits.pack(*item) for item in zip(nodes, values, strict=True)])
     born, closed = _births(branch, parents, orbits, guesses)
     if branch.parent is not None and born is None:
-        return None  # its parent was not carried that far
+        return None  # the draft of its parent does not reach that far
     inner = slice(int(born is not None), len(guesses) - int(closed is not None))
     found = correct_orbits(orbits, guesses[inner], _rows(branch, guesses)[inner])
     count = _sure(branch, orbits, found)
-    if count < (1 - LOST) * len(found.z):
+    if count < (1 - DROPPED) * len(found.z):
         return None
     whole = count == len(found.z)
     ends = _ends(orbits, found.z[0], found.z[count - 1], born, closed if whole else None)
     forward = _forward(found.z[:count], found.tangents[:count], *ends)
     if len(forward) < 4:
         return None
-    curve = curve_through(orbits, found, forward, float(places[inner][count - 1]), whole)
+    curve = _Curve(
+        orbits,
+        found.z[forward],
+        found.tangents[forward],
+        found.multipliers[forward],
+        found.tests[forward],
+        float(places[inner][count - 1]),
+        whole,
+    )
     curve = _with_ends(curve, *ends)
     return curve if _coherent(curve, guesses) else None
 
@@ -154,7 +189,7 @@ def _within(branch: Branch, values: Array) -> NDArray[np.bool_]:
 def _sure(branch: Branch, orbits: ForcedOrbits, found: Corrected) -> int:
     """Return how many orbits from the start are found, in the span and within the limits.
 
-    Near a limit, as where the spring collapses, orbits change too quickly to be carried.
+    Near a limit, as where the spring collapses, orbits change too quickly for a draft.
     """
     good = found.found & _within(branch, found.z[:, -1] * orbits.width)
     count = int(np.argmin(good)) if not good.all() else len(good)
@@ -178,13 +213,13 @@ def _forward(z: Array, tangents: Array, first: Array | None, last: Array | None)
     return chosen
 
 
-def _coherent(curve: CarriedCurve, before: Array) -> bool:
+def _coherent(curve: _Curve, before: Array) -> bool:
     """Whether neighbours are still neighbours."""
     if len(curve.z) < 4:
         return False
     apart = np.linalg.norm(np.diff(curve.z, axis=0), axis=1)
     longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max())
-    return bool((apart < STRETCH * longest + BESIDE).all())
+    return bool((apart < SPREAD * longest + CLOSE).all())
 
 
 # -- where doubled branches begin and end --------------------------------------------------------
@@ -193,7 +228,7 @@ def _coherent(curve: CarriedCurve, before: Array) -> bool:
 def _births(
     branch: Branch, parents: Sequence[Branch], orbits: ForcedOrbits, z: Array
 ) -> tuple[SpecialPoint | None, SpecialPoint | None]:
-    """Return the carried period doublings on which a doubled branch begins and ends."""
+    """Return the period doublings of drafts on which a doubled branch begins and ends."""
     if branch.parent is None or branch.parent > len(parents):
         return None, None
     joined = [item for item in parents[branch.parent - 1].special if item.leads_to == branch.id]
@@ -220,18 +255,20 @@ def _ends(
     )
 
 
-def _with_ends(curve: CarriedCurve, first: Array | None, last: Array | None) -> CarriedCurve:
+def _with_ends(curve: _Curve, first: Array | None, last: Array | None) -> _Curve:
     """Join orbits to the ends of a curve."""
     for z, end in ((first, 0), (last, -1)):
         if z is None:
             continue
-        place = 0 if end == 0 else len(curve.z)
-        # No test function changes its sign there: what is born has that of its neighbour.
-        tests = {name: np.insert(item, place, item[end]) for name, item in curve.tests.items()}
-        multipliers = np.insert(curve.multipliers, place, curve.multipliers[end], axis=0)
-        tangents = np.insert(curve.tangents, place, curve.tangents[end], axis=0)
-        whole = np.insert(curve.z, place, z, axis=0)
-        curve = replace(curve, z=whole, tangents=tangents, multipliers=multipliers, tests=tests)
+        at = 0 if end == 0 else len(curve.z)
+        # No test function changes its sign there: the orbit takes those of its neighbour.
+        curve = replace(
+            curve,
+            z=np.insert(curve.z, at, z, axis=0),
+            tests=np.insert(curve.tests, at, curve.tests[end], axis=0),
+            tangents=np.insert(curve.tangents, at, curve.tangents[end], axis=0),
+            multipliers=np.insert(curve.multipliers, at, curve.multipliers[end], axis=0),
+        )
     return curve
 
 
@@ -251,11 +288,12 @@ def _doubled(orbits: ForcedOrbits, point: SpecialPoint, beside: Array) -> Array:
 # -- special points ------------------------------------------------------------------------------
 
 
-def _as_branch(before: Branch, special: list[SpecialPoint], curve: CarriedCurve) -> Branch | None:
+def _as_branch(before: Branch, special: list[SpecialPoint], curve: _Curve) -> Branch | None:
     """Return the branch with its special points, None if they are not those of before."""
     special = [item for item in special if item.arclength <= curve.reach]
-    found = carried_points(curve, special)
-    if found is None:
+    located = _located(curve, special)
+    forms = None if located is None else _normal_forms(curve.orbits, special, located)
+    if located is None or forms is None:
         return None
     orbits = curve.orbits
     values = curve.z[:, -1] * orbits.width
@@ -270,17 +308,17 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: CarriedCurve)
         special=tuple(
             replace(
                 item,
-                model=orbits.model_at(found.located[i].z),
-                value=orbits.value(found.located[i].z),
+                model=orbits.model_at(at.z),
+                value=orbits.value(at.z),
                 uncertainty=np.nan,
-                nodes=orbits.nodes(found.located[i].z),
-                multipliers=found.located[i].multipliers,
+                nodes=orbits.nodes(at.z),
+                multipliers=at.multipliers,
                 residual=np.nan,
-                arclength=found.located[i].arclength,
-                coefficient=found.forms[i][0],
-                criticality=found.forms[i][1],
+                arclength=at.arclength,
+                coefficient=coefficient,
+                criticality=criticality,
             )
-            for i, item in enumerate(special)
+            for item, at, (coefficient, criticality) in zip(special, located, forms, strict=True)
         ),
         begun=_end(before.begun, values[0]),
         stopped=_end(before.stopped, values[-1])
@@ -291,3 +329,57 @@ def _as_branch(before: Branch, special: list[SpecialPoint], curve: CarriedCurve)
 
 def _end(end: End, value: float) -> End:
     return end if end.kind == "span" else End(end.kind, end.reason, float(value))
+
+
+def _located(curve: _Curve, special: Sequence[SpecialPoint]) -> list[Located] | None:
+    """Locate all special points at once; None if they are not those that the branch had."""
+    s, unstable = curve.arclength, (np.abs(curve.multipliers) > 1).sum(axis=1)
+    brackets = list[Bracket]()
+    for i, (before, after) in enumerate(pairwise(unstable.tolist())):
+        ends = slice(i, i + 2)
+        for kind, change in CHANGES.items():
+            values = curve.tests[ends, TESTS.index(kind)]
+            if abs(after - before) == change and values[0] * values[1] < 0:
+                parts = curve.z[ends], curve.tangents[ends], s[ends], values
+                brackets.append(Bracket(0, 0, kind, *parts, (before, after)))
+    if [item.kind for item in brackets] != [item.type for item in special] or _may_hide(curve):
+        return None
+    length = float(s[-1])
+    batch, near = OrbitBatch.of_branch(curve.orbits), 1e-3 * DISTINCT * length
+    located = [item for item in locate_zeros(batch, brackets, near=near) if item is not None]
+    apart = np.diff([item.arclength for item in located])
+    failed = len(located) < len(brackets) or (apart < DISTINCT * length).any()
+    return None if failed else located
+
+
+def _may_hide(curve: _Curve) -> bool:
+    """Whether a test function seems to cross zero and come back between two orbits."""
+    s, tests = curve.arclength, curve.tests[:, [TESTS.index(kind) for kind in CHANGES]]
+    for i in range(len(s) - 1):
+        near = slice(min(max(i - 1, 0), len(s) - 4), max(i + 3, 4))
+        between = polynomial(s[near], tests[near], np.linspace(s[i], s[i + 1], 10)[1:-1])
+        same = tests[i] * tests[i + 1] > 0
+        if (same & (between * tests[i] < 0).any(axis=0)).any():
+            return True
+    return False
+
+
+def _normal_forms(
+    orbits: ForcedOrbits, special: Sequence[SpecialPoint], located: Sequence[Located]
+) -> list[tuple[float, str | None]] | None:
+    """Return coefficients and criticality; None where a doubled branch has one fold more or less.
+
+    That is so where the period doubling at which it begins turns from soft to hard, or back.
+    """
+    forms = []
+    for item, at in zip(special, located, strict=True):
+        monodromy = orbits.linearise(at.z).monodromy
+        point = orbits.derived_point(at.z, at.tangent, item.arclength, monodromy, np.nan)
+        try:
+            form = normal_form(orbits, point, item.type)
+        except np.linalg.LinAlgError:
+            return None  # a second multiplier is critical
+        if item.type == "PD" and item.leads_to is not None and form[1] != item.criticality:
+            return None
+        forms.append(form)
+    return forms

@@ -1,9 +1,9 @@
-"""Branches of one period of many cases, followed side by side, each at steps of its own.
+"""Branches of one period of many cases, followed together, each with its own steps.
 
-How long steps are, which points are accepted and what lies between two of them in doubt are the
-rules of a curve alone (`continuation.step_length`, `continuation.unseen`). Where that one would be
-searched, the step is taken again at half its length. A branch on which anything happens but folds,
-period doublings and tori is left: it has to be followed by itself.
+Step lengths, acceptance and doubt about what lies between two points follow the rules of a single
+curve (`continuation.step_length`, `continuation.unseen`). Where that one would be searched, the
+step is taken again at half its length. A branch on which anything happens but folds, period
+doublings and tori is left: it has to be followed individually.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ STIFF = 1e6
 RETURN = 4
 """Points after which a branch may come back to its first one."""
 
-MOST = 400
+MAX_ROUNDS = 400
 """Rounds of steps after which all branches still on their way are left."""
 
 HALF = 0.5
@@ -87,7 +87,7 @@ class Bracket:
     kind: str
     z: Array  # shape (2, u)
     tangents: Array  # shape (2, u)
-    places: Array  # arclengths, shape (2,)
+    arclengths: Array  # shape (2,)
     values: Array  # of the test function, shape (2,)
     unstable: tuple[int, int]  # multipliers outside the unit circle at either
 
@@ -138,7 +138,7 @@ class Walk:
         At folds some go back; what is told does not.
         """
         share = 0.0
-        for _ in range(MOST):
+        for _ in range(MAX_ROUNDS):
             some = np.flatnonzero(self.going)
             if not len(some):
                 return

@@ -1,10 +1,10 @@
-"""Branches carried to other parameter values, against branches that are followed there."""
+"""Drafts of branches at other parameter values, against branches that are followed there."""
 
 import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.carried.carry import carry_branches
+from slipfold.branches.draft import draft_branches
 from slipfold.lines import branch_segments
 from slipfold.orbits.kinds import ForcedOrbits
 
@@ -19,9 +19,9 @@ def known():
 
 @pytest.mark.parametrize("change", CHANGES, ids=str)
 def test_special_points_are_where_they_are_when_followed(known, change):
-    carried = carry_branches(known.branches, known.model.replace(**change))
+    draft = draft_branches(known.branches, known.model.replace(**change))
     followed = sf.response(known.model, "Nd", SPAN, **change).branches
-    for ours, theirs in zip(carried, followed, strict=True):
+    for ours, theirs in zip(draft, followed, strict=True):
         assert [p.type for p in ours.special] == [p.type for p in theirs.special]
         assert [p.leads_to for p in ours.special] == [p.leads_to for p in theirs.special]
         assert [p.criticality for p in ours.special] == [p.criticality for p in theirs.special]
@@ -46,18 +46,18 @@ def distances(points, line):
 
 
 @pytest.mark.parametrize("change", CHANGES, ids=str)
-def test_carried_lines_lie_on_those_that_are_followed(known, change):
-    carried = carry_branches(known.branches, known.model.replace(**change))
+def test_lines_of_drafts_lie_on_those_that_are_followed(known, change):
+    draft = draft_branches(known.branches, known.model.replace(**change))
     followed = sf.response(known.model, "Nd", SPAN, **change).branches
-    for ours, theirs in zip(carried, followed, strict=True):
+    for ours, theirs in zip(draft, followed, strict=True):
         line = polyline(theirs)
         size = np.ptp(line, axis=0)
         assert distances(polyline(ours) / size, line / size).max() < 5e-4
 
 
-def test_every_carried_point_is_an_orbit_with_its_multipliers(known):
-    carried = carry_branches(known.branches, known.model.replace(f=12.51))
-    for branch in carried:
+def test_every_point_of_a_draft_is_an_orbit_with_its_multipliers(known):
+    draft = draft_branches(known.branches, known.model.replace(f=12.51))
+    for branch in draft:
         problem = ForcedOrbits(branch.model, {"Nd": 1.0}, branch.period)
         for i, (nodes, value) in enumerate(zip(branch.nodes, branch.parameter, strict=True)):
             z = problem.pack(nodes, value)
@@ -70,9 +70,9 @@ def test_every_carried_point_is_an_orbit_with_its_multipliers(known):
             )
 
 
-def test_nothing_is_carried_where_bifurcations_vanish(known):
+def test_there_is_no_draft_where_bifurcations_vanish(known):
     # At 12.4 Hz the period doubling is subcritical: folds take the place of the tori.
-    assert carry_branches(known.branches, known.model.replace(f=12.4)) is None
+    assert draft_branches(known.branches, known.model.replace(f=12.4)) is None
 
 
 def structure(branches):
@@ -89,11 +89,11 @@ def structure(branches):
     ],
     ids=["sliding", "vanderpol"],
 )
-def test_a_walk_is_carried_as_far_as_the_structure_stays(model, vary, span, steps):
+def test_a_slider_moves_drafts_as_far_as_the_structure_stays(model, vary, span, steps):
     start, *others = [sf.built_in_models()[model](**values) for values in steps]
-    carried = sf.response(start, vary, span).branches
+    draft = sf.response(start, vary, span).branches
     for step in others:
-        carried = carry_branches(carried, step)
-        if carried is None:
+        draft = draft_branches(draft, step)
+        if draft is None:
             return
-        assert structure(carried) == structure(sf.response(step, vary, span).branches)
+        assert structure(draft) == structure(sf.response(step, vary, span).branches)

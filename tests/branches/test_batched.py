@@ -1,11 +1,11 @@
-"""Responses followed side by side are those that each case has by itself."""
+"""Responses followed together are those that each case has individually."""
 
 import numpy as np
 import pytest
 from scipy.stats import qmc
 
 import slipfold as sf
-from slipfold.branches.abreast.responses import branches_abreast, responses_abreast
+from slipfold.branches.batched import follow_batch
 from slipfold.branches.response import trace_response
 from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.continuation.locate import CLOSE
@@ -27,18 +27,26 @@ def scattered(count, seed):
     ]
 
 
-def abreast(models, vary="Nd", span=SPAN):
-    return responses_abreast(models, vary, span, sf.Settings())
+def batched(models, vary="Nd", span=SPAN, settings=None, whole=False):
+    return follow_batch(models, vary, span, settings or sf.Settings(), whole=whole)
+
+
+def branches_of(models):
+    """All branches of each case as data."""
+    return [case.assembled("Nd", SPAN[0]) for case in batched(models, whole=True)]
 
 
 def assert_alike(response, branches, width):
     """Check that both have the same branches and special points, as well as these are known."""
-    assert [item.period for item in response.branches] == [item.period for item in branches]
+    assert not response.failure
+    periods = [item.orbits.period for item in response.branches]
+    assert periods == [item.period for item in branches]
     for one, other in zip(response.branches, branches, strict=True):
-        assert one.ends == other.stopped.kind
-        told = [(point.type, point.criticality) for point in one.special]
+        special = one.special
+        assert one.end == other.stopped.kind
+        told = [(point.type, point.criticality) for point in special]
         assert told == [(point.type, point.criticality) for point in other.special]
-        for point, known in zip(one.special, other.special, strict=True):
+        for point, known in zip(special, other.special, strict=True):
             uncertain = point.uncertainty + known.uncertainty + 2 * CLOSE * width
             assert abs(point.value - known.value) <= uncertain
             assert point.coefficient == pytest.approx(known.coefficient, rel=COEFFICIENT)
@@ -47,15 +55,15 @@ def assert_alike(response, branches, width):
 @pytest.mark.parametrize("count", [3, pytest.param(40, marks=pytest.mark.long)])
 def test_special_points_are_those_of_each_response_alone(count):
     models = scattered(max(16, count), seed=7)
-    found = abreast(models)
-    assert all(found)  # none had to be followed by itself
+    found = batched(models)
+    assert not any(case.failure for case in found)  # none had to be followed individually
     for model, response in zip(models[:count], found, strict=False):
         assert_alike(response, trace_response(model, "Nd", SPAN), SPAN[1])
 
 
 def test_whole_branches_are_those_of_each_response_alone():
     models = scattered(16, seed=5)[:4]
-    found = branches_abreast(models, "Nd", SPAN, sf.Settings())
+    found = branches_of(models)
     for model, branches in zip(models, found, strict=True):
         alone = trace_response(model, "Nd", SPAN)
         for one, other in zip(branches, alone, strict=True):
@@ -77,9 +85,9 @@ def test_whole_branches_are_those_of_each_response_alone():
 
 def test_folds_but_none_beyond_a_limit():
     model = sf.SlidingOscillator(f=12.36, mu=0.595, alpha=1.4475, Vd=0.7108)
-    (found,) = branches_abreast([model], "Nd", SPAN, sf.Settings())
+    (found,) = branches_of([model])
     assert [[item.type for item in branch.special] for branch in found] == [["PD"], ["LP"]]
-    assert_alike(abreast([model])[0], trace_response(model, "Nd", SPAN), SPAN[1])
+    assert_alike(batched([model])[0], trace_response(model, "Nd", SPAN), SPAN[1])
     # Shortly beyond the spring's collapse the branch of period 1 would turn.
     assert [branch.stopped.kind for branch in found] == ["limit", "span"]
 
@@ -89,7 +97,7 @@ def test_limits_that_are_some_steps_beyond_the_last_orbit():
         sf.SlidingOscillator(f=12.5, Vd=Vd, mu=mu, alpha=alpha)
         for Vd, mu, alpha in ((0.5405, 0.3580, 1.0937), (0.7887, 0.2789, 0.7999))
     ]
-    found = branches_abreast(models, "Nd", SPAN, sf.Settings())
+    found = branches_of(models)
     for model, branches in zip(models, found, strict=True):
         alone = trace_response(model, "Nd", SPAN)
         assert [branch.stopped.kind for branch in branches] == ["limit", "span"]
@@ -105,7 +113,7 @@ def test_rest_under_a_pulsing_spring_loses_its_stability_where_it_does_alone():
         forcing={"period": "2*pi"},
     )
     span = (0.02, -0.02)
-    found = abreast([model.replace(k=k) for k in (30.0, 86.0)], "d", span)
+    found = batched([model.replace(k=k) for k in (30.0, 86.0)], "d", span)
     for response, k in zip(found, (30.0, 86.0), strict=True):
         assert_alike(response, trace_response(model.replace(k=k), "d", span), 0.04)
         assert [point.type for point in response.branches[0].special] == ["NS"]

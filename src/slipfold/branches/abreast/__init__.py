@@ -1,1 +1,0 @@
-"""Responses of many cases, followed side by side as far as nothing is out of the ordinary."""

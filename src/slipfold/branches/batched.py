@@ -1,0 +1,394 @@
+"""Responses of many cases followed together: their special points, or all of their branches.
+
+A case in which anything is out of the ordinary is left, to be followed individually. Ordinary are
+branches in slip that begin at the response of period 1, change by folds, period doublings and tori
+alone, and end at an end of the span or at a limit at which nothing sticks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from slipfold.branches.batched_points import (
+    LAST_STEP,
+    AtLimit,
+    Located,
+    locate_zeros,
+    orbits_at_limits,
+    refine_zeros,
+)
+from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, Start, Walk
+from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
+from slipfold.branches.branch import Branch
+from slipfold.branches.describe import describe
+from slipfold.branches.make_branch import assemble
+from slipfold.branches.method import forced_orbits
+from slipfold.branches.response import measured_over, span_begin
+from slipfold.branches.settings import Settings
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.branches.switching import emanating_branch
+from slipfold.continuation import atlas
+from slipfold.continuation.atlas import Chart
+from slipfold.continuation.end import End
+from slipfold.continuation.search import Found
+from slipfold.continuation.trail import Trail
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow.explicit_steps import LinearisedSteps, linearised_steps_of
+from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import linear_response
+from slipfold.models.model import Model
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.first_orbits import NEAR
+from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch, Settled
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+
+MINIMUM_BATCH = 16
+"""Cases from which on they are followed together: four are as quick individually, and compiling
+what is needed takes seconds."""
+
+BATCH = 64
+"""Cases that a batch should have: of 16 each takes twice as long, of 128 four fifths."""
+
+LONG = 4.0
+"""Arclength of a branch, in spans, for which the rounds of steps have to suffice."""
+
+ENDS = ("span", "limit")
+
+Tell = Callable[[str, float], None]
+"""Called with the stage of the computation and which fraction of it is done."""
+
+
+@dataclass(eq=False)
+class BatchedBranch:
+    """A branch of one of the cases."""
+
+    orbits: Orbits
+    parent: int | None = None  # number of the branch on which it begins, from 1
+    birth: Found[OrbitPoint] | None = None  # the period doubling at which it begins
+    first: OrbitPoint | None = None  # its first orbit, if it begins on another branch
+    stable: bool = False  # whether the first orbit is; not known of one that begins on another
+    end: str = ""  # one of ENDS, or why it was left
+    located: list[Located] = field(default_factory=list)  # its bifurcations, in order
+    found: list[Found[OrbitPoint]] = field(default_factory=list)  # the same, by the flow itself
+    # Of whole branches alone: all points, and the end in words
+    points: list[OrbitPoint] = field(default_factory=list)
+    stopped: End | None = None
+
+    @property
+    def special(self) -> tuple[SpecialPoint, ...]:
+        """The special points, with normal forms and uncertainties."""
+        return tuple(describe(item) for item in self.found)
+
+
+@dataclass(eq=False)
+class BatchedCase:
+    """A case: its branches in their order, as far as it was followed together with others."""
+
+    model: Model
+    branches: list[BatchedBranch] = field(default_factory=list)
+    failure: str = ""  # why it has to be followed individually
+
+    def leave(self, reason: str) -> None:
+        """Leave the case, to be followed individually; the first reason counts."""
+        self.failure = self.failure or reason
+
+    def loss(self, special: Sequence[SpecialPoint]) -> SpecialPoint | None:
+        """Return which special point of the first branch ends its initial stability, if any."""
+        around = (item.bracket.unstable for item in self.branches[0].located)
+        crossed = zip(special, around, strict=True)
+        return next((point for point, (before, after) in crossed if before == 0 < after), None)
+
+    def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
+        """Return the branches as data, from the first value of the span."""
+        charts, leads = list[Chart[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
+        for number, item in enumerate(self.branches, 1):
+            start = atlas.Start(
+                item.orbits,
+                (item.points[0],),
+                departs=item.birth is not None,
+                parent=item.parent,
+                found=item.birth,
+            )
+            trail = Trail(item.orbits, item.points, start.departs, item.found, item.stopped)
+            charts.append(Chart(number, start, trail, None))
+            if item.birth is not None:
+                leads.setdefault(item.birth, []).append(number)
+        return assemble(charts, leads, span_begin(vary, first))
+
+
+def follow_batch(
+    models: Sequence[Model],
+    vary: str,
+    span: tuple[float, float],
+    settings: Settings,
+    tell: Tell = lambda stage, fraction: None,
+    *,
+    whole: bool = True,
+) -> list[BatchedCase]:
+    """Follow the responses of models of one kind, whole or as far as special points need it.
+
+    The results of a case do not depend on the other cases. The shorter periods come first.
+    """
+    tell("equations", 0.0)
+    steps = _steps_for(models[0], settings)
+    if steps is None:
+        return [BatchedCase(model, failure="another kind of model") for model in models]
+    models = [model.replace(**{vary: span[0]}) for model in models]
+    models = [
+        model if model.found_sizes is not None else measured_over(model, vary, span)
+        for model in models
+    ]
+    cases = [BatchedCase(model) for model in models]
+    vectors = np.array([model.vector for model in models])
+    scales = np.array([model.state_scales() for model in models])
+    width, tolerance = abs(span[1] - span[0]), settings.newton.tolerance
+    orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
+    starts, branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
+    while starts:
+        walk = Walk(orbits, starts, span, settings.steps)
+        walk.run(partial(tell, f"branches of period {orbits.period}"))
+        stage = f"orbits of period {orbits.period}"
+        tell(stage, 0.0)
+        _locate(orbits, walk, cases, branches, span)
+        _refine(orbits, cases, branches, tolerance)
+        if whole:
+            tell(stage, 0.5)
+            _refine_points(orbits, walk, cases, branches, tolerance)
+        starts, branches = _doubled(cases, orbits.period, settings)
+        orbits = orbits.of_period(2 * orbits.period)
+    return cases
+
+
+def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
+    """Return the explicit steps for such models; None where these or settings do not allow it."""
+    slips = all(contact.limits for contact in contacts_of(model))
+    if not model.forced or not slips or np.any(model.whole_turns):
+        return None
+    steps = settings.steps
+    allowed = (
+        settings.discretisation != "collocation"
+        and settings.newton.iterations >= ITERATIONS
+        and steps.smallest <= SMALLEST
+        and steps.largest * MAX_ROUNDS > LONG
+    )
+    return linearised_steps_of(model) if allowed else None
+
+
+# -- where branches begin --------------------------------------------------------------------------
+
+
+def _responses(
+    orbits: OrbitBatch, cases: Sequence[BatchedCase], forward: float, settings: Settings
+) -> tuple[list[Start], list[BatchedBranch]]:
+    """Find the responses at the first value from the linear ones."""
+    flow, curves, guesses = flow_of(orbits.model), dict[int, ForcedOrbits](), []
+    for number, case in enumerate(cases):
+        model = case.model
+        case.failure = "no linear response"
+        with suppress(InputError, *BREAKDOWNS):
+            curve = forced_orbits(model, orbits.vary, orbits.width, settings)
+            if isinstance(curve.by, Shooting):
+                constants, scales = flow.constants(model.vector), model.state_scales()
+                nodes = linear_response(flow, constants, scales, SEGMENTS, model.start)
+                value = np.array([model.values[orbits.vary]])
+                guesses.append(orbits.join(np.array([number]), nodes[None], value)[0])
+                curves[number], case.failure = curve, ""
+    if not curves:
+        return [], []
+    rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
+    which = np.array(list(curves))
+    result = orbits.correct(which, np.array(guesses), rows, LAST_STEP, NEAR)
+    starts, branches = list[Start](), list[BatchedBranch]()
+    for row, (number, curve) in enumerate(curves.items()):
+        if not result.found[row]:
+            cases[number].leave("no response")
+            continue
+        starts.append(Start(number, result.z[row], result.tangents[row]))
+        branches.append(BatchedBranch(curve))
+    return starts, branches
+
+
+def _doubled(
+    cases: Sequence[BatchedCase], period: int, settings: Settings
+) -> tuple[list[Start], list[BatchedBranch]]:
+    """Return where the branches of twice a period begin."""
+    starts, branches = list[Start](), list[BatchedBranch]()
+    largest = settings.largest_period
+    for number, case in enumerate(cases):
+        parents = [item for item in enumerate(case.branches, 1) if item[1].orbits.period == period]
+        for parent, branch in [] if case.failure else parents:
+            for found in branch.found:
+                try:
+                    birth = emanating_branch(branch.orbits, found, settings, largest)
+                except BREAKDOWNS:
+                    case.leave("birth")
+                    break
+                if birth is not None:
+                    first = birth.start
+                    starts.append(Start(number, first.z, first.tangent, first.multipliers))
+                    branches.append(BatchedBranch(birth.orbits, parent, found, first))
+    return starts, branches
+
+
+# -- special points --------------------------------------------------------------------------------
+
+
+def _locate(
+    orbits: OrbitBatch,
+    walk: Walk,
+    cases: Sequence[BatchedCase],
+    branches: Sequence[BatchedBranch],
+    span: tuple[float, float],
+) -> None:
+    """Add branches that were walked to their cases, with their bifurcations."""
+    ended = [number for number, fate in enumerate(walk.fates) if fate in ENDS]
+    brackets = [item for number in ended for item in walk.brackets[number]]
+    found = locate_zeros(orbits, brackets)
+    for number, branch in enumerate(branches):
+        branch.stable, branch.end = bool(walk.stable[number]), walk.fates[number]
+        case = cases[walk.cases[number]]
+        case.branches.append(branch)
+        own = [item for at, item in zip(brackets, found, strict=True) if at.branch == number]
+        located = [item for item in own if item is not None]
+        branch.located = [item for item in located if _is_genuine(item)]
+        values = [float(item.z[-1]) * orbits.width for item in located]
+        if branch.end not in ENDS:
+            case.leave(branch.end)
+        elif len(located) < len(own):
+            case.leave("not located")
+        elif not all(min(span) <= value <= max(span) for value in values):
+            case.leave("turns outside the span")
+        elif any(_crosses(item) != _is_genuine(item) for item in located):
+            case.leave("not accounted for")
+
+
+def _is_genuine(item: Located) -> bool:
+    """Whether a multiplier is where the type says: a neutral saddle has no pair on the circle."""
+    if item.bracket.kind == "NS":
+        return is_torus(item.multipliers)
+    target = -1.0 if item.bracket.kind == "PD" else 1.0
+    return bool(np.abs(item.multipliers - target).min() < ON_CIRCLE)
+
+
+def _crosses(item: Located) -> bool:
+    before, after = item.bracket.unstable
+    return before != after
+
+
+def _refine(
+    orbits: OrbitBatch,
+    cases: Sequence[BatchedCase],
+    branches: Sequence[BatchedBranch],
+    tolerance: float,
+) -> None:
+    """Add the special points of branches as the flow itself has them."""
+    items = [
+        (branch, item)
+        for branch in branches
+        for item in branch.located
+        if not cases[item.bracket.case].failure
+    ]
+    zeros = refine_zeros(orbits, [item for _, item in items], tolerance)
+    for (branch, item), zero in zip(items, zeros, strict=True):
+        if zero is None:
+            cases[item.bracket.case].leave("special point not located")
+            continue
+        (point,) = _points(branch.orbits, zero[0], [item.arclength], derived=True)
+        branch.found.append(Found(item.bracket.kind, point, item.slope))
+
+
+# -- all orbits of branches ------------------------------------------------------------------------
+
+
+def _refine_points(
+    orbits: OrbitBatch,
+    walk: Walk,
+    cases: Sequence[BatchedCase],
+    branches: Sequence[BatchedBranch],
+    tolerance: float,
+) -> None:
+    """Add all orbits to branches that were walked, as the flow itself has them."""
+    limits = orbits_at_limits(orbits, walk, tolerance)
+    numbers = [number for number, fate in enumerate(walk.fates) if fate in ENDS]
+    parts, rows = [], []
+    for number in numbers:
+        points, branch = walk.points[number], branches[number]
+        case, first, last = cases[walk.cases[number]], int(branch.first is not None), len(points)
+        if branch.end == "limit":
+            limit = limits[number]
+            last = _last_before(limit, branch, case, [point[2] for point in points], tolerance)
+        lines = [tangent for _, tangent, _ in points]
+        held = hold_parameter(orbits.size)
+        lines[0], lines[-1] = held * np.sign(lines[0][-1]), held * np.sign(lines[-1][-1])
+        parts.append(points[first:last])
+        rows += lines[first:last]
+    if not rows:
+        return
+    which = np.repeat(walk.cases[numbers], [len(part) for part in parts])
+    z = np.array([point[0] for part in parts for point in part])
+    result, end = orbits.settled(which, z, np.array(rows), tolerance), 0
+    for number, part in zip(numbers, parts, strict=True):
+        own = result.of(slice(end, end + len(part)))
+        end += len(part)
+        case, branch = cases[walk.cases[number]], branches[number]
+        if not (own.residuals <= tolerance).all():
+            case.leave("residual")
+        if not case.failure:
+            _complete(branch, own, [point[2] for point in part], limits.get(number))
+
+
+def _last_before(
+    limit: AtLimit | None,
+    branch: BatchedBranch,
+    case: BatchedCase,
+    arclengths: Sequence[float],
+    tolerance: float,
+) -> int:
+    """Return how many points lie before a limit: the walk may have taken one too many for them."""
+    if limit is None or not (limit.orbit.residuals <= tolerance).all():
+        case.leave("limit not located")
+        return len(arclengths) - 1
+    if any(item.arclength >= limit.arclength for item in branch.located):
+        case.leave("beyond the limit")
+    return sum(arclength < limit.arclength for arclength in arclengths)
+
+
+def _complete(
+    branch: BatchedBranch, inner: Settled, arclengths: Sequence[float], limit: AtLimit | None
+) -> None:
+    """Add the points of a branch, and say how it ends."""
+    orbits = branch.orbits
+    branch.points = [] if branch.first is None else [branch.first]
+    branch.points += _points(orbits, inner, arclengths)
+    if limit is None:
+        branch.stopped = span_end(orbits, branch.points[-1])
+        return
+    branch.points += _points(orbits, limit.orbit, [limit.arclength])
+    broken = orbits.model.limits[limit.limit]
+    reason = broken.reason.format(value=limit.margin + broken.bound)
+    branch.stopped = End("limit", reason, orbits.place(branch.points[-1].z))
+
+
+def _points(
+    orbits: Orbits, found: Settled, arclengths: Sequence[float], *, derived: bool = False
+) -> list[OrbitPoint]:
+    """Return orbits as points of a branch; with test functions if they are derived."""
+    points = []
+    for row, arclength in enumerate(arclengths):
+        own = found.z[row], found.tangents[row], arclength
+        monodromy, residual = found.monodromies[row], float(found.residuals[row])
+        if derived:
+            points.append(orbits.derived_point(*own, monodromy, residual))
+            continue
+        multipliers = found.multipliers[row]
+        rest = {"curve": orbits, "monodromy": monodromy, "multipliers": multipliers}
+        points.append(OrbitPoint(*own, {}, 0, residual, **rest))
+    return points

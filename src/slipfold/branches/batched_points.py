@@ -1,0 +1,240 @@
+"""Special points and ends at limits on many branches, located together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.branches.batched_walk import Bracket, Walk
+from slipfold.branches.stops import LIMIT_CLOSE
+from slipfold.continuation.interpolation import hermite_each
+from slipfold.continuation.locate import CLOSE, Enclosed
+from slipfold.continuation.newton import EXACT
+from slipfold.orbits.orbit_batch import EXACTLY, TESTS, OrbitBatch, Settled, Solutions
+
+LAST_STEP = 1e-6
+"""A correction shorter than this is the last: Newton's method squares it."""
+
+NEAR = 1e-7
+"""Distance from a zero below which the flow itself continues: its steps are secants as well."""
+
+ITERATIONS = 12
+"""Points after which a zero counts as not located; the flow itself needs one or two more."""
+
+LAST = 3
+"""Orbits at the end of a branch that are corrected again before a limit is located: near a
+singularity explicit steps leave too few digits to tell on which side of the limit they lie."""
+
+BEYOND = 1.5, 1.1
+"""Multiples of the estimated distance to a limit by which it is passed; the second where there is
+no orbit so near to a singularity."""
+
+FARTHEST = 5.0
+"""Largest such distance, over that of the last two orbits: a walk that sees the limit in its own
+coarser steps ends up to three of them before it."""
+
+Function = Callable[[Sequence[Bracket], Solutions], Array]
+"""A function whose zero each bracket has, of an orbit for each, shape (k,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """A zero within a bracket."""
+
+    bracket: Bracket
+    z: Array  # shape (u,)
+    tangent: Array  # shape (u,)
+    multipliers: NDArray[np.complex128]  # shape (n,)
+    slope: float  # of the function along the branch
+    arclength: float
+
+
+def critical_values(brackets: Sequence[Bracket], found: Solutions) -> Array:
+    """Return the test functions whose zeros are special points, shape (k,)."""
+    kinds = [TESTS.index(item.kind) for item in brackets]
+    return np.asarray(found.tests[np.arange(len(brackets)), kinds])
+
+
+def locate_zeros(
+    orbits: OrbitBatch,
+    brackets: Sequence[Bracket],
+    function: Function = critical_values,
+    near: float = NEAR,
+) -> list[Located | None]:
+    """Approach the zeros within brackets, along their chords; None where that fails."""
+    result: list[Located | None] = [None] * len(brackets)
+    if not brackets:
+        return result
+    z = np.array([item.z for item in brackets])
+    cases = np.array([item.case for item in brackets])
+    chord = z[:, 1] - z[:, 0]
+    lengths = np.sqrt((chord * chord).sum(axis=1))
+    rows = chord / lengths[:, None]
+    slopes = np.array([item.tangents for item in brackets])
+    slopes /= (slopes * rows[:, None]).sum(axis=2)[..., None]  # by the position along the chord
+    zeros = [
+        Enclosed(length, (float(item.values[0]), float(item.values[1])))
+        for item, length in zip(brackets, lengths.tolist(), strict=True)
+    ]
+    active = list(range(len(brackets)))
+    for _ in range(ITERATIONS):
+        if not active:
+            break
+        at = np.array([zeros[i].next_place() for i in active])
+        ends = np.column_stack([np.zeros(len(active)), lengths[active]])
+        guess, _ = hermite_each(ends, z[active], slopes[active], at)
+        off = at - ((guess - z[active, 0]) * rows[active]).sum(axis=1)
+        guess += off[:, None] * rows[active]
+        now = orbits.correct(cases[active], guess, rows[active], LAST_STEP, np.inf)
+        values = function([brackets[i] for i in active], now)
+        remaining = []
+        for row, i in enumerate(active):
+            forward, value = float(now.tangents[row] @ rows[i]), float(values[row])
+            if not np.isfinite(value) or not forward > 0:
+                continue
+            position = float(at[row])
+            if zeros[i].error(position, value) > near < zeros[i].width:
+                zeros[i].add(position, value)
+                remaining.append(i)
+                continue
+            slope = zeros[i].slope(position, value) * forward  # along the branch, not its chord
+            arclength = float(np.interp(position, (0.0, lengths[i]), brackets[i].arclengths))
+            own = now.z[row], now.tangents[row], now.multipliers[row]
+            result[i] = Located(brackets[i], *own, slope, arclength)
+        active = remaining
+    return result
+
+
+def refine_zeros(
+    orbits: OrbitBatch,
+    items: Sequence[Located],
+    tolerance: float,
+    function: Function = critical_values,
+    close: float = CLOSE,
+) -> list[tuple[Settled, float] | None]:
+    """Return zeros by the flow itself, each with its remaining value; None where that fails.
+
+    The steps are secants along the branch, which end within an arclength `close` of the zero; what
+    remains after the last of them is rounding.
+    """
+    result: list[tuple[Settled, float] | None] = [None] * len(items)
+    cases = np.array([item.bracket.case for item in items])
+    slopes = np.array([item.slope for item in items])
+    z = np.array([item.z for item in items])
+    rows = np.array([item.tangent for item in items])
+    active, before = np.arange(len(items)), np.full(len(items), np.nan)
+    steps = 4  # of which one or two are needed
+    for step in range(steps):
+        if not len(active):
+            break
+        own = cases[active]
+        now = orbits.correct(own, z[active], rows[active], EXACT, np.inf, EXACTLY)
+        residuals = orbits.residuals(own, now.z)
+        here = Settled(now.z, now.tangents, now.monodromies, residuals)
+        value = function([items[i].bracket for i in active.tolist()], here)
+        fails = ~(np.isfinite(value) & (residuals <= tolerance))
+        # The last step gives the slope again, unless rounding is left.
+        ratio = value / before[active]
+        slopes[active] *= np.where(np.abs(ratio) < 0.5, 1 - ratio, 1.0)
+        before[active] = value
+        done = (np.abs(value) <= close * np.abs(slopes[active])) | (step == steps - 1)
+        for row in np.flatnonzero(done & ~fails).tolist():
+            result[active[row]] = here.of(slice(row, row + 1)), float(value[row])
+        more = np.flatnonzero(~done & ~fails)
+        active = active[more]
+        rows[active] = here.tangents[more]
+        z[active] = here.z[more] - (value[more] / slopes[active])[:, None] * rows[active]
+    return result
+
+
+# -- ends at limits of the model ------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class AtLimit:
+    """The last orbit of a branch, at a limit of the model."""
+
+    orbit: Settled  # this one alone
+    arclength: float
+    limit: int  # index of the limit
+    margin: float  # zero but for rounding
+
+
+def orbits_at_limits(orbits: OrbitBatch, walk: Walk, tolerance: float) -> dict[int, AtLimit | None]:
+    """Return where branches end that ended at a limit, by their numbers; None where that fails."""
+    result: dict[int, AtLimit | None] = {
+        number: None for number, fate in enumerate(walk.fates) if fate == "limit"
+    }
+    numbers = [number for number in result if len(walk.points[number]) >= LAST]
+    if not numbers:
+        return result
+    points = [point for number in numbers for point in walk.points[number][-LAST:]]
+    z, tangents, arclengths = (np.array(item) for item in zip(*points, strict=True))
+    cases = np.repeat(walk.cases[numbers], LAST)
+    settled = orbits.settled(cases, z, tangents, tolerance)
+    margins = orbits.margins(cases, settled.z)
+    brackets = list[Bracket]()
+    for row, number in enumerate(numbers):
+        last = slice(row * LAST, (row + 1) * LAST)
+        parts = settled.z[last], tangents[last], arclengths[last], margins[last]
+        bracket = _limit_bracket(orbits, number, int(walk.cases[number]), *parts)
+        brackets += [] if bracket is None else [bracket]
+    names = [limit.name for limit in orbits.model.limits]
+
+    def margin(brackets: Sequence[Bracket], found: Solutions) -> Array:
+        which = [names.index(item.kind) for item in brackets]
+        each = orbits.margins(np.array([item.case for item in brackets]), found.z)
+        return np.asarray(each[np.arange(len(which)), which])
+
+    near = locate_zeros(orbits, brackets, margin, LIMIT_CLOSE)
+    items = [item for item in near if item is not None]
+    zeros = refine_zeros(orbits, items, tolerance, margin, LIMIT_CLOSE)
+    for item, zero in zip(items, zeros, strict=True):
+        if zero is not None:
+            index = names.index(item.bracket.kind)
+            result[item.bracket.branch] = AtLimit(zero[0], item.arclength, index, zero[1])
+    return result
+
+
+def _limit_bracket(
+    orbits: OrbitBatch,
+    branch: int,
+    case: int,
+    z: Array,
+    tangents: Array,
+    arclengths: Array,
+    margins: Array,
+) -> Bracket | None:
+    """Return two orbits between which one limit is broken; None if there is no such limit.
+
+    Shapes: z, tangents (LAST, u); arclengths (LAST,); margins (LAST, n_limits).
+    """
+    if not (margins[-2] > 0).all():
+        z, tangents, arclengths = z[:-1], tangents[:-1], arclengths[:-1]
+        margins = margins[:-1]
+    elif (margins[-1] > 0).all():
+        length = arclengths[-1] - arclengths[-2]
+        falls = np.maximum(margins[-2] - margins[-1], 1e-300)
+        estimate = float((margins[-1] / falls * length).min())
+        if not BEYOND[0] * estimate < FARTHEST * length:
+            return None
+        own, row = np.array([case]), tangents[-1:]
+        for factor in BEYOND:
+            further = factor * estimate
+            guess = z[-1:] + further * row
+            now = orbits.correct(own, guess, row, LAST_STEP, further)
+            if now.found[0]:
+                break
+        z, tangents = np.concatenate([z, now.z]), np.concatenate([tangents, now.tangents])
+        arclengths = np.append(arclengths, arclengths[-1] + further)
+        margins = np.concatenate([margins, orbits.margins(own, now.z)])
+    broken = np.flatnonzero(~(margins[-1] > 0))
+    if not (margins[-2] > 0).all() or len(broken) != 1 or not np.isfinite(tangents[-2:]).all():
+        return None
+    index = int(broken[0])
+    name, values = orbits.model.limits[index].name, margins[-2:, index]
+    return Bracket(branch, case, name, z[-2:], tangents[-2:], arclengths[-2:], values, (0, 0))
