@@ -141,3 +141,13 @@ def test_a_cycle_that_comes_to_a_singularity_says_so():
     assert branch.stopped.kind == "failed"
     assert "the orbit comes to where the equations have no value" in branch.stopped.reason
     assert "duration" not in diagram.summary().splitlines()[0]
+
+
+def test_an_equilibrium_that_runs_away_says_so():
+    # x = log(q) has no end as q comes to zero.
+    states = {"x": {"rate": "q*exp(-x) - 1", "start": 0.1}}
+    model = sf.System(name="logarithm", parameters={"q": 1.0}, states=states)
+    (branch,) = sf.response(model, vary="q", span=(1, 0)).branches
+    assert branch.states[:-1, 0] == pytest.approx(np.log(branch.parameter[:-1]), rel=1e-9)
+    assert branch.states[-1, 0] < -300
+    assert "the equilibrium runs away to x = -" in branch.stopped.reason

@@ -146,6 +146,8 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
+    if met and not singular and orbits.kind == "equilibrium":
+        return failure.kind, _far_away(orbits, last)
     if met and not singular:
         return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
     if singular:
@@ -158,6 +160,17 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     )
     there = f"; there {limits}" if limits else ""
     return "failed", f"{failure.reason}{there}"
+
+
+def _far_away(orbits: Orbits, last: OrbitPoint) -> str:
+    """Say which state of an equilibrium has become so large that rates overflow beside it."""
+    state = orbits.nodes(last.z)[0]
+    farthest = int(np.abs(state / orbits.model.state_scales()).argmax())
+    name = orbits.flow.output_names[farthest]
+    return (
+        f"the equilibrium runs away to {name} = {state[farthest]:.4g}, where rates overflow; a "
+        f"limit of {name} ends the branch earlier"
+    )
 
 
 def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
