@@ -73,7 +73,7 @@ def test_workers_without_slipfold_are_refused(comes, tmp_path, processes):
 def test_a_cluster_computes_the_same_and_survives_its_workers(
     tmp_path, processes, monkeypatch, capfd
 ):
-    monkeypatch.setattr("slipfold.studies.executors.PATIENCE", 2.0)
+    monkeypatch.setattr("slipfold.studies.executors.SCHEDULER_TIMEOUT", 2.0)
     undisturbed = content(sf.study(CHEAP), tmp_path)
     known = tmp_path / "scheduler.json"
     scheduler = processes(

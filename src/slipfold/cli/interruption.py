@@ -13,7 +13,7 @@ from types import FrameType
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 GRACE = 0.4
-"""Seconds that the next point may take after a signal."""
+"""Maximum seconds of the next point after a signal."""
 
 KEEPING = frozenset(
     {
@@ -34,7 +34,7 @@ KEEPING = frozenset(
         "slipfold.studies.run.compute",
     }
 )
-"""Functions that may be interrupted anywhere: what was finished before is kept. They are named, so
+"""Functions that may be interrupted anywhere and keep their finished results. They are named, so
 that a command imports none that it does not call."""
 
 
@@ -42,8 +42,8 @@ that a command imports none that it does not call."""
 def deferred_interrupts() -> Iterator[Callable[[], None]]:
     """Note Ctrl-C or SIGTERM instead of raising `KeyboardInterrupt`; a second one does raise it.
 
-    An interrupt while a branch is put together would lose it. Inside what keeps what is finished
-    it is raised where the next point takes too long.
+    An interrupt while a branch is assembled would lose it. Functions that keep finished results are
+    interrupted if the next point takes too long.
     """
     if threading.current_thread() is not threading.main_thread():  # signals go there
         yield lambda: None
@@ -59,7 +59,7 @@ def deferred_interrupts() -> Iterator[Callable[[], None]]:
 
 
 class _Deferred:
-    """A signal that waits for a place where it is safe to stop."""
+    """A signal that waits until it is safe to stop."""
 
     def __init__(self) -> None:
         self.pressed = self.overdue = self.begun = False
@@ -76,7 +76,7 @@ class _Deferred:
         """Take a signal: from the keyboard, or that the next point takes too long."""
         if self.overdue:
             self.overdue = False
-            self._wait()  # what comes after what is stopped may take as long
+            self._wait()  # the next stage may take as long
             # Before the first point there is nothing to lose.
             if not self.begun or _is_kept(frame):
                 raise KeyboardInterrupt
@@ -100,7 +100,7 @@ class _Deferred:
 
 
 def _is_kept(frame: FrameType | None) -> bool:
-    """Whether a function is at work that keeps what is finished when it is interrupted."""
+    """Whether a running function keeps its finished results when it is interrupted."""
     while frame is not None:
         if f"{frame.f_globals.get('__name__')}.{frame.f_code.co_qualname}" in KEEPING:
             return True

@@ -26,7 +26,7 @@ KINDS = {
     "Sweep": ("points", "section", "waterfall"),
     "Diagram": ("spectrum",),
 }
-"""What may be drawn of each kind of result."""
+"""Kinds of drawings of each kind of result."""
 
 OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Diagram": ("response", ("output", "measure", "measured", "kind", "at")),
@@ -43,7 +43,7 @@ OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Design": ("design", ()),
     "ThresholdUncertainty": ("scatter of a threshold", ()),
 }
-"""What each kind of result is called, and the options that go with it."""
+"""Name of each kind of result, and its options."""
 
 RESULT = argument("RESULT.nc", "A file written by --out.", "result")
 Result = Annotated[str, given_text(RESULT)]
@@ -139,7 +139,7 @@ def plot(
 
 
 def _check_options(given: Mapping[str, str], kind: str, path: str) -> None:
-    """Refuse what goes with another kind of result."""
+    """Refuse options of another kind of result."""
     if kind not in OPTIONS:
         raise InputError(f"{path} holds numbers that no figure shows; give another result")
     name, known = OPTIONS[kind]
@@ -160,7 +160,7 @@ def _check_options(given: Mapping[str, str], kind: str, path: str) -> None:
 def _goes_with(kind: str, option: str, value: str) -> bool:
     """Whether a kind of result has an option; --kind only with what may be drawn of it.
 
-    What is known of none is told by the drawing.
+    An unknown kind is refused by the drawing.
     """
     elsewhere = any(value in kinds for kinds in KINDS.values())
     of_it = option != "kind" or not elsewhere or value in KINDS.get(kind, ())

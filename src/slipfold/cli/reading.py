@@ -381,7 +381,7 @@ def parse_number(text: str, option: str) -> float:
 
 
 def parse_whole(text: str, option: str, least: int = 1) -> int:
-    """Read a whole number of at least 1, or what else is the least.
+    """Read a whole number of at least 1, or of another minimum.
 
     >>> parse_whole("2000", "--periods")
     2000
@@ -415,7 +415,7 @@ def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, fl
 def parse_window(
     texts: Sequence[str], model: Model, what: str = "a locus"
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
-    """Read ``NAME=FIRST:LAST`` twice, for the two parameters of what is computed.
+    """Read ``NAME=FIRST:LAST`` twice, for two parameters.
 
     >>> from slipfold.models import SlidingOscillator
     >>> parse_window(["f=11:14Hz", "Nd=0:0.5"], SlidingOscillator())

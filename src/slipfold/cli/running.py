@@ -137,7 +137,7 @@ class Outputs:
     def of(self, compute: Callable[..., AnyResult]) -> AnyResult:
         """Compute, showing progress and stopping at Ctrl-C, and write the result.
 
-        Ctrl-C while it is written is too late to stop anything, and loses nothing.
+        Ctrl-C during writing has no effect and loses nothing.
         """
         with deferred_interrupts() as check:
             with live_line() as show:

@@ -104,7 +104,7 @@ def study(
 
 
 def _check(case: str, workers: int, scheduler: str | None) -> None:
-    """Print what a study is; a scheduler is not asked what it has."""
+    """Print the size of a study and its estimated time, without contacting a scheduler."""
     from slipfold.studies.plan import read_plan, total
     from slipfold.studies.run import estimate
 
@@ -117,11 +117,11 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
     processes = "one process" if workers == 1 else f"{workers} processes"
     if scheduler is not None:
         processes += f" of this machine, not at {scheduler}"
-    alone, most = (" by itself", "at most ") if found.beside else ("", "")
+    alone, most = (" by itself", "at most ") if found.batched else ("", "")
     say(
         f"{found.seconds:.3g} s a case{alone}, from {found.tried} of them: "
         f"{most}{duration_text(count * found.seconds / workers)} on {processes}"
-        f"{', as cases go side by side' if found.beside else ''}"
+        f"{', as cases go side by side' if found.batched else ''}"
     )
     for reason in found.failures:
         say(f"one of these failed: {reason}")

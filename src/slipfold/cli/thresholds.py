@@ -116,7 +116,7 @@ def _on_response(
     find: Callable[[Diagram, Observer], AnyResult],
     observer: Observer,
 ) -> AnyResult:
-    """Follow a response, then find what starts from it; interrupted before, there is nothing."""
+    """Follow a response, then compute from its special points."""
     from slipfold.computations.response import response
 
     diagram = response(model, *varied, observer=observer)

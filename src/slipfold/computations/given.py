@@ -1,4 +1,4 @@
-"""What people give to a computation, checked in the words of the person who gave it."""
+"""Arguments of computations, checked."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def checked_forced(model: Model) -> Model:
 
 
 def checked_point(given: Any) -> SpecialPoint:
-    """Return the special point given, or raise; one without a locus does not move."""
+    """Return the special point given, or raise; it must have a locus."""
     point = given.point if isinstance(given, Labelled) else given
     if not isinstance(point, SpecialPoint):
         raise InputError(
@@ -55,7 +55,7 @@ def checked_point(given: Any) -> SpecialPoint:
 
 
 def checked_count(given: Any, name: str, least: int = 1) -> int:
-    """Return a whole number that is not below the least one, or raise."""
+    """Return a whole number of at least `least`, or raise."""
     if isinstance(given, (int, np.integer)) and not isinstance(given, bool) and given >= least:
         return int(given)
     raise InputError(f"{name} = {given!r} is not a whole number of at least {least}; give one")

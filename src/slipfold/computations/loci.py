@@ -338,8 +338,8 @@ def corner_model(
 ) -> AnyModel:
     """Return a model at a corner of the window, the lowest that it can have.
 
-    Parameters of a model may bound one another. A window may stick out of what is allowed, where a
-    locus then ends at a limit of the model, but not with a whole side.
+    Parameters of a model may bound one another. Part of a window may be outside these bounds, where
+    a locus then ends at a limit of the model, but not a full side of it.
     """
     other = dict(changes or {})
     sides = [[(value, end) for end in window[1]] for value in window[0]]
@@ -356,7 +356,7 @@ def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]
     for candidate in candidates:
         try:
             changed = model.replace(**candidate)
-            # Where a counter-body is at rest nothing slides all the time: motions lead to orbits.
+            # Where a moving surface stands still solutions lead to orbits that stick.
             if not changed.forced or may_slip(changed):
                 check_followed(changed)
             return changed

@@ -49,20 +49,20 @@ def measure(
 ) -> Measurement:
     """Measure the response of a model as a test stand would: by sweeping a parameter in steps.
 
-    At each value the motion goes on from where it was at the one before, until it has settled or
-    8000 forcing periods are over, and is read: so jumps and hysteresis show as they do in a test.
+    At each value the solution continues from the last state of the value before, until it is steady
+    or for 8000 forcing periods, and is measured: jumps and hysteresis appear as in a test.
 
     Returns
     -------
     Measurement
-        The readings in the order in which they were taken; where the motion ends at a limit, those
-        before, and in `stopped` why.
+        The measurements in their order; if the solution ends at a limit, those before, with the
+        reason in `stopped`.
 
     Raises
     ------
     InputError
-        If something given cannot be used, the model has no forcing, or its motion ends at a limit
-        before anything is read.
+        If something given cannot be used, the model has no forcing, or its solution ends at a
+        limit before anything is measured.
 
     Examples
     --------
@@ -122,21 +122,21 @@ def fit(
     observer: Observer | None = None,
     **parameters: float | str,
 ) -> Fit:
-    """Find the parameters with which the stable responses of a model come nearest to readings.
+    """Fit parameters so that the stable responses of a model are closest to measurements.
 
     The response is followed over the parameter that was varied in the measurement, from both ends
-    of its span; each reading is explained by the stable orbit there that comes nearest. With these
-    orbits held the weighted sum of squares is minimised, then readings are explained anew, as long
-    as the sum decreases. This begins with the values of the model and at other places within the
-    bounds, and the least sum counts. A reading beyond six typical distances from every stable orbit
-    is left out and counts as one at that distance; which and why is said.
+    of its span; each reading is assigned to the nearest stable orbit. For these orbits the weighted
+    sum of squares is minimized, then readings are assigned again, as long as the sum decreases.
+    Searches start from the values of the model and from other points within the bounds; the
+    smallest sum counts. A reading beyond six typical distances from every stable orbit is left out
+    and counts as one at that distance; the result lists these readings with the reason.
 
     Returns
     -------
     Fit
         The parameters with intervals of 95 % confidence from the profile of the sum of squares,
-        inside the bounds; standard errors and correlations, as the model linearised about them
-        tells; what is predicted; which rows were used.
+        inside the bounds; standard errors and correlations of the linearized model; the predicted
+        values; the rows used.
 
     Raises
     ------
@@ -213,11 +213,11 @@ def plan_measurement(
     errors: Errors,
     **parameters: float | str,
 ) -> MeasurementPlan:
-    """Tell how well readings at planned points would tell parameters, and which points tell most.
+    """Compute how accurately planned measurements determine parameters, and the best points.
 
-    The information matrix of a fit: the derivatives of what would be read with respect to the
-    parameters, over the errors of the readings, at the stable response that a sweep through the
-    values in their order meets.
+    The information matrix of a fit: the derivatives of the measured quantities with respect to the
+    parameters, over the errors of the measurements, at the stable response that a sweep through the
+    values in their order follows.
 
     Returns
     -------

@@ -207,7 +207,7 @@ def _first(
 def _followed(
     follow: Callable[..., tuple[Branch, ...]], begin: Begin | None, search: bool
 ) -> tuple[tuple[Branch, ...], InputError | None]:
-    """Follow the branches; a search may find some elsewhere in the span if there is no first."""
+    """Follow the branches; without a first one a search may find some elsewhere in the span."""
     try:
         return follow(begin=begin), None
     except InputError as error:
@@ -328,7 +328,7 @@ def responses(
     Raises
     ------
     InputError
-        For what is wrong in all cases: an unknown parameter, a wrong unit, an empty span, no cases,
+        For errors of all cases: an unknown parameter, a wrong unit, an empty span, no cases,
         columns of different lengths.
 
     Examples
@@ -415,7 +415,7 @@ def _batch(
         return {}
     models, begun = dict[int, Model](), perf_counter()
     for case in range(start, min(start + SIMULTANEOUS, len(cases))):
-        with suppress(InputError, *BREAKDOWNS):  # said of the case when its turn comes
+        with suppress(InputError, *BREAKDOWNS):  # reported when the case itself is computed
             own = model.replace(**cases[case], **{vary: span[0]})
             check_followed(own)
             models[case] = measured_over(own, vary, span)
@@ -423,7 +423,7 @@ def _batch(
         return {}
     try:
         found = follow_batch(list(models.values()), vary, span, settings, tell)
-    except (InputError, *BREAKDOWNS):  # the case itself says so when its turn comes
+    except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return {}
     each = (perf_counter() - begun) / len(models)
     return {
@@ -447,7 +447,7 @@ def _diagram(
             return None
         branches = followed.assembled(vary, span[0])
         checked = check_branches(branches)
-    except (InputError, *BREAKDOWNS):  # the case itself says so when its turn comes
+    except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return None
     told = provenance(seconds + perf_counter() - begun)
     return Diagram(model, vary, span, branches, settings, (), told, checked)
@@ -503,18 +503,18 @@ def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
 
 @documented
 def gradients(point: Point) -> dict[str, float]:
-    """Return how a special point moves with every parameter but the one that was followed.
+    """Compute the derivatives of a special point with respect to every parameter not followed.
 
     Exact derivatives of its value, from the equations of its locus in two parameters: one linear
-    system serves all parameters. Values that depend on parameters move with them, as masses do that
-    follow from a stiffness and a frequency.
+    system serves all parameters. Values that depend on parameters change with them, such as masses
+    that follow from a stiffness and a frequency.
 
     Returns
     -------
     dict
         Derivatives by name of the parameter, in the unit of the point's value over that of the
-        parameter, angles in rad. NaN where there is none: a branch point is gone where a parameter
-        parts the branches that cross, and nothing is known where the orbit is not found again.
+        parameter, angles in rad. NaN where there is none: a parameter that separates the crossing
+        branches removes a branch point, or the orbit is not found again.
 
     Raises
     ------

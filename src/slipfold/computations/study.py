@@ -1,4 +1,4 @@
-"""One computation for many cases, from a file, so that nothing that is finished is lost."""
+"""One computation for many cases, described by a file; finished cases are stored."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def study(
 
 
 def _head(plan: Plan) -> dict[str, Any]:
-    """Return what tells one study from another."""
+    """Return the data that identify a study."""
     head = {
         "model": plan.model.name,
         "structure": structure_record(plan.model),

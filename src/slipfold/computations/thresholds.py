@@ -73,7 +73,7 @@ def threshold_map(
     observer: Observer | None = None,
     **parameters: float | str,
 ) -> ThresholdMap:
-    """Find where the response of period 1 first loses its stability, over a grid of parameters.
+    """Compute where the response of period 1 first loses its stability, over a grid of parameters.
 
     Returns
     -------
@@ -136,11 +136,11 @@ def uncertainty(
     indices: Indices = False,
     observer: Observer | None = None,
 ) -> ThresholdUncertainty:
-    """Tell how a threshold scatters with parameters: from its gradients, and from samples.
+    """Compute the distribution of a threshold of uncertain parameters, by gradients and by samples.
 
-    Each sample is the same special point, located at its own parameter values: whether another
-    bifurcation comes before it there is not asked. Samples where it has vanished or is not found
-    are left out of bands, and counted; probabilities have an interval that holds them either way.
+    Each sample is the same special point, located at its own parameter values; another bifurcation
+    before it is not searched. Samples where it has vanished or is not found are left out of bands,
+    and counted; probabilities have an interval that covers both cases.
 
     Returns
     -------
@@ -256,7 +256,7 @@ def _checked_name(model: Model, vary: str, name: str) -> None:
 
 
 def _missing(reasons: NDArray[np.str_]) -> str:
-    """Say which of the thresholds that indices take are missing: these are shares of a variance."""
+    """Return why indices are missing: they need the thresholds of all their samples."""
     from slipfold.design_space.sampling import INTERRUPTED
 
     if (reasons == INTERRUPTED).any():
@@ -289,7 +289,7 @@ def design(
     Returns
     -------
     Design
-        Parameters, thresholds and vibration; where nothing is found, why.
+        Parameters, thresholds and vibration; where there is no design, the reason.
 
     Raises
     ------
@@ -392,7 +392,7 @@ def _bounds(
 
 
 def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, float]]:
-    """Return on which sides of what the threshold may be, one search each."""
+    """Return the sides and bounds of the threshold, one search each."""
     if (above is None) == (outside is None):
         raise InputError(
             "give either above (--above), what the threshold is to exceed, or outside (--outside), "
@@ -435,7 +435,7 @@ def _state(point: SpecialPoint, state: str | None) -> int:
 
 
 def _starts(begin: Array, bounds: Mapping[str, tuple[float, float]]) -> list[Array]:
-    """Return where searches begin: at the point's own values, and evenly over the bounds."""
+    """Return the starts of searches: the point's own values, and evenly over the bounds."""
     from scipy.stats import qmc
 
     low, high = np.array(list(bounds.values())).T
@@ -450,7 +450,7 @@ def _searched(
     nothing: Choice,
     observer: Observer | None,
 ) -> tuple[list[Choice], bool]:
-    """Return the best choice for each side of what is wanted, and whether all searches are done."""
+    """Return the best choice for each demand, and whether all searches are done."""
     choices, total, done = [nothing for _ in sides], len(sides) * len(starts), 0
     try:
         for row, (side, bound) in enumerate(sides):

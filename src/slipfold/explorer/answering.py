@@ -37,8 +37,8 @@ from slipfold.progress import Observer, Progress
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 
-KEPT = 16
-"""Diagrams kept, each below a megabyte."""
+MAX_DIAGRAMS = 16
+"""Diagrams stored, each below a megabyte."""
 
 Check = Callable[[], None]
 
@@ -48,14 +48,14 @@ class Computing:
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
-        self._kept: OrderedDict[Hashable, Diagram] = OrderedDict()
+        self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
         self._nearest: dict[Hashable, Diagram] = {}
 
     def draft(self, request: DiagramRequest) -> Diagram | None:
         """Return a diagram from the last one that differs in parameters alone."""
         model = self._catalogue.of(request)
         near = self._nearest.get(_family(model, request))
-        if near is None or (model, request.vary, request.span) in self._kept:
+        if near is None or (model, request.vary, request.span) in self._diagrams:
             return None
         changed = model.replace(**{request.vary: request.span[0]})
         branches = draft_branches(near.branches, changed)
@@ -80,15 +80,15 @@ class Computing:
 
         model = self._catalogue.of(request)
         key = (model, request.vary, request.span)
-        if key not in self._kept:
-            self._kept[key] = response(model, request.vary, request.span, observer=watch)
-        self._nearest[_family(model, request)] = self._kept[key]
-        self._kept.move_to_end(key)
-        while len(self._kept) > KEPT:
-            self._kept.popitem(last=False)
-        while len(self._nearest) > KEPT:
+        if key not in self._diagrams:
+            self._diagrams[key] = response(model, request.vary, request.span, observer=watch)
+        self._nearest[_family(model, request)] = self._diagrams[key]
+        self._diagrams.move_to_end(key)
+        while len(self._diagrams) > MAX_DIAGRAMS:
+            self._diagrams.popitem(last=False)
+        while len(self._nearest) > MAX_DIAGRAMS:
             del self._nearest[next(iter(self._nearest))]
-        return self._kept[key]
+        return self._diagrams[key]
 
     def orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
         """Return the orbit that a request is about."""
@@ -123,7 +123,7 @@ class Computing:
 
 
 def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
-    """Return what diagrams share that differ in parameters alone."""
+    """Return the key of diagrams that differ in parameters alone."""
     return model.kind, request.vary, request.span
 
 

@@ -178,7 +178,7 @@ def make_app(
 
 
 async def _refusal(request: Request, error: Exception) -> Response:
-    """Say what is wrong with a request without repeating it, which may be no text at all."""
+    """Return the errors of a request without repeating it: it may not be text."""
     assert isinstance(error, RequestValidationError)
     told = [{name: item[name] for name in ("loc", "msg", "type")} for item in error.errors()]
     return JSONResponse({"detail": told}, 422)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.explorer.messages import LONGEST_NAME, UNNAMED, ViewRequest
+from slipfold.explorer.messages import MAX_NAME, UNNAMED, ViewRequest
 from slipfold.explorer.plain import axis_of
 from slipfold.flow.modes import contacts_of
 from slipfold.models.equilibria import check_followed
@@ -62,7 +62,7 @@ class Catalogue:
         return self._models[name].replace(**values)
 
     def refusals(self, name: str, values: Mapping[str, float]) -> dict[str, str]:
-        """Return why a model cannot have some values, by parameter.
+        """Return why a model cannot have these values, by parameter.
 
         Of values that contradict each other those are named that differ from the model's own and
         without which the others would do; all of them if there is none.
@@ -85,8 +85,8 @@ class Catalogue:
     def of(self, request: ViewRequest) -> Model:
         """Return the model that a request is about, without values of what it varies.
 
-        A page tells the values of all its sliders; that of a parameter which is varied plays no
-        part, and must not contradict the others.
+        A page sends the values of all its sliders; that of a varied parameter is not used, and must
+        not contradict the others.
         """
         names = request.varied
         values = {name: value for name, value in request.parameters.items() if name not in names}
@@ -113,7 +113,7 @@ def _refused(attempt: Callable[..., object], *values: float, **named: float) -> 
 
 def _key(name: str) -> str:
     """Return a name that requests may have, whatever a file calls its model."""
-    return re.sub(f"[{UNNAMED}]", "_", name)[:LONGEST_NAME] or "model"
+    return re.sub(f"[{UNNAMED}]", "_", name)[:MAX_NAME] or "model"
 
 
 def _described(name: str, model: Model) -> dict[str, Any]:
@@ -190,10 +190,10 @@ def _around(item: Parameter, value: float) -> tuple[float, float]:
 
 
 def first_view(model: Model) -> dict[str, Any]:
-    """Return what is known of the first view of a model.
+    """Return the first view of a model.
 
-    It is known of built-in models. One of a user's own may have the name of one of them and other
-    parameters: what is said of a parameter that is not the same is left out.
+    It is declared for built-in models. A user's model may have the same name and other parameters:
+    entries of a parameter that is not the same are left out.
 
     >>> from slipfold.models import System
     >>> own = System(name="duffing", parameters={"a": 1}, states={"q": "a - q"})

@@ -188,7 +188,7 @@ def _regions(regions: RegionMap) -> dict[str, Any]:
 class PlaneProgress:
     """Tells of a bifurcation set now and then; an observer of its computation.
 
-    `tell` takes each note: ``progress``, a sentence; ``lines``, those that have grown, each with
+    `tell` takes each note: ``progress``, a sentence; ``lines``, those extended, each with
     all its points so far, by ``number``; and ``loci`` once all are followed.
     """
 
@@ -229,7 +229,7 @@ def _grown_line(line: LocusLine, points: list[tuple[float, float]]) -> dict[str,
 
 
 def readings_view(measurement: Measurement) -> dict[str, Any]:
-    """Return readings by quantity, SI units; None where nothing was read, or no error is known."""
+    """Return measurements by quantity, SI units; None where there is no value or no error."""
     return {
         "vary": measurement.vary,
         "values": measurement.values.tolist(),
@@ -251,7 +251,7 @@ MOST = 20_000
 
 
 def study_view(found: StudyResult, name: str) -> dict[str, Any]:
-    """Return a study of the model that the page knows by a name; None where nothing was found.
+    """Return a study of the model with this name on the page; None where there is no value.
 
     Raises `InputError` if it is too large to be shown.
     """

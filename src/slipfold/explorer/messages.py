@@ -1,4 +1,4 @@
-"""What a client may ask for: every field named, typed and bounded; anything else is refused."""
+"""Requests of a client: every field is named, typed and bounded; others are refused."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pydantic import (
     model_validator,
 )
 
-LARGEST = 1e100
+MAX_NUMBER = 1e100
 """Largest modulus of a number from a client: its cube is still one. Models know narrower bounds."""
 
-MOST_NAMES = 1000
+MAX_NAMES = 1000
 """Most parameters or states of one request; a chain of fifty masses has some hundreds."""
 
-LONGEST_NAME = 200
+MAX_NAME = 200
 """Most characters of the name of a model, a parameter, a state or an output."""
 
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
@@ -29,25 +29,23 @@ UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 
 KINDS = ("diagram", "orbit", "plane", "simulation", "exponents", "basins", "regimes", "cancel")
 
-LONGEST_SLOT = 8
+MAX_SLOT = 8
 
-Name = Annotated[
-    str, Field(min_length=1, max_length=LONGEST_NAME, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")
-]
+Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 """A parameter, state or output."""
 
-ModelName = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME, pattern=f"^[^{UNNAMED}]+$")]
+ModelName = Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=f"^[^{UNNAMED}]+$")]
 """A model of the catalogue, called as its file says; it is looked up there and nowhere else."""
 
 FileName = Annotated[str, Field(min_length=1, max_length=255, pattern=r"^[^\x00-\x1f\x7f-\x9f]+$")]
 """A file of the reader's; it is called so in sentences and scripts, and opened nowhere."""
 
-Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False, strict=True)]
+Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER, allow_inf_nan=False, strict=True)]
 
 Slot = Annotated[str, Field(pattern=r"^(live|pin:[0-9]{1,3})$")]
 """Where the page shows an answer; the newest request of each kind and slot wins."""
 
-Values = Annotated[dict[Name, Number], Field(max_length=MOST_NAMES)]
+Values = Annotated[dict[Name, Number], Field(max_length=MAX_NAMES)]
 
 
 class _Message(BaseModel):
@@ -57,7 +55,7 @@ class _Message(BaseModel):
 class _Request(_Message):
     kind: str
     id: Annotated[int, Field(ge=0, le=2**53, strict=True)]  # answers carry it
-    slot: Slot = "live"  # of a request to cancel, that of what is to stop
+    slot: Slot = "live"  # of a request to cancel, that of the request to stop
 
     @property
     def head(self) -> dict[str, Any]:
@@ -96,7 +94,7 @@ class DiagramRequest(_ResponseRequest):
 
 
 class OnBranch(_Message):
-    """A place on a branch of a diagram."""
+    """A point on a branch of a diagram."""
 
     branch: Annotated[int, Field(ge=1, le=10_000, strict=True)]  # id of the branch
     arclength: Number  # position on it
@@ -114,7 +112,7 @@ class OrbitThrough(_Message):
 
 
 class OrbitRequest(_ResponseRequest):
-    """One periodic orbit: a place on a branch of a diagram, or an orbit near a state."""
+    """One periodic orbit: a point on a branch of a diagram, or an orbit near a state."""
 
     kind: Literal["orbit"]
     at: OnBranch | OrbitThrough
@@ -152,33 +150,33 @@ class PlaneRequest(_WindowRequest):
 
 
 class RegimesRequest(_WindowRequest):
-    """What motions do in a window of two parameters, told finer and finer."""
+    """The regimes in a window of two parameters, with increasing resolution."""
 
     kind: Literal["regimes"]
 
 
 class MotionRequest(_ModelRequest):
-    """A motion from rest or from a state."""
+    """A solution from rest or from a state."""
 
     start: Literal["rest"] | Values = "rest"  # states at phase zero by name
     nudge: Values = {}  # added to the states, by name
 
 
 class SimulationRequest(MotionRequest):
-    """A motion, streamed while it is computed."""
+    """A simulation, streamed while it is computed."""
 
     kind: Literal["simulation"]
     periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400  # of the forcing
 
 
 class ExponentsRequest(MotionRequest):
-    """What a motion comes to, by its Lyapunov exponents."""
+    """The kind of a solution, by its Lyapunov exponents."""
 
     kind: Literal["exponents"]
 
 
 class BasinsRequest(_ModelRequest):
-    """What motions from a plane of two states come to, told finer and finer."""
+    """Basins of attraction on a plane of two states, with increasing resolution."""
 
     kind: Literal["basins"]
     x: PlaneAxis
@@ -186,7 +184,7 @@ class BasinsRequest(_ModelRequest):
 
 
 class CancelRequest(_Request):
-    """Stop what is being computed."""
+    """Stop a computation."""
 
     kind: Literal["cancel"]
     of: Literal["diagram", "orbit", "plane", "simulation", "exponents", "basins", "regimes"]
@@ -265,7 +263,7 @@ def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[
     return {
         "kind": kind if kind in KINDS else "error",
         "id": number if isinstance(number, int) and abs(number) <= 2**53 else None,
-        "slot": slot if isinstance(slot, str) and len(slot) <= LONGEST_SLOT else "live",
+        "slot": slot if isinstance(slot, str) and len(slot) <= MAX_SLOT else "live",
         "done": True,
         "error": "" if error is None else _sentence(error),
     }

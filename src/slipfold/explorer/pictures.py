@@ -20,7 +20,7 @@ from slipfold.progress import Progress
 from slipfold.results.attractors import Basins, in_words
 
 BASIN_POINTS = (16, 48, 144)
-"""Starts along both states, picture after picture; the last has eight times those before it."""
+"""Starts along both states, one number a picture; the last has eight times those before."""
 
 
 def tell_basins(
@@ -29,7 +29,7 @@ def tell_basins(
     tell: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
 ) -> None:
-    """Compute basins, coarse ones first, and tell each picture as soon as it is there."""
+    """Compute basins, coarse ones first, and send each picture when it is ready."""
     watch = now_and_then(tell, check, _far)
     plane = {axis.name: axis.span for axis in (request.x, request.y)}
     for points in BASIN_POINTS:
@@ -55,15 +55,15 @@ def _picture(found: Basins) -> dict[str, Any]:
 
 
 def _character(item: Attractor) -> tuple[Any, ...]:
-    """What tells attractors apart however they were found."""
+    """Properties of an attractor that do not depend on how it was found."""
     return item.kind, item.period or 0, np.round(item.maximum, 6).tolist()
 
 
 REGIME_CELLS = ((12, 9), (36, 27), (72, 54))
-"""Cells along both parameters, picture after picture."""
+"""Cells along both parameters, one pair a picture."""
 
-TRANSIENT = 400
-"""Forcing periods after which it is seen whether a motion repeats."""
+REGIME_TRANSIENT = 400
+"""Forcing periods before the test whether a solution repeats."""
 
 
 def tell_regimes(
@@ -72,9 +72,9 @@ def tell_regimes(
     tell: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
 ) -> None:
-    """Follow motions from the start, few of them first, and tell each picture.
+    """Classify solutions from the starting state, few of them first, and send each picture.
 
-    The first one is told as soon as is known what repeats; what does not is followed for longer.
+    The first one is sent when periodic solutions are known; others are followed for longer.
     """
     if not model.forced:
         raise InputError(
@@ -85,7 +85,7 @@ def tell_regimes(
     for points in REGIME_CELLS:
         picture = _Picture(model, (request.x, request.y), points)
         work = Places(
-            model, picture.values, 1, np.asarray(model.start, dtype=float), TRANSIENT, watch
+            model, picture.values, 1, np.asarray(model.start, dtype=float), REGIME_TRANSIENT, watch
         )
         work.from_rest(0)
         if points == REGIME_CELLS[0]:

@@ -39,7 +39,7 @@ LETTERS = {
 """What commands of formulas stand for."""
 
 FONTS = r"\\(?:math\w+|text\w*|operatorname|left|right|rm|it|bf|sf)\b\s*"
-"""Commands that choose a font or the size of brackets, and say nothing."""
+"""Commands that choose a font or the size of brackets, which are dropped."""
 
 BELOW = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
@@ -106,7 +106,7 @@ DIGITS = 7
 """Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six."""
 
 SMALLEST = 1e-290
-"""Below this rounding would overflow; nothing that is drawn is so small."""
+"""Below this rounding would overflow; no drawn value is so small."""
 
 
 def short(values: ArrayLike) -> list[float]:
@@ -136,7 +136,7 @@ def number(value: float | None) -> float | None:
 
 
 BETWEEN = 0.1
-"""Shortest time between two notes of progress, in s."""
+"""Minimum time between two notes of progress, in s."""
 
 
 def now_and_then(
@@ -144,7 +144,7 @@ def now_and_then(
     check: Callable[[], None],
     note: Callable[[Progress], dict[str, Any]],
 ) -> Observer:
-    """Return an observer that tells the page a note of the progress now and then."""
+    """Return an observer that sends notes of the progress to the page at intervals."""
     told = perf_counter()
 
     def watch(progress: Progress) -> None:

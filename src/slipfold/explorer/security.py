@@ -1,4 +1,4 @@
-"""Who may speak to the explorer, how much a client may ask for, what a page may load."""
+"""Access to the explorer: token and addresses, limits of a client, what a page may load."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Limits:
 
 
 class Allowance:
-    """How many requests a client has left; it grows with time.
+    """Number of requests a client has left; it grows with time.
 
     By `per_second`, up to `most`; `clock` tells the time in s.
 

@@ -23,7 +23,7 @@ from slipfold.results.study import StudyResult
 from slipfold.threads import take_one_thread
 
 MOST_WORKERS = 4
-"""Processes by default; more gain one user nothing."""
+"""Maximum number of processes by default."""
 
 
 def default_workers() -> int:

@@ -40,7 +40,7 @@ from slipfold.progress import Progress
 
 
 def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
-    """Return the states that a motion starts from, nudged."""
+    """Return the starting state with its perturbation."""
     begin = model.start if request.start == "rest" else initial_state(model, request.start)
     initial_state(model, request.nudge)  # refuses unknown states
     return {
@@ -50,7 +50,7 @@ def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
 
 
 def timed(model: Model, request: MotionRequest) -> Model:
-    """Return a model whose periods are forcing periods, or intervals that suit its motion."""
+    """Return a model whose periods are forcing periods, or intervals that suit its solution."""
     if model.forced:
         return model
     return paced(model, initial_state(model, start_of(model, request)), None)[0]
@@ -99,7 +99,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
 
 
 def _rests(orbit: PeriodicOrbit) -> bool:
-    """Whether it is an equilibrium, which has no period: multipliers over one say nothing."""
+    """Whether it is an equilibrium, which has no period and no multipliers."""
     return not orbit.model.forced and bool((orbit.nodes == orbit.state).all())
 
 
@@ -121,24 +121,24 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
 
 
 PERIODS = 2 * CHUNK
-"""Periods in a piece: as the flow counts them, so that a motion is that of simulate."""
+"""Periods in a piece: those of the flow, so that a solution is that of simulate."""
 
 SAMPLES = 64
 """Samples a forcing period that maxima and minima are taken from."""
 
 DRAWN = 20_000
-"""Instants of a whole run that are drawn; a longer run is drawn more coarsely."""
+"""Maximum number of drawn times; a longer run is drawn more coarsely."""
 
 TOLERANCE = 1e-9
-"""Distance from a periodic response that counts as settled, as in `slipfold.simulate`."""
+"""Distance from a periodic response that counts as steady, as in `slipfold.simulate`."""
 
 
 def stream_simulation(
     model: Model, request: SimulationRequest, emit: Callable[[dict[str, Any]], None]
 ) -> None:
-    """Integrate a motion and tell it piece by piece.
+    """Integrate a solution and send it piece by piece.
 
-    One that comes to rest in a contact is told anew, with all its stick and slip.
+    A solution that comes to rest in a contact is sent again, with stick and slip.
     """
     start = initial_state(model, start_of(model, request))
     every = _step_between_samples(request.periods)
@@ -183,7 +183,7 @@ def _switched(
 ) -> Trajectory:
     motion = begun(model, start, paced=True)
     phases = np.arange(SAMPLES) / SAMPLES
-    # What nothing forces goes on until it has settled, as in `slipfold.simulate`.
+    # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
     for end in ends_of(model, periods if model.forced else None):
         while motion.periods < end and motion.stopped is None:
             done = motion.periods
@@ -208,7 +208,7 @@ def _step_between_samples(periods: int) -> int:
 
 
 def _piece(model: Model, values: Array, done: int, every: int) -> dict[str, Any]:
-    """Tell some periods. Shapes: values (n_periods, SAMPLES, n_outputs), the states first."""
+    """Return periods as a piece. Shapes: values (n_periods, SAMPLES, n_outputs), states first."""
     flow = flow_of(model)
     period = flow.constants_of(model).period
     numbers = done + np.arange(len(values))
@@ -228,7 +228,7 @@ def _piece(model: Model, values: Array, done: int, every: int) -> dict[str, Any]
 
 
 def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
-    """Tell extrema of outputs, but of those that mean nothing, as slip over the speed of a wall."""
+    """Return extrema of outputs, without undefined ones, such as slip over the speed of a wall."""
     told = [i for i in range(values.shape[2]) if np.isfinite(values[..., i]).all()]
     low, high = values.min(axis=1), values.max(axis=1)
     return {
@@ -327,7 +327,7 @@ def _times(count: int) -> str:
 
 
 EXPONENT_TOLERANCE = 1e-6
-"""Error of exponents at which a motion ends: more digits than the page shows."""
+"""Error of exponents at which a computation ends: more digits than the page shows."""
 
 
 def tell_exponents(
@@ -336,10 +336,10 @@ def tell_exponents(
     tell: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
 ) -> None:
-    """Compute the exponents of a motion and tell how far they are known; None is minus infinity."""
+    """Compute the exponents of a solution and send progress; None is minus infinity."""
 
     def note(progress: Progress) -> dict[str, Any]:
-        # Of an autonomous model they are an interval each, which tells the reader nothing.
+        # Of an autonomous model they are per interval, which means nothing to the reader.
         known = map(number, progress.values["exponents"] if model.forced else ())
         return {"periods": progress.done, "total": progress.total, "exponents": list(known)}
 

@@ -1,4 +1,4 @@
-"""A worker process: computes one request at a time, and drops it when it is no longer wanted."""
+"""A worker process: computes one request at a time, and drops it when it is superseded."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ READY = 0
 """Number of the reply that says that the worker is ready."""
 
 DATA_BYTES = 2 * 2**30
-"""Most data memory of a worker in bytes: what asks for more fails, and not the machine."""
+"""Maximum data memory of a worker in bytes: a larger request fails, not the machine."""
 
 
 class Task(NamedTuple):
     """What a worker is given."""
 
     number: int  # number of the job
-    request: ViewRequest | ExportRequest  # what is asked for
+    request: ViewRequest | ExportRequest  # the request
 
 
 class Reply(NamedTuple):
@@ -35,12 +35,12 @@ class Reply(NamedTuple):
 
     number: int  # number of the job
     body: bytes  # JSON, or the file of an export
-    last: bool = True  # whether nothing more comes
+    last: bool = True  # whether it is the last one
     refused: bool = False  # whether the body of an export is a sentence that says why there is none
 
 
 class Superseded(Exception):
-    """The request is no longer wanted."""
+    """The request is superseded."""
 
 
 def run_worker(connection: Connection, wanted: Any, given: Model | None, file: Path | None) -> None:

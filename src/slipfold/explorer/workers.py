@@ -48,7 +48,7 @@ class Failing(Protocol):
 class Job:
     """A request on its way."""
 
-    request: ViewRequest | ExportRequest  # what is asked for
+    request: ViewRequest | ExportRequest  # the request
     # Number of the client, whose jobs go to one worker where possible: it remembers its diagrams
     home: int
     # Takes the replies, and last of all one that is marked so, unless the job is cancelled
@@ -80,9 +80,9 @@ GRACE = 2.0
 class WorkerProcess:
     """One worker process as the server sees it."""
 
-    index: int  # its place among the workers
+    index: int  # its index among the workers
     context: Any  # makes processes
-    given: Model | None  # a model beside the built-in ones
+    given: Model | None  # a model in addition to the built-in ones
     file: Path | None  # the file that holds its equations, if it has one
     heard: Callable[[WorkerProcess, Reply], None]  # called in the event loop with every reply
     ended: Callable[[WorkerProcess], None]  # called in the event loop when the process has ended
@@ -148,7 +148,7 @@ class WorkerProcess:
             self.process.join()
 
     def resident_bytes(self) -> int:
-        """Memory in use; 0 where the system does not tell."""
+        """Memory in use; 0 where it is unknown."""
         try:
             pages = Path(f"/proc/{self.process.pid}/statm").read_text().split()[1]
         except OSError:
@@ -176,7 +176,7 @@ KILLED = (
 class Workers:
     """A few processes that compute jobs; to be used from one event loop.
 
-    `given` is a model beside the built-in ones, `file` that with its equations, if it has one.
+    `given` is a model in addition to the built-in ones, `file` the file of its equations.
     """
 
     def __init__(
@@ -293,7 +293,7 @@ class Workers:
             self._dispatch()
 
     def _ended(self, worker: WorkerProcess) -> None:
-        """Put a fresh worker in the place of one that has ended."""
+        """Replace a worker that has ended."""
         if self._stopping or worker not in self._workers:
             return
         worker.end()

@@ -1,4 +1,4 @@
-"""What is computed and drawn: the source paper's figures, and more, from ``cases.toml``."""
+"""The cases and figures of the source paper, and more, from ``cases.toml``."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Plane:
 
 @dataclass(frozen=True)
 class PlaneFigure:
-    """The figure of a bifurcation set: its whole window and a part of it, magnified."""
+    """The figure of a bifurcation set: its window and a part of it, magnified."""
 
     plane: Plane  # the bifurcation set
     title: str  # what the first parameter is
     detail: Window  # the part of the window that is drawn once more
-    wide: bool = False  # whether the detail lies below instead of beside
+    wide: bool = False  # whether the detail is drawn below instead of on the right
 
     @property
     def key(self) -> str:
@@ -86,15 +86,15 @@ class Row:
     """A family of curves, drawn as one row of panels."""
 
     curves: tuple[Curve, ...]
-    member: str  # name of the parameter that tells them apart
-    common: tuple[str, ...] = ()  # names of the parameters set for the whole row
+    member: str  # name of the parameter in which they differ
+    common: tuple[str, ...] = ()  # names of the parameters set for all curves of the row
     # Range of the parameter followed that is drawn once more, magnified; None for no such panel
     detail: tuple[float, float] | None = None
     wide: bool = False  # whether its panels take the whole width, one below the other
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What stands beside each curve, e.g. ``"0.4"``."""
+        """Name of each curve, e.g. ``"0.4"``."""
         return tuple(value_text(curve.model, self.member)[0] for curve in self.curves)
 
 
@@ -241,15 +241,15 @@ def _changed(model: SlidingOscillator, parameter: Parameter, without: str) -> bo
 
 
 BOX = {"x": (-0.3, 0.3), "y": (-0.3, 0.3), "vx": (-10, 10), "vy": (-10, 10)}
-"""Where motions begin that do not follow others."""
+"""Box of starting states."""
 
 TRANSIENT, KEPT = 4000, 48
-"""Forcing periods left out of sweeps, and kept."""
+"""Forcing periods left out of sweeps, and stored."""
 
 
 @dataclass(frozen=True)
 class SweepCase:
-    """Motions swept up and down over part of a curve, and from some starts at each value."""
+    """Solutions swept up and down over part of a curve, and from some starts at each value."""
 
     curve: Curve
     span: tuple[float, float]
@@ -292,7 +292,7 @@ class BasinCase:
 
 @dataclass(frozen=True)
 class RegimeCase:
-    """What motions do over part of a plane."""
+    """A map of regimes over part of a plane."""
 
     plane: Plane
     window: Window
@@ -317,7 +317,7 @@ Motions = SweepCase | BasinCase | RegimeCase
 
 @dataclass(frozen=True)
 class CompletedFigure:
-    """A figure of the paper with tori and what motions do besides, a curve a row."""
+    """A figure of the paper with tori and sampled solutions, a curve a row."""
 
     number: int  # that of the figure
     curves: tuple[Curve, ...]
@@ -336,7 +336,7 @@ class CompletedFigure:
 
 @dataclass(frozen=True)
 class HysteresisFigure:
-    """Two responses side by side, and from where each of them wins."""
+    """A range with two responses, and their basins of attraction."""
 
     curve: Curve
     swept: SweepCase
@@ -376,7 +376,7 @@ AnyFigure = Figure | PlaneFigure | MotionFigure
 
 
 def motion_figures(cases: Cases) -> tuple[MotionFigure, ...]:
-    """Read the figures of motions that go with cases of the paper.
+    """Read the figures of long-term behavior that belong to cases of the paper.
 
     >>> [figure.key for figure in motion_figures(read_cases())]
     ['figure2_completed', 'figure3_completed', 'hysteresis', 'regimes_f_Nd']

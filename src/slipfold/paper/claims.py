@@ -56,7 +56,7 @@ class Findings:
         raise NotComputed(f"figure {figure}")
 
     def family(self, row: Row) -> list[tuple[float, HasBranches]]:
-        """Return the diagrams of a family with the value that tells them apart, ascending."""
+        """Return the diagrams of a family with the value in which they differ, ascending."""
         missing = [curve.key for curve in row.curves if curve not in self.diagrams]
         if missing:
             raise NotComputed(", ".join(missing))
@@ -319,7 +319,7 @@ CLAIMS: tuple[tuple[str, Callable[[Findings], Judgement]], ...] = (
     ("A smaller mu raises both thresholds.", _friction),
     ("alpha changes the PD threshold and can remove the NS.", _direction),
 )
-"""Statement and judge of each claim, in order; a judge raises `NotComputed` for what is missing."""
+"""Statement and judge of each claim, in order; a judge raises `NotComputed` if data are missing."""
 
 
 def judge_claims(findings: Findings) -> tuple[Claim, ...]:

@@ -75,7 +75,7 @@ def _canvas(height: float) -> Canvas:
 
 
 def _name_last(canvas: Canvas, naming: Sequence[Callable[[], None]]) -> None:
-    """Draw names last: where they cover nothing is known once the layout is, which then stays."""
+    """Draw names last, where they cover nothing in the final layout."""
     canvas.draw_without_rendering()
     canvas.set_layout_engine(None)  # "none" would draw it once more for each file
     for name in naming:
@@ -243,7 +243,7 @@ def _draw_row(
 def _draw_details(
     axes: Sequence[Axes], panels: Sequence[_Panel], span: tuple[float, float], measure: str
 ) -> list[_Panel]:
-    """Draw the panels once more, near their thresholds, and frame there what is magnified."""
+    """Draw details of the panels near their thresholds, and frame these parts in the panels."""
     details = []
     for ax, panel in zip(axes, panels, strict=True):
         draw_family(panel.diagrams, panel.output, measure, ax)
@@ -276,7 +276,7 @@ def _name(panel: _Panel, measure: str) -> None:
 
 
 def _common(row: Row) -> str:
-    """Return what holds for all curves of a row, and what tells them apart."""
+    """Return the common parameters of a row, and the one in which its curves differ."""
     model = row.curves[0].model
     shown = [*row.common]
     if "f" not in (row.member, row.curves[0].vary, *shown):
@@ -294,15 +294,15 @@ CONTACT = ("Ns", "Nd")
 """The plane in which a line parts contact all the time from none at times."""
 
 LOWEST = ("PD",)
-"""Loci whose lowest point is written beside it."""
+"""Loci whose lowest point is labeled."""
 
 
 def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
-    """Draw a bifurcation set, whole and in detail."""
+    """Draw a bifurcation set and a detail of it."""
     diagram = _without_lost_contact(diagram)
     heights = WIDE_HEIGHTS if figure.wide else (PLANE_HEIGHT,)
     canvas = _canvas(sum(heights) + PLANE_LEGEND_HEIGHT)
-    # It knows the size of a text at once; without it, every question draws the figure anew.
+    # It knows the size of a text; without it every question would draw the figure again.
     FigureCanvasAgg(canvas)
     grid = canvas.add_gridspec(len(heights), 2 // len(heights), height_ratios=heights)
     whole, detail = (canvas.add_subplot(grid[place]) for place in (0, 1))
@@ -332,7 +332,7 @@ class _Shown:
 
 
 def _without_lost_contact(diagram: HasLoci) -> HasLoci:
-    """Take the regions away where the tip lifts off: there the model says nothing."""
+    """Remove the regions where the tip lifts off: there the model is not valid."""
     regions = diagram.regions
     if diagram.vary != CONTACT or regions is None:
         return diagram
@@ -342,7 +342,7 @@ def _without_lost_contact(diagram: HasLoci) -> HasLoci:
 
 
 def _draw_frame(ax: Axes, view: Window) -> None:
-    """Frame what is magnified, with a line, which names keep off."""
+    """Frame the magnified part with a line that names avoid."""
     (left, right), (bottom, top) = view
     ax.plot(
         [left, right, right, left, left],
@@ -378,15 +378,15 @@ def _draw_contact_limit(ax: Axes, plane: Plane, view: Window) -> None:
 MOTION_HEIGHT, BASIN_HEIGHT, MOTION_LEGEND_HEIGHT = 2.3, 2.6, 0.6
 
 LAST = 1000
-"""Place, among those of periods, of what does not repeat."""
+"""Order, among periods, of what does not repeat."""
 
 DOTS = {UP: "motions swept up", DOWN: "swept down", "": "from many starts"}
 
 BESIDE = {UP: 5.0, DOWN: 3.0}
-"""Sizes in points of dots of motions that repeat, which lie on a line of the diagram."""
+"""Sizes in points of the dots of periodic solutions, which lie on a line of the diagram."""
 
 TORUS = "#ffc20a"
-"""Colour of tori, to be seen on dots of motions; they have a dark edge."""
+"""Color of tori, visible on dots; they have a dark edge."""
 
 ROOM = 0.06
 """Room above and below what is drawn, over its height."""
@@ -463,9 +463,9 @@ def _draw_both(
     found: Mapping[Any, Any],
     measure: str,
 ) -> Callable[[], None]:
-    """Draw branches and tori over the dots of motions; return what names them.
+    """Draw branches and tori over the dots of solutions; return what names them.
 
-    The axes show what motions reach: unstable orbits may lead away from that.
+    The axes show the range of the solutions: unstable orbits may be outside it.
     """
     diagram = found[curve]
     _draw_dots(ax, found[swept], output, measure)
@@ -481,7 +481,7 @@ def _draw_both(
 
 
 def _draw_dots(ax: Axes, swept: Sweep, output: str, measure: str) -> None:
-    """Draw what motions reach: large, where they repeat, to be seen beside the line there."""
+    """Draw sampled solutions: larger where they are periodic, to be visible on the line."""
     for name in sorted(swept.runs, key=lambda name: (name in COLOURS, swept.run(name))):
         x, y = dots_of(swept, swept.run(name), output, measure)
         single = np.isin(x, swept.values[swept.repeats(name) > 0])
@@ -498,7 +498,7 @@ def _fixed(curve: Curve) -> str:
 
 
 def _by_period(found: Basins) -> Basins:
-    """Return basins with their attractors in the order of periods, so that colours tell them."""
+    """Return basins with their attractors in the order of periods, which fixes the colors."""
     items = sorted(found, key=lambda item: item.period or LAST)
     labels = found.labels.copy()
     for number, item in enumerate(items, 1):

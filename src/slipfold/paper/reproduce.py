@@ -43,7 +43,7 @@ PERIODS = 1500
 """Forcing periods from rest until the response is taken as steady."""
 
 WITH_TORI = (2, 3)
-"""Figures that get the tori that the paper leaves out, if they are asked for."""
+"""Figures that get the tori that the paper leaves out, on request."""
 
 ROOM = 16_000_000
 """Bytes that the files may need; twice what they do."""
@@ -51,7 +51,7 @@ ROOM = 16_000_000
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What was written, and what is missing.
+    """The files written, and the results missing.
 
     Parameters
     ----------
@@ -108,9 +108,9 @@ def reproduce(
 
     Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md``, beyond the paper
     ``bifurcation_set_*.pdf`` and ``.png`` with ``bifurcation_sets.md``, and all that was computed,
-    ``data/*.nc``. With `tori` figures 2 and 3 have them, too, and so with `motions`, which adds
-    figures of what motions do: ``figure2_completed``, ``figure3_completed``, ``hysteresis`` and
-    ``regimes_f_Nd``. Ctrl-C ends it with what is finished.
+    ``data/*.nc``. With `tori` figures 2 and 3 have them, too, and with `motions`, which adds
+    figures of the long-term behavior: ``figure2_completed``, ``figure3_completed``,
+    ``hysteresis`` and ``regimes_f_Nd``. Ctrl-C ends it and keeps what is finished.
     """
     if processes < 1:
         raise InputError(f"processes = {processes} is less than 1; give at least 1")
@@ -174,7 +174,7 @@ class Tasks:
                 yield self._running.pop(future), future.result()
 
     def stop(self) -> Iterator[tuple[Any, Any]]:
-        """Forget what waits, and yield name and result of what is running until it ends."""
+        """Drop waiting functions, and yield name and result of those running until they end."""
         self._waiting.clear()
         yield from self.finished()
 
@@ -229,7 +229,7 @@ class _Run:
         return (*self.cases.all_figures, *self.beyond)
 
     def rescue(self, tasks: Tasks) -> None:
-        """After Ctrl-C: take what is about to end, and draw what is complete."""
+        """After Ctrl-C: take the results of running tasks, and draw complete figures."""
         self.observer = None
         with suppress(BrokenExecutor):  # a signal to all processes ends those at work
             for name, result in tasks.stop():

@@ -148,7 +148,7 @@ def _sections(diagram: HasLoci) -> Iterator[str]:
 
 
 def _criticality(locus: Locus) -> str:
-    """Say where along the locus the PD is super- and where it is subcritical."""
+    """Return where along the locus the PD is supercritical and where subcritical."""
     first, second = _parameters_of(locus)
     stretches = locus_segments(locus)
     turns = [point for point in locus.special if point.type == "GPD"]
@@ -170,7 +170,7 @@ def _criticality(locus: Locus) -> str:
 
 
 def _lowest(locus: Locus) -> str:
-    """Say where the threshold is lowest: where the locus turns, or at an end of it."""
+    """Return where the threshold is lowest: at a minimum of the locus, or at an end."""
     parameters = first, second = _parameters_of(locus)
     minima = [
         point

@@ -1,1 +1,1 @@
-"""Many cases of one computation: what they are, where they run, and that none is lost."""
+"""Many cases of one computation: their plan, where they run, and how they are stored."""

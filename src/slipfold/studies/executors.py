@@ -1,4 +1,4 @@
-"""Where tasks run: in this process, in several, or on a cluster, by one protocol."""
+"""Executors of tasks: this process, several processes, or a Dask cluster, by one protocol."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from typing import Any
 from slipfold.errors import InputError
 from slipfold.threads import cores, take_one_thread
 
-PATIENCE = 10.0
+SCHEDULER_TIMEOUT = 10.0
 """Seconds in which a scheduler has to answer."""
 
 LOGGERS = ("distributed", "distributed.client", "tornado.application")
 """Loggers of Dask with handlers of their own, which write tracebacks where a connection ends."""
 
-ASKED_AFTER = 2.0
-"""Seconds between questions how many workers there are."""
+SLOTS_INTERVAL = 2.0
+"""Seconds between questions for the number of workers."""
 
 
 class OpenExecutor:
@@ -62,7 +62,7 @@ def open_executor(given: Executor | int | str | None) -> Iterator[OpenExecutor]:
 
 
 class _ThisProcess(Executor):
-    """The process itself: a task is done when it has been submitted."""
+    """The present process: a task is computed when it is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Do it."""
@@ -75,7 +75,7 @@ class _ThisProcess(Executor):
 
 
 class _Processes(Executor):
-    """Processes of this machine; where one dies, the next task goes to new ones."""
+    """Processes of this machine; after one dies, the next task goes to new ones."""
 
     def __init__(self, count: int) -> None:
         self._count = count
@@ -125,7 +125,7 @@ def _interrupts_blocked() -> Iterator[None]:
 
 
 def _begin_worker(leash: Connection) -> None:
-    """Leave signals to the process in charge; end when that lets go of the leash, or dies."""
+    """Leave signals to the main process; end when that closes its end of the pipe, or dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     take_one_thread()
@@ -139,7 +139,7 @@ def _begin_worker(leash: Connection) -> None:
 
 @contextmanager
 def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """Connect to a scheduler; tell how many tasks its workers take at the moment."""
+    """Connect to a scheduler; yield an executor and the number of tasks that its workers take."""
     try:
         from distributed import Client
     except ImportError:
@@ -150,7 +150,7 @@ def connected(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
     connect: Any = Client
     with _unlogged():  # what goes wrong reaches the study, which says it in a sentence
         try:
-            client: Any = connect(address, timeout=PATIENCE, set_as_default=False)
+            client: Any = connect(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
         except (OSError, ValueError) as error:
             raise InputError(
                 f"no scheduler answers at {address} ({error}); start one with dask scheduler, or "
@@ -175,18 +175,18 @@ def _unlogged() -> Iterator[None]:
 
 
 class _Unread(Executor):
-    """Tasks that are read only where they are done, as a task's first step.
+    """Tasks that are unpickled only where they are computed, as their first step.
 
-    What a worker lacks is then an error of the task, which reaches the study. A worker that Dask
-    has read a task it cannot read ends, and gets its tasks again when it comes back, for ever.
+    A module that a worker lacks is then an error of the task, which reaches the study. Otherwise a
+    worker that cannot unpickle a task ends, and gets its tasks again when it is restarted, forever.
     """
 
     def __init__(self, executor: Executor) -> None:
         self._executor = executor
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Send what, when it is read, has been done."""
-        # As Dask writes it: what a script defines itself goes along.
+        """Send a call that is made when it is unpickled."""
+        # As Dask writes it: functions that a script defines are included.
         from distributed.protocol import pickle
 
         written: Any = pickle
@@ -195,7 +195,7 @@ class _Unread(Executor):
 
 
 class _Call:
-    """A call that is made when it is unpickled: what is read is what it returns."""
+    """A call that is made when it is unpickled, which gives its result."""
 
     def __init__(self, call: Callable[[], Any]) -> None:
         self._call = call
@@ -205,16 +205,16 @@ class _Call:
 
 
 class _Slots:
-    """How many tasks keep all workers busy; workers come and go."""
+    """Number of tasks that keep all workers busy; workers may join and leave."""
 
     def __init__(self, client: Any) -> None:
         self._client = client
         self._asked, self._count = -math.inf, 2
 
     def __call__(self) -> int:
-        """Return how many; the scheduler is not asked all the time."""
-        if monotonic() - self._asked > ASKED_AFTER:
-            # A scheduler that is gone tells by cancelling what it had.
+        """Return the number; the scheduler is not asked every time."""
+        if monotonic() - self._asked > SLOTS_INTERVAL:
+            # A scheduler that is gone cancels its tasks.
             with suppress(OSError):
                 self._count = 2 * max(1, sum(self._client.nthreads().values()))
             self._asked = monotonic()

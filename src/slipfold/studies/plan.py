@@ -1,4 +1,4 @@
-"""A study as it is asked for, in a file or as a mapping, checked before anything starts."""
+"""The plan of a study, from a file or a mapping, checked before anything starts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Cases(Protocol):
         """Return the values of some cases. Shapes: numbers (k,), from 0; returns (k, n_names)."""
 
     def record(self) -> dict[str, Any]:
-        """Return what they are, as plain data."""
+        """Return them as plain data."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class Grid:
         return np.stack(columns, axis=-1)
 
     def record(self) -> dict[str, Any]:
-        """Return what they are, as plain data."""
+        """Return them as plain data."""
         return {"grid": {name: values.tolist() for name, values in self.axes.items()}}
 
 
@@ -89,7 +89,7 @@ class Rows:
         return self.rows[numbers]
 
     def record(self) -> dict[str, Any]:
-        """Return what they are, as plain data."""
+        """Return them as plain data."""
         if self.drawn is not None:
             return dict(self.drawn)
         columns = zip(self.names, self.rows.T.tolist(), strict=True)
@@ -97,9 +97,9 @@ class Rows:
 
 
 def digest(cases: Cases) -> str | None:
-    """Return what tells cases that were drawn from other ones; None of those that are given.
+    """Return a digest of cases that were drawn; None of those that are given.
 
-    Programs may come to draw otherwise by the same seed; last digits differ between processors.
+    Another version may draw other cases with the same seed; last digits differ between processors.
     """
     if not isinstance(cases, Rows) or cases.drawn is None:
         return None
@@ -116,12 +116,12 @@ def total(cases: Cases) -> int:
 
 
 TABLES = ("compute", "cases")
-"""What the file of a study has besides what a case file has."""
+"""Tables of a study that a case file does not have."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is to be computed for which cases."""
+    """The base model, the computation and the cases."""
 
     model: Model  # the base case
     work: Work

@@ -1,4 +1,4 @@
-"""All missing cases of a study computed and kept, whatever becomes of single ones."""
+"""Compute the missing cases of a study and store them, even if single cases fail."""
 
 from __future__ import annotations
 
@@ -24,47 +24,47 @@ from slipfold.studies.store import Record, Store
 from slipfold.studies.works import Findings, Work
 from slipfold.version import package_version
 
-AIM = 0.25
-"""Seconds that are aimed at: what is lost when a process is killed."""
+TASK_SECONDS = 0.25
+"""Desired seconds of a task: the loss when a process is killed."""
 
-LARGEST = 4096
+MAX_TASK_CASES = 4096
 """Cases of the largest task."""
 
-GROWTH = 4
+MAX_GROWTH = 4
 """Factor by which tasks grow at most: the first cases also compile."""
 
-MOST = 6
+ESTIMATE_CASES = 6
 """Cases tried at most, spread over all of them."""
 
-ENOUGH = 2.0
+ESTIMATE_SECONDS = 2.0
 """Seconds after which no other case is tried."""
 
 ATTEMPTS = 3
-"""How often a process may die with the same cases before it is their fault."""
+"""Processes that may die with a case before it is given up."""
 
 
-LOOK_UP = 0.2
-"""Seconds after which a wait is begun anew."""
+POLL_SECONDS = 0.2
+"""Seconds after which a wait starts again."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Cases to compute, with all that takes."""
+    """Cases to compute, with all the data needed."""
 
     model: Model
     work: Work
     names: tuple[str, ...]  # of the parameters that differ
     numbers: tuple[int, ...]
     values: NDArray[np.float64]  # of those parameters, shape (n_cases, n_names)
-    versions: dict[str, str]  # of the programs of whoever wants it
-    # Whether cases go side by side, as far as they can: a matter of the study, not of the task,
-    # since the last digits differ
+    versions: dict[str, str]  # of the programs of the main process
+    # Whether cases are batched as far as possible: a property of the study, not of the task, since
+    # the last digits differ
     together: bool = True
 
 
 @dataclass(frozen=True)
 class Done:
-    """What a task came to."""
+    """The result of a task."""
 
     records: tuple[Record, ...]
     seconds: float
@@ -81,25 +81,25 @@ def compute(task: Task) -> Done:
         )
     started = perf_counter()
     cases = [dict(zip(task.names, row, strict=True)) for row in task.values.tolist()]
-    known = _together(task, cases) if task.together else {}
+    batched = _together(task, cases) if task.together else {}
     records = tuple(
-        _record(task, number, given, known.get(place))
-        for place, (number, given) in enumerate(zip(task.numbers, cases, strict=True))
+        _record(task, number, given, batched.get(index))
+        for index, (number, given) in enumerate(zip(task.numbers, cases, strict=True))
     )
     return Done(records, perf_counter() - started)
 
 
 def _together(task: Task, cases: Sequence[dict[str, float]]) -> dict[int, Findings]:
-    """Return what is found of cases side by side, by their places; the others go by themselves."""
+    """Return the findings of batched cases by index; the others are computed individually."""
     models = dict[int, Model]()
-    for place, given in enumerate(cases):
-        with suppress(InputError):  # said of the case when its turn comes
-            models[place] = task.model.replace(**given)
+    for index, given in enumerate(cases):
+        with suppress(InputError):  # reported when the case itself is computed
+            models[index] = task.model.replace(**given)
     try:
         found = task.work.together(list(models.values())) if models else []
-    except Exception:  # whichever case it is, by itself it says so
+    except Exception:  # reported when the case itself is computed
         return {}
-    return {place: item for place, item in zip(models, found, strict=True) if item is not None}
+    return {index: item for index, item in zip(models, found, strict=True) if item is not None}
 
 
 def _record(
@@ -119,13 +119,13 @@ def _record(
 
 
 def failure(number: int, given: dict[str, float], reason: str) -> Record:
-    """Return what is kept of a case that failed."""
+    """Return the record of a case that failed."""
     return {"case": number, "failed": reason, "given": given}
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Return the versions of whatever last digits depend on."""
+    """Return the versions of the programs that last digits depend on."""
     import heyoka
     import numpy
     import scipy
@@ -140,9 +140,9 @@ def versions() -> dict[str, str]:
 
 
 class Groups:
-    """Numbers of cases in their order, cut into groups as it becomes known how long cases take.
+    """Numbers of cases in order, cut into groups by the measured time of a case.
 
-    Groups have at least so many.
+    Groups have at least `least` cases.
 
     >>> groups = Groups(range(10))
     >>> groups.next(), groups.next()
@@ -161,9 +161,9 @@ class Groups:
         return tuple(islice(self._numbers, self.size))
 
     def learn(self, count: int, seconds: float) -> None:
-        """Take note of how long a group took."""
-        wanted = int(AIM * count / max(seconds, 1e-9))
-        self.size = max(self._least, min(wanted, GROWTH * self.size, LARGEST))
+        """Record the time of a group."""
+        wanted = int(TASK_SECONDS * count / max(seconds, 1e-9))
+        self.size = max(self._least, min(wanted, MAX_GROWTH * self.size, MAX_TASK_CASES))
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ class _Group:
     attempts: int = 0  # how many processes died with them
 
     def parts(self) -> list[_Group]:
-        """Return what to try next after a process died, alone, so that it is known by what."""
+        """Return the groups to try next, one at a time, to find the case that killed a process."""
         attempts, half = self.attempts + 1, len(self.numbers) // 2
         if attempts < ATTEMPTS or not half:
             return [_Group(self.numbers, attempts)]
@@ -195,60 +195,60 @@ def run_cases(
 def first_finished(
     futures: Collection[Future[Done]], slots: Callable[[], int]
 ) -> set[Future[Done]]:
-    """Wait until something is finished; look up now and then, as an interrupt does not wake.
+    """Wait until a task is finished, in short intervals, as an interrupt does not end a wait.
 
-    Whether there is still somebody who can finish anything shows when slots are counted.
+    Counting slots raises if the executor is gone.
     """
     while True:
         slots()
-        found = wait(futures, LOOK_UP, FIRST_COMPLETED).done
+        found = wait(futures, POLL_SECONDS, FIRST_COMPLETED).done
         if found:
             return found
 
 
 class _Run:
-    """Cases on their way."""
+    """The cases of a study while they are computed."""
 
     def __init__(
         self, plan: Plan, store: Store, executor: OpenExecutor, observer: Observer | None
     ) -> None:
         self._plan, self._store, self._observer = plan, store, observer
         self._executor = executor
-        self._flying: dict[Future[Done], _Group] = {}
+        self._running: dict[Future[Done], _Group] = {}
         self._alone: deque[_Group] = deque()  # one of these killed a process
         self._together = store.total >= plan.work.together_from
-        self._begun = perf_counter()
+        self._start = perf_counter()
         self._computed = 0
 
     def run(self, retry_failed: bool) -> None:
-        """Keep as many tasks on their way as there is room for."""
+        """Keep as many tasks running as the executor takes."""
         least = self._plan.work.side_by_side if self._together else 1
         self._groups = Groups(self._store.missing(failed=retry_failed), least)
         again = self._store.failures if retry_failed else 0
         self._wanted = self._store.total - self._store.done + again
         try:
-            self._tell()
+            self._report()
             while self._send():
-                self._keep(first_finished(self._flying, self._executor.slots))
-                self._tell()
+                self._store_results(first_finished(self._running, self._executor.slots))
+                self._report()
         except KeyboardInterrupt:
-            self._keep_finished()
+            self._store_finished()
             if self._computed < self._wanted:
                 raise
-        except (BrokenExecutor, CancelledError):  # somebody else's, which is not begun anew
-            self._keep_finished()
+        except (BrokenExecutor, CancelledError):  # given by the caller, and not started again
+            self._store_finished()
             raise InputError(f"{self._executor.name} is gone; {self._store.prospect()}") from None
         finally:
-            for future in self._flying:
+            for future in self._running:
                 future.cancel()
 
-    def _keep(self, finished: Iterable[Future[Done]]) -> None:
-        """Keep what finished tasks came to; what went wrong with one of them is raised then."""
+    def _store_results(self, finished: Iterable[Future[Done]]) -> None:
+        """Store the results of finished tasks, then raise the first error."""
         records: list[Record] = []
         wrong: list[BaseException] = []
         for future in finished:
             try:
-                records += self._taken(future, self._flying.pop(future))
+                records += self._taken(future, self._running.pop(future))
             except BaseException as error:
                 wrong.append(error)
         # Together, as the disk takes as long for one as for many.
@@ -257,44 +257,44 @@ class _Run:
         if wrong:
             raise wrong[0]
 
-    def _keep_finished(self) -> None:
-        """Keep what is finished where no more is waited for."""
-        self._keep(
+    def _store_finished(self) -> None:
+        """Store what is finished without waiting for more."""
+        self._store_results(
             [
                 future
-                for future in self._flying
+                for future in self._running
                 if future.done() and not future.cancelled() and future.exception() is None
             ]
         )
 
     def _send(self) -> bool:
-        """Send what there is room for; return whether anything is on its way."""
+        """Submit as many tasks as fit; return whether any is running."""
         if self._alone:
-            if not self._flying:
+            if not self._running:
                 self._submit(self._alone.popleft())
             return True
-        while len(self._flying) < self._executor.slots():
+        while len(self._running) < self._executor.slots():
             numbers = self._groups.next()
             if not numbers:
                 break
             self._submit(_Group(numbers))
-        return bool(self._flying)
+        return bool(self._running)
 
     def _submit(self, group: _Group) -> None:
         plan = self._plan
         values = plan.cases.values(np.array(group.numbers))
         names, together = plan.cases.names, self._together
         task = Task(plan.model, plan.work, names, group.numbers, values, versions(), together)
-        self._flying[self._executor.executor.submit(compute, task)] = group
+        self._running[self._executor.executor.submit(compute, task)] = group
 
     def _taken(self, future: Future[Done], group: _Group) -> Sequence[Record]:
-        """Return what a task came to."""
+        """Return the records of a task."""
         try:
             done = future.result()
         except BrokenExecutor:
-            return self._try_again(group)
+            return self._retry(group)
         except Exception as error:
-            # A scheduler of Dask that cannot read a task tells why only as the cause.
+            # A scheduler of Dask that cannot unpickle a task gives the reason only as the cause.
             missing = error if isinstance(error, ModuleNotFoundError) else error.__cause__
             if isinstance(missing, ModuleNotFoundError):
                 raise InputError(
@@ -303,12 +303,12 @@ class _Run:
                 ) from error
             if type(error).__name__ != "KilledWorker":  # of Dask, which may not be installed
                 raise
-            return self._try_again(group)
+            return self._retry(group)
         self._groups.learn(len(done.records), done.seconds)
         return done.records
 
-    def _try_again(self, group: _Group) -> Sequence[Record]:
-        """Try cases again with which a process died; give one up of which it is known."""
+    def _retry(self, group: _Group) -> Sequence[Record]:
+        """Retry cases with which a process died; give up a single case after several attempts."""
         if len(group.numbers) == 1 and group.attempts + 1 >= ATTEMPTS:
             (number,) = group.numbers
             (row,) = self._plan.cases.values(np.array([number])).tolist()
@@ -321,13 +321,13 @@ class _Run:
         self._alone.extend(group.parts())
         return ()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         if self._observer is None:
             return
         done, total, failures = self._store.done, self._store.total, self._store.failures
         text, values = f"{failures} failed", dict[str, float]({"failures": failures})
         if self._computed:
-            rate = self._computed / (perf_counter() - self._begun)
+            rate = self._computed / (perf_counter() - self._start)
             remaining = (self._wanted - self._computed) / rate
             text += f"  {rate:.3g} a second  {duration_text(remaining)} to go"
             values |= {"rate": rate, "remaining": remaining}
@@ -336,29 +336,30 @@ class _Run:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a few cases took, in one process, after the first one: that compiles, too."""
+    """Time of a few cases in one process, without the first, which also compiles."""
 
     tried: int
     seconds: float  # a case
     failures: tuple[str, ...]  # why some of them failed
-    beside: bool  # whether cases of the study go side by side, which takes less
+    batched: bool  # whether cases of the study are batched, which takes less
 
 
 def estimate(plan: Plan) -> Estimate:
-    """Compute a few cases, and keep nothing but the time they take."""
+    """Compute a few cases for the time they take."""
     count = total(plan.cases)
     begun = perf_counter()
     times: list[float] = []
     failures: list[str] = []
-    for number in np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(int)).tolist():
+    chosen = np.linspace(0, count - 1, min(ESTIMATE_CASES, count)).astype(int)
+    for number in np.unique(chosen).tolist():
         values = plan.cases.values(np.array([number]))
         names, alone = plan.cases.names, plan.work.together_from > 1
         task = Task(plan.model, plan.work, names, (number,), values, versions(), not alone)
         done = compute(task)
         times.append(done.seconds)
         failures += [record["failed"] for record in done.records if "failed" in record]
-        if len(times) > 1 and perf_counter() - begun > ENOUGH:
+        if len(times) > 1 and perf_counter() - begun > ESTIMATE_SECONDS:
             break
     able = type(plan.work).together is not Work.together
-    beside = able and count >= max(plan.work.together_from, 2)
-    return Estimate(len(times), float(np.mean(times[1:] or times)), tuple(failures), beside)
+    batched = able and count >= max(plan.work.together_from, 2)
+    return Estimate(len(times), float(np.mean(times[1:] or times)), tuple(failures), batched)

@@ -1,4 +1,4 @@
-"""Finished cases on disk, each of them safe once it is reported, whatever happens then.
+"""Finished cases on disk, safe once they are reported.
 
 The file ``cases.jsonl`` of a store's folder is only ever appended to. A line is the checksum of a
 text in JSON and that text: the first one says what the study is, each other is a finished case. A
@@ -32,11 +32,11 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 MISSING = -1
 
 PROGRAM = {"schema", "versions", "quantities"}
-"""What of a head depends on the program that began a store."""
+"""Entries of a head that depend on the program that created the store."""
 
 
 class Store:
-    """The finished cases of one study; a process that writes has it for itself.
+    """The finished cases of one study, for one process at a time.
 
     Made by `Store.open`; a context in which it is held.
     """
@@ -48,9 +48,9 @@ class Store:
         self._head = {"schema": SCHEMA, **head}
         self._temporary = temporary  # the folder goes with the process
         # Where the line of each case begins: eight bytes a case, and no more in memory.
-        self._places = array("q", [MISSING]) * total
+        self._positions = array("q", [MISSING]) * total
         self._failed = bytearray(total)
-        self._size = 0  # bytes up to the end of the last whole line
+        self._size = 0  # bytes up to the end of the last complete line
         self._done = self._failures = 0
         self.damaged = 0  # lines that do not fit their checksum; what they held is computed again
         self._lock: IO[str] | None = None
@@ -66,7 +66,7 @@ class Store:
         resume: bool,
         temporary: bool = False,
     ) -> Store:
-        """Open a store for a study, or begin it; one that has cases is not used unawares."""
+        """Open or create the store of a study; one that has cases is refused without `resume`."""
         store = cls(folder, total, head, temporary)
         try:
             store._open(resume)
@@ -86,13 +86,13 @@ class Store:
         return self._failures
 
     def missing(self, failed: bool = False) -> Iterator[int]:
-        """Yield the numbers of cases not finished; of those that failed, too, if asked for."""
+        """Yield the numbers of cases not finished; and on request of those that failed."""
         for number in range(self.total):
-            if self._places[number] == MISSING or (failed and self._failed[number]):
+            if self._positions[number] == MISSING or (failed and self._failed[number]):
                 yield number
 
     def add(self, records: Iterable[Record]) -> None:
-        """Keep some finished cases: when this returns, no power failure loses them."""
+        """Store finished cases: when this returns, no power failure loses them."""
         known = list(records)
         if not known:
             return
@@ -109,8 +109,8 @@ class Store:
             raise InputError(self._cannot(error)) from error
         except KeyboardInterrupt:
             self._scan()  # none, some or all of them may be in the file
-            # Counts lag behind places if they were interrupted between the two.
-            self._done = self.total - self._places.count(MISSING)
+            # Counts are behind positions if they were interrupted between the two.
+            self._done = self.total - self._positions.count(MISSING)
             self._failures = sum(self._failed)
             raise
 
@@ -118,7 +118,7 @@ class Store:
         """Yield finished cases in the order of their numbers."""
         with open(self._path, "rb") as file:
             for number in range(self.total):
-                place = self._places[number]
+                place = self._positions[number]
                 if place != MISSING:
                     file.seek(place)
                     record = _content(file.readline())
@@ -126,14 +126,14 @@ class Store:
                     yield record
 
     def prospect(self, cure: str = "") -> str:
-        """Return what becomes of finished cases where a study cannot go on, and what to do."""
+        """Return what happens to finished cases if a study cannot continue, and what to do."""
         cases, first = f"the {self.done} cases finished before are", f"{cure} and " if cure else ""
         if self._temporary:
             return f"{cases} lost: {first}name a folder to keep them in, store="
         return f"{cases} kept: {first}go on with --resume (resume=True)"
 
     def close(self) -> None:
-        """Let others have it."""
+        """Release it."""
         for file in (self._file, self._lock):
             if file is not None:
                 file.close()
@@ -173,14 +173,14 @@ class Store:
             self._begin()
 
     def _scan(self) -> None:
-        """Find all lines that are whole, beyond those that are known."""
+        """Find the complete lines after those known."""
         with open(self._path, "rb") as file:
             file.seek(self._size)
             for line in file:
                 content = _content(line)
                 if not self._size:
                     if content is None and not line.endswith(b"\n"):
-                        return  # killed while it was begun
+                        return  # killed while it was created
                     self._check_head(content)
                 elif content is not None:
                     self._note(content, file.tell() - len(line))
@@ -240,7 +240,7 @@ class Store:
         self._size = len(line)
 
     def _write(self, content: bytes) -> None:
-        """Append something without buffers, so that nothing comes later that was given up."""
+        """Append without buffers, so that nothing is written later that was given up."""
         assert self._file is not None
         rest = memoryview(content)
         while rest:
@@ -249,13 +249,13 @@ class Store:
 
     def _note(self, record: Record, place: int) -> None:
         number, failed = record["case"], "failed" in record
-        new, worse = self._places[number] == MISSING, failed - self._failed[number]
-        self._places[number], self._failed[number] = place, failed
+        new, worse = self._positions[number] == MISSING, failed - self._failed[number]
+        self._positions[number], self._failed[number] = place, failed
         self._done += new
         self._failures += worse
 
     def _drop_torn(self) -> None:
-        """Cut off what follows the last whole line: others would be joined to it."""
+        """Cut off an incomplete last line: others would be joined to it."""
         try:
             os.truncate(self._path, self._size)
         except OSError as error:
@@ -273,7 +273,7 @@ def _line(content: Mapping[str, Any]) -> bytes:
 
 
 def _content(line: bytes) -> dict[str, Any] | None:
-    """Return what a line holds; None if it is not whole."""
+    """Return the content of a line; None if it is incomplete."""
     checksum, text = line[:8], line[9:-1]
     if not line.endswith(b"\n") or checksum != b"%08x" % crc32(text):
         return None

@@ -1,4 +1,4 @@
-"""What a study computes of every case: a model becomes a few numbers."""
+"""The computations of a study: each gives a few numbers of a model."""
 
 from __future__ import annotations
 
@@ -43,18 +43,18 @@ Start = dict[str, float | str]
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is found of every case under a name."""
+    """A quantity that is computed of every case."""
 
     name: str
     kind: Literal["real", "whole", "text"]
     meaning: str
     unit: str = ""
-    none: int | None = None  # the whole number that stands for none
+    none: int | None = None  # the whole number that means none
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What was found of one case."""
+    """The findings of one case."""
 
     values: dict[str, Value]  # by the names of the quantities
     listed: tuple[dict[str, Value], ...] = ()  # special points or the like: any number of them
@@ -66,13 +66,13 @@ class Work(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     listed: ClassVar[str] = "special"
-    """What the things are called of which a case may have any number."""
+    """Name of the items of which a case may have any number."""
 
     together_from: ClassVar[int] = 1
-    """Cases of a study from which on they are computed side by side, as far as they can be."""
+    """Minimum number of cases of a study for which they are batched as far as possible."""
 
     side_by_side: ClassVar[int] = 1
-    """Cases of a group then, at least: of fewer each takes longer."""
+    """Minimum number of cases of a batch: of fewer each takes longer."""
 
     what: str
 
@@ -86,10 +86,10 @@ class Work(BaseModel):
 
     @abstractmethod
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
+        """Return the quantities of every case."""
 
     def lists(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is said of each thing of which a case may have any number."""
+        """Return the quantities of each listed item."""
         return ()
 
     @abstractmethod
@@ -97,9 +97,9 @@ class Work(BaseModel):
         """Compute it for one case."""
 
     def together(self, models: Sequence[Model]) -> list[Findings | None]:
-        """Compute what can be computed of several cases side by side; None of all others.
+        """Compute several cases as a batch; None for those that cannot be batched.
 
-        What is found of a case must not depend on which others are beside it.
+        The findings of a case must not depend on the other cases of the batch.
         """
         return [None] * len(models)
 
@@ -129,7 +129,7 @@ def parsed_start(model: Model, start: Start) -> dict[str, float]:
 
 
 class LossWork(Work):
-    """What tells of the first loss of stability of a response over a parameter."""
+    """The first loss of stability of a response over a parameter."""
 
     vary: str
     span: Span
@@ -143,7 +143,7 @@ class LossWork(Work):
         return self.model_copy(update={"span": parsed_span(model, self.vary, self.span)})
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is said of the loss, as `Loss.values` has it."""
+        """Return the quantities of the loss, those of `Loss.values`."""
         return (
             Quantity("threshold", "real", f"{self.vary} where the response first loses its "
                      "stability", model.parameter(self.vary).unit),
@@ -154,7 +154,7 @@ class LossWork(Work):
 
 
 class ResponseWork(LossWork):
-    """Every branch of the response; where it loses its stability, and all special points."""
+    """All branches of the response: their first loss of stability and all special points."""
 
     together_from: ClassVar[int] = MINIMUM_BATCH
     side_by_side: ClassVar[int] = BATCH
@@ -163,7 +163,7 @@ class ResponseWork(LossWork):
     largest_period: int = Field(Settings().largest_period, ge=1)
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
+        """Return the quantities of every case."""
         return (
             *super().quantities(model),
             Quantity("branches", "whole", "number of branches"),
@@ -171,7 +171,7 @@ class ResponseWork(LossWork):
         )
 
     def lists(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is said of each special point."""
+        """Return the quantities of each special point."""
         unit = model.parameter(self.vary).unit
         return (
             Quantity("type", "text", "type of special point"),
@@ -197,7 +197,7 @@ class ResponseWork(LossWork):
         return _findings(found, [branch.special for branch in branches], given_up)
 
     def together(self, models: Sequence[Model]) -> list[Findings | None]:
-        """Follow responses side by side, as far as nothing on them is out of the ordinary."""
+        """Follow ordinary responses as a batch."""
         span = (float(self.span[0]), float(self.span[1]))
         settings = Settings(largest_period=self.largest_period)
         cases = follow_batch(models, self.vary, span, settings, whole=False)
@@ -220,7 +220,7 @@ class ResponseWork(LossWork):
 
 
 def _findings(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> Findings:
-    """Return what is kept of a response: special points are given by branch."""
+    """Return the findings of a response; special points are given by branch."""
     values = {**loss.values(), "branches": len(special), "given_up": given_up}
     listed = tuple(
         {
@@ -244,7 +244,7 @@ class ThresholdWork(LossWork):
     what: Literal["threshold"]
 
     def together(self, models: Sequence[Model]) -> list[Findings | None]:
-        """Find first period doublings side by side."""
+        """Find first period doublings as a batch."""
         first, last = float(self.span[0]), float(self.span[1])
         found = first_doublings(models, self.vary, (first, last)).tolist()
         return [
@@ -284,7 +284,7 @@ class LocusWork(Work):
         return self.model_copy(update={"window": spans})
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
+        """Return the quantities of every case."""
         ends = [
             Quantity(f"{which}_{name}", "real", f"{which} {name} of any locus",
                      model.parameter(name).unit)
@@ -294,7 +294,7 @@ class LocusWork(Work):
         return (Quantity("loci", "whole", "number of loci"), *ends)
 
     def lists(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is said of each point of codimension two."""
+        """Return the quantities of each point of codimension two."""
         return (
             Quantity("type", "text", "type of special point"),
             Quantity("locus", "whole", "number of its locus, from 1"),
@@ -342,7 +342,7 @@ class LocusWork(Work):
 
 
 class SimulationWork(Work):
-    """A motion from one state: whether it settles, on what period, its last state, its extrema."""
+    """A solution from one state: whether it becomes steady, its period, last state and extrema."""
 
     what: Literal["simulation"]
     periods: Periods = None
@@ -354,7 +354,7 @@ class SimulationWork(Work):
         return self.model_copy(update={"start": parsed_start(model, self.start)})
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
+        """Return the quantities of every case."""
         return (
             Quantity("settled", "whole", "1 if the motion has settled, else 0"),
             Quantity("period", "whole", "period of what it settled on; 0 if it has not", none=0),
@@ -376,7 +376,7 @@ class SimulationWork(Work):
         )  # fmt: skip
 
     def of(self, model: Model) -> Findings:
-        """Integrate the motion."""
+        """Integrate the solution."""
         found = simulate_smooth_or_switched(
             model, self.periods, parsed_start(model, self.start) or None, tolerance=self.tolerance
         )
@@ -406,7 +406,7 @@ def _outputs(model: Model) -> tuple[State | Output, ...]:
 
 
 class LyapunovWork(Work):
-    """How fast perturbations of a motion grow; whether it is periodic, a torus or chaos."""
+    """Growth rates of perturbations of a solution: periodic, a torus or chaos."""
 
     what: Literal["lyapunov"]
     periods: ExponentPeriods = None
@@ -418,7 +418,7 @@ class LyapunovWork(Work):
         return self.model_copy(update={"start": parsed_start(model, self.start)})
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
+        """Return the quantities of every case."""
         unit = "1/forcing period" if model.forced else "1/s"
         numbers = range(1, len(model.states) + 1)
         return (
@@ -429,7 +429,7 @@ class LyapunovWork(Work):
         )
 
     def of(self, model: Model) -> Findings:
-        """Follow the motion and its perturbations."""
+        """Propagate the solution and its perturbations."""
         start = initial_state(model, parsed_start(model, self.start))
         found = find_exponents(model, start, self.periods, self.tolerance)
         if found.interrupted:
@@ -449,13 +449,13 @@ class LyapunovWork(Work):
 
 
 PERIODS = (1, 2)
-"""Periods whose shares have names of their own."""
+"""Periods whose basin fractions have separate names."""
 
 KINDS = ("torus", "chaos", "cycle", "equilibrium")
 
 
 class AttractorsWork(Work):
-    """All attractors that motions from a box of starts come to; the shares of their basins."""
+    """All attractors reached from a box of starts, and the fractions of their basins."""
 
     listed: ClassVar[str] = "attractor"
 
@@ -472,7 +472,7 @@ class AttractorsWork(Work):
         return self
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is found of every case."""
+        """Return the quantities of every case."""
         shares = {f"period_{period}": f"responses of period {period}" for period in PERIODS}
         shares |= {"longer": "responses of other periods"}
         shares |= {kind: f"attractors that are: {kind}" for kind in KINDS}
@@ -486,7 +486,7 @@ class AttractorsWork(Work):
         )
 
     def lists(self, model: Model) -> tuple[Quantity, ...]:
-        """Return what is said of each attractor."""
+        """Return the quantities of each attractor."""
         return (
             Quantity("kind", "text", "periodic, torus, chaos, cycle or equilibrium"),
             Quantity("period", "whole", "in forcing periods; 0 where nothing repeats with them"),
@@ -498,7 +498,7 @@ class AttractorsWork(Work):
         )
 
     def of(self, model: Model) -> Findings:
-        """Follow the motions."""
+        """Search the attractors."""
         model = measured(model)
         box: Box = checked_box(model, self.box) if self.box else box_around(model)
         found = search(model, box.starts(self.starts, self.seed), self.periods)
@@ -526,4 +526,4 @@ class AttractorsWork(Work):
 Known = ResponseWork | ThresholdWork | LocusWork | SimulationWork | LyapunovWork | AttractorsWork
 
 WORK: TypeAdapter[Known] = TypeAdapter(Annotated[Known, Field(discriminator="what")])
-"""Reads what is to be computed; the entry ``what`` says which."""
+"""Reads the table of a computation; the entry ``what`` selects it."""
