@@ -14,7 +14,7 @@ UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m", "1/s")
 
 READ = """
 async (cases) => {
-  const { parsed } = await import("/page/parameters/quantity_text.js");
+  const { parsed } = await import("/page/quantities.js");
   return cases.map(([text, quantity]) => parsed(text, quantity));
 }
 """

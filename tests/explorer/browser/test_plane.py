@@ -131,8 +131,8 @@ def test_it_is_put_away_and_comes_back(new_tab):
 
 
 SHADES = """async (combinations) => {
-  const { regionColour } = await import("/page/plane/region_colours.js");
-  const { colours } = await import("/page/style/theme.js");
+  const { regionColour } = await import("/page/plane_plot.js");
+  const { colours } = await import("/page/theme.js");
   return combinations.map((stable) => regionColour(stable, colours()));
 }"""
 

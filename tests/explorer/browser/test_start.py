@@ -34,9 +34,9 @@ def _half_a_script(route):
 FAILURES = {
     "thrown": ("api/models", _without_what_is_varied, "TypeError"),
     "no answer": ("api/models", lambda route: route.abort(), "Failed to fetch"),
-    "no script": ("page/controls/dom.js", _half_a_script, "SyntaxError"),
+    "no script": ("page/dom.js", _half_a_script, "SyntaxError"),
     "no module": (
-        "page/controls/dom.js",
+        "page/dom.js",
         lambda route: route.abort(),
         "/page/main.js could not be loaded",
     ),

@@ -1,38 +1,24 @@
 /** The page: puts its parts together and starts them. */
 
-import { addressOf } from "./session/address.js";
-import { readAddress } from "./session/address_reader.js";
-import { Announcer } from "./controls/announcer.js";
-import { BasinsPanel } from "./basins/basins_panel.js";
-import { Connection } from "./session/connection.js";
-import { DiagramControls } from "./diagram/diagram_controls.js";
-import { DiagramPlot } from "./diagram/diagram_plot.js";
-import { element } from "./controls/dom.js";
-import { ExportMenu } from "./controls/export_menu.js";
-import { Notices } from "./controls/notices.js";
-import { OrbitPanel } from "./orbit/orbit_panel.js";
-import { ParameterPanel } from "./parameters/parameter_panel.js";
-import { Pins } from "./diagram/pins.js";
-import { PlaneControls } from "./plane/plane_controls.js";
-import { PlanePlot } from "./plane/plane_plot.js";
-import { PlaneSwitch } from "./plane/plane_switch.js";
-import { Readings } from "./readings/readings.js";
-import { ReadingsControl } from "./readings/readings_control.js";
-import { Regimes } from "./plane/regimes.js";
-import { Refusals } from "./session/refusals.js";
-import { Session } from "./session/session.js";
-import { Simulation } from "./orbit/simulation.js";
-import { SimulationPanel } from "./orbit/simulation_panel.js";
-import { SpecialPoints } from "./diagram/special_points.js";
-import { Study } from "./study/study.js";
-import { StudyPanel } from "./study/study_panel.js";
-import { StatusLine } from "./controls/status_line.js";
-import { pictureOf, sheetOf } from "./plots/svg_file.js";
-import { TextDialog } from "./controls/text_dialog.js";
-import { apply, colours } from "./style/theme.js";
-import { Toolbar } from "./controls/toolbar.js";
-import { TOLD_OF, Tour, isFirstVisit } from "./controls/tour.js";
-import { diagramRequest, initialView, planeRequest } from "./session/view.js";
+import { BasinsPanel } from "./basins.js";
+import { Connection } from "./connection.js";
+import { DiagramControls, Pins, SpecialPoints } from "./diagram_panel.js";
+import { DiagramPlot } from "./diagram_plot.js";
+import { element } from "./dom.js";
+import { Announcer, Notices, StatusLine, TextDialog } from "./messages.js";
+import { OrbitPanel } from "./orbit.js";
+import { ParameterPanel } from "./parameters.js";
+import { PlaneControls, PlaneSwitch, Regimes } from "./plane_panel.js";
+import { PlanePlot } from "./plane_plot.js";
+import { Readings, ReadingsControl } from "./readings.js";
+import { Refusals, Session } from "./session.js";
+import { Simulation, SimulationPanel } from "./simulation.js";
+import { Study, StudyPanel } from "./study.js";
+import { pictureOf, sheetOf } from "./svg_file.js";
+import { apply, colours } from "./theme.js";
+import { ExportMenu, Toolbar } from "./toolbar.js";
+import { TOLD_OF, Tour, isFirstVisit } from "./tour.js";
+import { addressOf, diagramRequest, initialView, planeRequest, readAddress } from "./view.js";
 
 const PICTURE_SCALE = 2;
 

@@ -1,0 +1,224 @@
+/** Basins of attraction: plot and panel. */
+
+import { escaped } from "./diagram_data.js";
+import { Choice, element } from "./dom.js";
+import { CONFIG, layout, mapping } from "./plot_tools.js";
+import { axisTitle, display } from "./quantities.js";
+import { colours, themeChanged } from "./theme.js";
+import { basinsRequest } from "./view.js";
+
+/** Colours of attractors: the first two differ most in lightness. */
+const TINTS = ["region-2", "live", ...Array.from({ length: 12 }, (_, i) => `region-other-${i + 1}`)];
+
+/** What starts came to that came to no attractor, from the least label on. */
+const NOTHING = [
+  { label: -2, name: "not finished", tint: "panel" },
+  { label: -1, name: "ended", tint: "axis" },
+  { label: 0, name: "undecided", tint: "region-none" },
+];
+
+/**
+ * Names and colours of all that starts came to, in the order of their labels.
+ * @param {{labels: number[][], attractors: {name: string, share: number}[]}} basins
+ */
+function keysOf({ labels, attractors }) {
+  const seen = new Set(labels.flat());
+  const found = attractors.map(({ name, share }, i) => ({
+    label: i + 1, name: `${name}, ${(100 * share).toPrecision(3)} %`, tint: TINTS[i % TINTS.length],
+  }));
+  return [...NOTHING, ...found].map((key) => ({ ...key, isSeen: key.label > 0 || seen.has(key.label) }));
+}
+
+class BasinsPlot {
+  /** The element to put on the page. */
+  node = element("div", { class: "plot basins-plot", hidden: true });
+  #canvas = element("div", { class: "plot-canvas" });
+  #basins = null;
+  #map = null;
+  #frame = 0;
+
+  /** @param {(x: number, y: number) => void} pick hears of a start that is clicked, in SI units */
+  constructor(pick) {
+    this.node.append(this.#canvas);
+    themeChanged.subscribe(() => this.#schedule());
+    new ResizeObserver(() => this.#schedule()).observe(this.node);
+    this.node.addEventListener("click", (event) => {
+      const box = this.node.getBoundingClientRect();
+      const at = [event.clientX - box.left, event.clientY - box.top];
+      if (!this.#map?.isInside(...at)) return;
+      const [x, y] = this.#map.toData(...at);
+      pick(x / display(this.#basins.x).factor, y / display(this.#basins.y).factor);
+    });
+  }
+
+  /** Show a picture in place of the one before; null shows none. */
+  show(basins) {
+    this.#basins = basins;
+    this.node.hidden = !basins;
+    this.node.dataset.points = basins ? String(basins.x.values.length) : "";
+    this.#schedule();
+  }
+
+  #schedule() {
+    if (this.#frame) return;
+    this.#frame = requestAnimationFrame(() => {
+      this.#frame = 0;
+      this.#draw();
+    });
+  }
+
+  #draw() {
+    if (!this.#basins || this.node.clientWidth === 0) return;
+    const { x, y, labels } = this.#basins;
+    const colour = colours();
+    const keys = keysOf(this.#basins);
+    const [across, up] = [x, y].map((axis) => axis.values.map((value) => value * display(axis).factor));
+    const size = [this.node.clientWidth, this.node.clientHeight];
+    const range = { x: ends(across), y: ends(up) };
+    this.#map = mapping(size, range.x, range.y);
+    const sheet = layout(colour, { title: escaped(axisTitle(x)), range: range.x },
+      { title: escaped(axisTitle(y)), range: range.y }, size);
+    sheet.dragmode = false;
+    sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
+    sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
+    const colorscale = keys.flatMap(({ tint }, i) =>
+      [i, i + 1].map((end) => [end / keys.length, colour(tint)]));
+    const trace = {
+      type: "heatmap", x: across, y: up, z: labels, colorscale, showscale: false, hoverinfo: "skip",
+      zmin: keys[0].label - 0.5, zmax: keys.at(-1).label + 0.5,
+    };
+    window.Plotly.react(this.#canvas, [trace], sheet, CONFIG);
+  }
+}
+
+/** Where the outermost cells end. */
+function ends(values) {
+  const half = (values.at(-1) - values[0]) / (values.length - 1) / 2;
+  return [values[0] - half, values.at(-1) + half];
+}
+
+/** How far starts lie from zero, in sizes of the orbit that is shown. */
+const REACHES = ["1", "2", "4", "8"];
+
+export class BasinsPanel {
+  /** The element to put on the page. */
+  node;
+  #session;
+  #choices;
+  #reach = new Choice("within", (reach) => this.#turn({ reach }));
+  #words = element("p", { class: "basins-words", role: "status" });
+  #legend = element("ul", { class: "basins-legend" });
+  #stop;
+  #plot;
+  #picked;
+  #sizes = {};
+
+  constructor(session, simulation) {
+    this.#session = session;
+    const button = (text, click, kind = "") =>
+      element("button", { type: "button", class: kind, on: { click } }, text);
+    this.#stop = button("Stop computing", () => this.#halt(), "quiet");
+    this.#choices = ["x", "y"].map((axis, i) =>
+      new Choice(["over", "and"][i], (name) => this.#turn({ [axis]: name })));
+    this.#plot = new BasinsPlot((x, y) =>
+      simulation.fromStates({ [this.#picked.x]: x, [this.#picked.y]: y }));
+    this.node = element("div", { class: "basins" },
+      element("div", { class: "sentence" }, button("Compute the basins", () => this.#ask()),
+        ...this.#choices.map(({ node }) => node), this.#reach.node, element("span", {}, "of the orbit"), this.#stop),
+      this.#words, this.#plot.node, this.#legend);
+    session.store.changed.subscribe(({ view, before }) => {
+      if (view.model !== before.model) this.#begin();
+      if (systemOf(view) !== systemOf(before)) this.#clear();
+    });
+    session.orbitArrived.subscribe((arrived) => arrived && this.#measure(arrived.answer));
+    session.failed.subscribe(({ kind, sentence }) => kind === "basins" && sentence && this.#clear(sentence));
+    this.#begin();
+    this.#clear();
+  }
+
+  #begin() {
+    const [first, second = first] = this.#session.model.states.map(({ name }) => name);
+    this.#picked = { x: first, y: second, reach: "4" };
+    this.#sizes = {};
+    this.#show();
+  }
+
+  #turn(changes) {
+    const { x, y } = this.#picked;
+    const next = { ...this.#picked, ...changes };
+    if (next.x === next.y) Object.assign(next, { x: y, y: x });
+    this.#picked = next;
+    this.#show();
+    this.#clear();
+  }
+
+  #show() {
+    const options = this.#session.model.states.map((item) =>
+      ({ value: item.name, text: axisTitle(item), title: item.doc }));
+    this.#choices.forEach((choice, i) => choice.show(options, [this.#picked.x, this.#picked.y][i]));
+    this.#reach.show(REACHES.map((value) => ({ value, text: `${value} ×` })), this.#picked.reach);
+    // There is a plane where there are two states.
+    this.node.classList.toggle("absent", options.length < 2);
+  }
+
+  #measure({ states }) {
+    this.#sizes = Object.fromEntries(
+      Object.entries(states).map(([name, values]) => [name, Math.max(...values.map(Math.abs))]));
+  }
+
+  #ask() {
+    const { requests, failed, view } = this.#session;
+    const axis = (name) => {
+      const end = Number((Number(this.#picked.reach) * (this.#sizes[name] || 1)).toPrecision(2));
+      return { name, span: [-end, end] };
+    };
+    const request = basinsRequest(view, axis(this.#picked.x), axis(this.#picked.y));
+    const onError = (sentence, again) => failed.announce(
+      { kind: "basins", sentence, again: again ? () => this.#ask() : null });
+    this.#clear();
+    this.#working("Computing the basins…");
+    requests.ask(request, { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+  }
+
+  #take({ far, done, ...picture }) {
+    if (far) {
+      this.#working(`${far[0]} of ${far[1]} starts have come to something…`);
+      return;
+    }
+    this.#plot.show(picture);
+    this.#legend.replaceChildren(...keysOf(picture).filter(({ isSeen }) => isSeen).map(({ name, tint }) =>
+      element("li", {}, element("span", { class: "shade", style: `background: var(--${tint})` }), name)));
+    const size = picture.x.values.length;
+    const others = this.#session.model.states.length > 2 ? ", all other states as at the model's start" : "";
+    if (done) this.#rest(`From ${size} × ${size} starts${others}. Click one to let it go.`);
+    else this.#working(`From ${size} × ${size} starts; computing more…`);
+  }
+
+  #halt() {
+    this.#session.requests.cancel("basins");
+    this.#rest("Stopped.");
+  }
+
+  #clear(failure = null) {
+    this.#session.requests.cancel("basins");
+    if (!failure) this.#session.failed.announce({ kind: "basins", sentence: null });
+    this.#plot.show(null);
+    this.#legend.replaceChildren();
+    this.#rest("");
+  }
+
+  #working(text) {
+    this.#words.textContent = text;
+    this.#stop.hidden = false;
+  }
+
+  #rest(text) {
+    this.#words.textContent = text;
+    this.#stop.hidden = true;
+  }
+}
+
+/** What motions depend on. */
+function systemOf({ model, parameters }) {
+  return JSON.stringify([model, parameters]);
+}

@@ -1,0 +1,270 @@
+/** A response diagram as data: marked points, places on branches, traces of plotly. */
+
+import { display, withUnit } from "./quantities.js";
+
+const DIGITS = 6;
+
+/**
+ * @param {object} branch of the server's answer
+ * @param {object} x what is varied
+ * @returns {object[]} as the special points of a branch
+ */
+function markedPoints(branch, x) {
+  return [...branch.special, ...limitOf(branch, x)];
+}
+
+function limitOf({ stopped, x: values, y, arclength }, x) {
+  if (stopped.kind !== "limit" || values.length === 0) return [];
+  const at = `${x.label} = ${withUnit(x, stopped.value, DIGITS)}`;
+  return [{
+    type: "LIMIT", value: values.at(-1), y: y.at(-1), arclength: arclength.at(-1), criticality: null,
+    words: stopped.reason.split(":")[0], sentence: `${at}: ${stopped.reason}`,
+  }];
+}
+
+/**
+ * @typedef {object} Place a point on a drawn branch
+ * @property {number} branch
+ * @property {number} arclength
+ * @property {number} x
+ * @property {number} y
+ * @property {number} period
+ * @property {string} kind `"stable"` or unstable by what
+ * @property {boolean} isEquilibrium
+ * @property {boolean} [isTurn] whether the branch turns here, so that the value does not tell where
+ * @property {object} [special] the special point that it is
+ */
+
+/** Share of a branch's range within which a value is that of its fold: drawn values are rounded. */
+const TURN = 1e-6;
+
+/** Share of a branch's height within which two of its places at one value are the same. */
+const SAME = 1e-3;
+
+/**
+ * All places where branches cross a value.
+ * @param {object} diagram the server's answer
+ */
+export function crossings(diagram, value) {
+  const found = [];
+  for (const branch of diagram.branches) {
+    const { x } = branch;
+    const slack = TURN * (Math.max(...x) - Math.min(...x));
+    for (let i = 0; i + 1 < x.length; i++) {
+      if (isTurn(x, i) && Math.abs(x[i] - value) <= slack) {
+        found.push({ ...placeOn(branch, i, 0), isTurn: true });
+      }
+      if ((x[i] - value) * (x[i + 1] - value) > 0 || x[i] === x[i + 1]) continue;
+      const place = placeOn(branch, i, (value - x[i]) / (x[i + 1] - x[i]));
+      const last = found.at(-1);
+      // A drawn point at the very value belongs to two pieces.
+      if (last?.branch !== branch.id || last.arclength !== place.arclength) found.push(place);
+    }
+  }
+  return found;
+}
+
+/**
+ * The place that is meant: on the chosen branch and as near as can be, else a stable one,
+ * else that on the branch found last.
+ */
+export function chosenPlace(places, chosen) {
+  if (places.length === 0) return null;
+  const onBranch = chosen ? places.filter((place) => place.branch === chosen.branch) : [];
+  if (onBranch.length > 0) return least(onBranch, (place) => Math.abs(place.y - chosen.y));
+  return places.find((place) => place.kind === "stable") ?? places.at(-1);
+}
+
+/**
+ * The place of a branch between its drawn points i and i + 1.
+ * @param {number} share from 0 to 1
+ */
+function placeOn(branch, i, share) {
+  const between = (values) => values[i] + share * (values[i + 1] - values[i]);
+  const stretch = branch.stretches.find(({ first, last }) => first <= i && i < last);
+  return {
+    branch: branch.id,
+    arclength: between(branch.arclength),
+    x: between(branch.x),
+    y: between(branch.y),
+    period: branch.period,
+    isEquilibrium: branch.kind === "equilibrium",
+    kind: stretch?.kind ?? "stable",
+  };
+}
+
+function isTurn(x, i) {
+  return i > 0 && i + 1 < x.length && (x[i] - x[i - 1]) * (x[i + 1] - x[i]) < 0;
+}
+
+/** The place of a special point. */
+export function placeOfSpecial(branch, special) {
+  const { arclength, value, y } = special;
+  const isEquilibrium = branch.kind === "equilibrium";
+  return { branch: branch.id, arclength, x: value, y, period: branch.period, kind: special.type, isEquilibrium, special };
+}
+
+/** A place, or the special point that lies there. */
+export function asSpecial(diagram, place) {
+  const branch = place && diagram.branches.find(({ id }) => id === place.branch);
+  if (!branch) return place;
+  const [width, height] = [branch.x, branch.y].map((values) => Math.max(...values) - Math.min(...values));
+  const special = markedPoints(branch, diagram.x).find(({ value, y }) =>
+    Math.abs(value - place.x) <= TURN * width && Math.abs(y - place.y) <= SAME * height);
+  return special ? placeOfSpecial(branch, special) : place;
+}
+
+/** The special point whose marker a point of the screen is on; as `nearestPlace`. */
+export function nearestSpecial(diagram, pixel, point, reach) {
+  const known = diagram.branches.flatMap((branch) => markedPoints(branch, diagram.x).map((special) => {
+    const [x, y] = pixel(special.value, special.y);
+    return { gap: Math.hypot(x - point[0], y - point[1]), branch, special };
+  })).filter(({ gap }) => gap < reach);
+  if (known.length === 0) return null;
+  const { branch, special } = least(known, ({ gap }) => gap);
+  return placeOfSpecial(branch, special);
+}
+
+/**
+ * The drawn place nearest to a point of the screen.
+ * @param {(x: number, y: number) => [number, number]} pixel where data are on the screen
+ * @param {[number, number]} point in pixels
+ * @param {number} reach in pixels
+ */
+export function nearestPlace(diagram, pixel, point, reach) {
+  let best = null;
+  let distance = reach;
+  for (const branch of diagram.branches) {
+    let before = null;
+    for (let i = 0; i < branch.x.length; i++) {
+      const here = pixel(branch.x[i], branch.y[i]);
+      if (before) {
+        const share = nearestShare(before, here, point);
+        const gap = Math.hypot(
+          before[0] + share * (here[0] - before[0]) - point[0],
+          before[1] + share * (here[1] - before[1]) - point[1],
+        );
+        if (gap < distance) {
+          distance = gap;
+          best = placeOn(branch, i - 1, share);
+        }
+      }
+      before = here;
+    }
+  }
+  return best;
+}
+
+function nearestShare(a, b, point) {
+  const along = [b[0] - a[0], b[1] - a[1]];
+  const length = along[0] ** 2 + along[1] ** 2;
+  if (length === 0) return 0;
+  const share = ((point[0] - a[0]) * along[0] + (point[1] - a[1]) * along[1]) / length;
+  return Math.min(Math.max(share, 0), 1);
+}
+
+function least(items, size) {
+  return items.reduce((best, item) => (size(item) < size(best) ? item : best));
+}
+
+/** Line of each kind of orbit, as in the package's figures. */
+const DASHES = { stable: "solid", "period doubling": "6px,3px", "fold or torus": "1.5px,2.5px" };
+
+const WIDTHS = { stable: 2.2, "period doubling": 1.5, "fold or torus": 1.7 };
+
+/** Markers as in the package's figures; a subcritical point is open. */
+export const MARKERS = {
+  PD: "circle", NS: "square", LP: "triangle-up", BP: "diamond", HB: "pentagon", LIMIT: "x-thin",
+};
+
+const SHORT = { supercritical: "super", subcritical: "sub" };
+
+/**
+ * @typedef {object} Mark
+ * @property {string} type
+ * @property {string} text what stands beside it
+ * @property {number} x
+ * @property {number} y
+ * @property {boolean} hollow
+ */
+
+/**
+ * The marked points of a diagram.
+ * @param {object} diagram the server's answer
+ * @returns {Mark[]} in SI units
+ */
+export function marksOf(diagram) {
+  const points = diagram.branches.flatMap((branch) => markedPoints(branch, diagram.x));
+  return distinct(points.map(({ type, criticality, words, value, y }) => ({
+    type,
+    text: type === "LIMIT" ? words : [type, SHORT[criticality]].filter(Boolean).join(" "),
+    x: value,
+    y,
+    hollow: type === "LIMIT" || criticality === "subcritical",
+  })));
+}
+
+/** Marks without those that lie on another of the same name: branches that mirror each other. */
+function distinct(marks) {
+  const places = marks.map(({ text, x, y }) => `${text} ${x.toPrecision(5)} ${y.toPrecision(5)}`);
+  return marks.filter((_, i) => places.indexOf(places[i]) === i);
+}
+
+/** Lines of a diagram, one trace a kind of stability, so that their number never changes. */
+export function lineTraces(diagram, colour, name) {
+  const [fx, fy] = factors(diagram);
+  return Object.keys(DASHES).map((kind) => {
+    const x = [];
+    const y = [];
+    for (const branch of diagram.branches) {
+      for (const { kind: own, first, last } of branch.stretches) {
+        if (own !== kind) continue;
+        for (let i = first; i <= last; i++) {
+          x.push(branch.x[i] * fx);
+          y.push(branch.y[i] * fy);
+        }
+        x.push(null);
+        y.push(null);
+      }
+    }
+    const line = { color: colour, dash: DASHES[kind], width: WIDTHS[kind] };
+    return { type: "scatter", mode: "lines", x, y, line, name: `${name}, ${kind}`, hoverinfo: "skip" };
+  });
+}
+
+/**
+ * Markers of a diagram with their names.
+ * @param {string} paper colour within open markers
+ * @param {string[]} positions where each name stands; none are written if it is empty
+ */
+export function markTrace(diagram, colour, paper, positions) {
+  const [fx, fy] = factors(diagram);
+  const marks = marksOf(diagram);
+  return {
+    type: "scatter",
+    mode: positions.length ? "markers+text" : "markers",
+    x: marks.map((mark) => mark.x * fx),
+    y: marks.map((mark) => mark.y * fy),
+    text: positions.length ? marks.map((mark) => escaped(mark.text)) : undefined,
+    textposition: positions,
+    textfont: { color: colour, size: 12 },
+    marker: {
+      symbol: marks.map((mark) => MARKERS[mark.type] ?? "circle"),
+      size: marks.map((mark) => (mark.type === "LIMIT" ? 9 : 8)),
+      color: marks.map((mark) => (mark.hollow ? paper : colour)),
+      line: { color: colour, width: 1.6 },
+    },
+    cliponaxis: false,
+    hoverinfo: "skip",
+  };
+}
+
+/** What the diagram's numbers are multiplied with to be shown. */
+export function factors(diagram) {
+  return [display(diagram.x).factor, display(diagram.y).factor];
+}
+
+/** plotly reads a little markup in texts; a name is none. */
+export function escaped(text) {
+  return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
+}

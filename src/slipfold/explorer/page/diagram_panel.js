@@ -1,0 +1,232 @@
+/** What stands around the diagram: its controls, pinned curves, special points, checks. */
+
+import { MARKERS, placeOfSpecial } from "./diagram_data.js";
+import { Choice, element, icon, svg } from "./dom.js";
+import { QuantityBox } from "./parameters.js";
+import { axisTitle, display, withUnit } from "./quantities.js";
+import {
+  STATISTICS, initialView, inside, spanOf, withPin, withPinName, withVaried, withoutPin,
+} from "./view.js";
+
+export class CheckedLine {
+  /** The element to put on the page. */
+  node = element("p", { class: "checked" });
+
+  /** @param {{sentence: string, agree: boolean}|null} [checked] the server's */
+  show(checked = null) {
+    const sentence = checked?.sentence ?? "";
+    this.node.textContent = sentence && `${sentence[0].toUpperCase()}${sentence.slice(1)}.`;
+    this.node.title = this.node.textContent;
+    this.node.classList.toggle("disagrees", checked?.agree === false);
+  }
+}
+
+export class DiagramControls {
+  /** The element to put on the page. */
+  node;
+  #session;
+  #vary;
+  #statistic;
+  #show;
+  #from = this.#bound(0, "from");
+  #to = this.#bound(1, "to");
+  #unit = element("span", { class: "unit" });
+  #whole = element("button", {
+    type: "button", class: "quiet absent", on: { click: () => this.#commit({ zoom: null }) },
+  }, "Whole diagram");
+
+  constructor(session) {
+    this.#session = session;
+    this.#vary = new Choice("Vary", (name) => this.#varied(name));
+    this.#statistic = new Choice("Draw", (statistic) => this.#commit({ statistic, at: null, zoom: null }));
+    this.#show = new Choice("of", (show) => this.#commit({ show, at: null, zoom: null }));
+    this.node = element("div", { class: "sentence" },
+      this.#vary.node, element("span", {}, "from"), this.#from.node, element("span", {}, "to"), this.#to.node,
+      this.#unit, this.#statistic.node, this.#show.node, this.#whole);
+    session.store.changed.subscribe(() => this.#refresh());
+    this.#refresh();
+  }
+
+  #refresh() {
+    const { model, view } = this.#session;
+    this.#vary.show(model.parameters.map(option), view.vary);
+    this.#show.show([...model.states, ...model.outputs].map(option), view.show);
+    this.#statistic.show(
+      Object.entries(STATISTICS).map(([value, text]) => ({ value, text })), view.statistic);
+    const varied = this.#session.quantity(view.vary);
+    const range = view.span[1] - view.span[0];
+    this.#from.show(varied, view.span[0], range);
+    this.#to.show(varied, view.span[1], range);
+    this.#unit.textContent = display(varied).unit;
+    this.#whole.classList.toggle("absent", view.zoom === null);
+  }
+
+  #bound(index, word) {
+    return new QuantityBox({ class: "bound", "aria-label": `Vary ${word}` }, {
+      accept: (value) => this.#bounded(index, value),
+      refuse: (sentence) => this.#session.failed.announce({ kind: "input", sentence }),
+    });
+  }
+
+  #bounded(index, end) {
+    const { view } = this.#session;
+    const span = [...view.span];
+    span[index] = end;
+    if (span[0] === span[1]) return `the span of ${view.vary} would be empty; give two different values`;
+    const value = inside(view.parameters[view.vary], span);
+    this.#commit({ span, zoom: null, parameters: { ...view.parameters, [view.vary]: value } });
+  }
+
+  #varied(name) {
+    const { model, view, store } = this.#session;
+    const span = spanOf(model, name);
+    const next = withVaried(view, name, span);
+    const value = inside(view.parameters[name], span);
+    store.commit({ ...next, parameters: { ...view.parameters, [name]: value } });
+  }
+
+  #commit(changes) {
+    this.#session.store.commit({ ...this.#session.view, ...changes });
+  }
+}
+
+function option(quantity) {
+  return { value: quantity.name, text: axisTitle(quantity), title: quantity.doc };
+}
+
+const CROSS = "M4 4l8 8M12 4l-8 8";
+const MOST = 12;
+
+export class Pins {
+  /** The element to put on the page. */
+  node = element("div", { class: "pins" });
+  #list = element("ul", { "aria-label": "Curves" });
+  #session;
+
+  constructor(session) {
+    this.#session = session;
+    const pin = element("button", { type: "button", class: "small-button", on: { click: () => this.pin() } },
+      "Pin this curve");
+    this.node.append(this.#list, pin);
+    session.store.changed.subscribe(({ view, before }) => {
+      pin.disabled = view.pins.length >= MOST;
+      if (view.pins !== before.pins) this.#show(view.pins);
+    });
+    this.#show(session.view.pins);
+  }
+
+  /** Keep the live curve for comparison. */
+  pin() {
+    const { store, view } = this.#session;
+    store.commit(withPin(view, this.#nameOf(view)));
+  }
+
+  /** A curve's name: how it differs from the model's own values. */
+  #nameOf(view) {
+    const usual = initialView(this.#session.model).parameters;
+    const differing = this.#session.model.parameters.filter(({ name }) =>
+      name !== view.vary && view.parameters[name] !== usual[name]);
+    if (differing.length === 0) return "base case";
+    return differing.map((parameter) =>
+      `${parameter.label ?? parameter.name} = ${withUnit(parameter, view.parameters[parameter.name])}`).join(", ");
+  }
+
+  #show(pins) {
+    const items = pins.map((pin, i) => element("li", { class: `pin pin-${(i % 6) + 1}` },
+      element("span", { class: "swatch", "aria-hidden": "true" }), this.#name(pin),
+      element("button", {
+        type: "button", class: "quiet close", "aria-label": `Remove ${pin.name}`,
+        on: { click: () => this.#session.store.commit(withoutPin(this.#session.view, pin.id)) },
+      }, icon(CROSS))));
+    const live = element("li", { class: "pin live" },
+      element("span", { class: "swatch", "aria-hidden": "true" }), "live");
+    this.#list.replaceChildren(...(pins.length ? [live, ...items] : []));
+  }
+
+  #name(pin) {
+    const input = element("input", {
+      type: "text", value: pin.name, maxlength: "60", "aria-label": "Name of the pinned curve",
+      on: {
+        change: () => this.#session.store.commit(withPinName(this.#session.view, pin.id, input.value)),
+      },
+    });
+    input.size = Math.max(pin.name.length, 6);
+    return input;
+  }
+}
+
+/** Ends of branches that need no word: the end of the span, and where another branch is met. */
+const EXPECTED = new Set(["span", "closed", "born"]);
+
+const SHAPES = {
+  circle: "M4 0A4 4 0 1 1-4 0A4 4 0 1 1 4 0Z",
+  square: "M-3.6-3.6H3.6V3.6H-3.6Z",
+  "triangle-up": "M0-4.4L4.4 3.6H-4.4Z",
+  diamond: "M0-4.8L4.8 0L0 4.8L-4.8 0Z",
+  pentagon: "M0-4.6L4.4-1.4L2.7 3.7H-2.7L-4.4-1.4Z",
+  "x-thin": "M-4-4L4 4M-4 4L4-4",
+};
+
+export class SpecialPoints {
+  /** The element to put on the page. */
+  node = element("div", { class: "specials" });
+  #list = element("ul", { "aria-label": "Special points of the diagram" });
+  #ends = element("p", { class: "ends" });
+  #checked = new CheckedLine();
+  #session;
+  #key = "";
+
+  constructor(session) {
+    this.#session = session;
+    this.node.append(this.#list, this.#ends, this.#checked.node);
+    session.diagramArrived.subscribe(({ answer }) => this.#show(answer));
+    for (const signal of [session.diagramArrived, session.failed]) {
+      signal.subscribe(() => this.node.classList.toggle("refused", session.hasFailed));
+    }
+  }
+
+  #show(diagram) {
+    const items = diagram.branches.flatMap((branch) =>
+      branch.special.map((special) => ({ branch, special, text: textOf(special, diagram.x) })));
+    const ends = diagram.branches.filter(({ stopped }) => !EXPECTED.has(stopped.kind));
+    const named = (kind, period) => {
+      if (this.#session.model.forced) return `Period ${period}`;
+      return kind === "equilibrium" ? "The equilibrium" : "The cycle";
+    };
+    const sentences = ends.map(({ kind, period, stopped }) =>
+      `${named(kind, period)} ends at ${withUnit(diagram.x, stopped.value)}: ${stopped.reason}.`);
+    const key = JSON.stringify([items.map(({ text }) => text), sentences]);
+    this.#ends.textContent = [...new Set(sentences)].join(" ");
+    this.#ends.title = this.#ends.textContent;
+    this.#checked.show(diagram.checked);
+    this.#items = items;
+    this.node.classList.toggle("draft", Boolean(diagram.draft));
+    if (key === this.#key) return;
+    this.#key = key;
+    this.#list.replaceChildren(...items.map((item, i) => this.#button(item, i)));
+    this.#list.hidden = items.length === 0;
+  }
+
+  #items = [];
+
+  #button({ special, text }, i) {
+    const go = () => {
+      const item = this.#items[i];
+      this.#session.choose(placeOfSpecial(item.branch, item.special));
+    };
+    return element("li", {},
+      element("button", { type: "button", class: "chip", title: special.sentence, on: { click: go } },
+        glyph(special.type, special.criticality === "subcritical"), text));
+  }
+}
+
+/** The marker of a special point, as in the diagram. */
+function glyph(type, hollow) {
+  return svg("svg", { viewBox: "-6 -6 12 12", class: `glyph${hollow ? " hollow" : ""}`, "aria-hidden": "true" },
+    svg("path", { d: SHAPES[MARKERS[type]] ?? SHAPES.circle }));
+}
+
+function textOf(special, x) {
+  const parts = [special.type, withUnit(x, special.value), special.criticality];
+  return parts.filter(Boolean).join(" ");
+}

@@ -1,0 +1,374 @@
+/** The response diagram: curves, marks, the working point. plotly draws the curves; what follows the pointer lies above them and costs nothing to move. */
+
+import {
+  crossings, escaped, factors, lineTraces, markTrace, marksOf, nearestPlace, nearestSpecial,
+} from "./diagram_data.js";
+import { element } from "./dom.js";
+import {
+  CONFIG, covers, fits, frame, labelPlaces, layout, mapping, padded, roundStep, stepped,
+} from "./plot_tools.js";
+import { axisTitle, display, formatted, withUnit } from "./quantities.js";
+import { readingTraces, readingValues } from "./readings.js";
+import { LIGHT, colours, themeChanged } from "./theme.js";
+import { STATISTICS, inside } from "./view.js";
+
+const REACH = 14;
+const MARK = 9;
+const MOVED = 4;
+const KEY_STEPS = 200;
+const FAINT = 0.4;
+
+export class DiagramPlot {
+  /** The element to put on the page. */
+  node = element("div", {
+    class: "plot", tabindex: "0", role: "group", "aria-describedby": "diagram-keys",
+    "aria-label": "Response diagram",
+  });
+  #canvas = element("div", { class: "plot-canvas" });
+  #cursor = element("div", { class: "cursor-line", hidden: true });
+  #chosen = element("div", { class: "place chosen", hidden: true });
+  #hovered = element("div", { class: "place hovered", hidden: true });
+  #tip = element("div", { class: "tip", hidden: true });
+  #words = element("span", { role: "status" });
+  #progress = element("span", { "aria-hidden": "true" });
+  #waiting = element("p", { class: "waiting" }, this.#words, this.#progress);
+  #draft = element("p", { class: "draft-mark", hidden: true }, "draft");
+  #session;
+  #readings;
+  #drawn = null;
+  #sight = { key: "", y: [0, 1] };
+  #simulated = null;
+  #isDrawnFaint = false;
+  #frame = 0;
+  /** Numbers of the drawings that were asked for, and that are on the screen. */
+  #asked = 0;
+  #painted = 0;
+  #pressed = null;
+
+  constructor(session, readings) {
+    this.#session = session;
+    this.#readings = readings;
+    this.node.append(this.#canvas, this.#cursor, this.#chosen, this.#hovered, this.#tip,
+      this.#waiting, this.#draft);
+    this.#tellBusy();
+    session.diagramArrived.subscribe(() => this.#schedule());
+    session.pinsChanged.subscribe(() => this.#schedule());
+    readings.changed.subscribe(() => this.#schedule());
+    session.progressed.subscribe((far) => { this.#progress.textContent = far ? this.#told(far) : ""; });
+    session.placeChanged.subscribe(() => this.#place());
+    session.failed.subscribe(({ sentence }) => sentence && this.#tellBusy());
+    session.connection.changed.subscribe(() => this.#tellBusy());
+    session.store.changed.subscribe(({ view, before }) => {
+      if (view.zoom !== before.zoom) this.#schedule();
+      if (view.model !== before.model) this.#simulated = null;
+      this.#place();
+      if (this.#isFaint !== this.#isDrawnFaint) this.#schedule();
+      this.#tellBusy();
+    });
+    themeChanged.subscribe(() => this.#schedule());
+    new ResizeObserver(() => this.#schedule()).observe(this.node);
+    this.#listen();
+  }
+
+  /**
+   * Show how a simulation went: one dot a period, at the working point.
+   * @param {{x: number, y: number[]}|null} points in SI units
+   */
+  simulated(points) {
+    this.#simulated = points;
+    this.#schedule();
+  }
+
+  /** The figure as plotly's data and layout, for a file: with a legend and on white. */
+  figure() {
+    const { diagram, names } = this.#drawn;
+    const traces = this.#traces(diagram, (name) => LIGHT[name] ?? "#000000");
+    for (const trace of traces) trace.showlegend = Boolean(trace.name) && trace.x.length > 0;
+    const sheet = structuredClone(this.#canvas.layout);
+    const axes = { gridcolor: LIGHT.grid, linecolor: LIGHT.axis, tickcolor: LIGHT.axis };
+    return {
+      data: traces,
+      layout: {
+        ...sheet, showlegend: names.length > 0 || this.#measured(diagram) !== null, paper_bgcolor: "#ffffff", plot_bgcolor: "#ffffff",
+        font: { ...sheet.font, color: LIGHT.ink },
+        xaxis: { ...sheet.xaxis, ...axes }, yaxis: { ...sheet.yaxis, ...axes },
+      },
+    };
+  }
+
+  #schedule() {
+    this.#asked += 1;
+    if (this.#session.diagram) this.node.setAttribute("aria-busy", "true");
+    if (this.#frame) return;
+    this.#frame = requestAnimationFrame(() => {
+      this.#frame = 0;
+      this.#draw();
+    });
+  }
+
+  async #draw() {
+    const { diagram, view } = this.#session;
+    if (!diagram || this.node.clientWidth === 0) return;
+    const number = this.#asked;
+    const size = [this.node.clientWidth, this.node.clientHeight];
+    const range = this.#ranges(diagram);
+    this.#drawn = { diagram, size, map: mapping(size, range.x, range.y), names: view.pins };
+    const colour = colours();
+    const title = { x: axisTitle(diagram.x), y: valueTitle(diagram.y) };
+    const sheet = layout(colour, { title: escaped(title.x), range: range.x },
+      { title: escaped(title.y), range: range.y }, size);
+    const plotted = window.Plotly.react(this.#canvas, this.#traces(diagram, colour), sheet, CONFIG);
+    this.#place();
+    await plotted;
+    this.#listenToPlot();
+    requestAnimationFrame(() => this.#tellPainted(number, diagram));
+  }
+
+  /** Tell that a diagram is on the screen: those who measure or test wait for it. */
+  #tellPainted(number, { id, draft = false }) {
+    this.#painted = number;
+    this.node.dataset.drawn = id;
+    this.#tellBusy();
+    this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
+  }
+
+  #traces(diagram, colour) {
+    const { pins } = this.#session;
+    const paper = colour("panel");
+    const pinned = this.#session.view.pins.flatMap((pin, i) => {
+      const answer = pins.get(pin.id);
+      if (!answer) return [];
+      const tint = colour(`pin-${(i % 6) + 1}`);
+      const name = escaped(pin.name);
+      return faint([...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])], answer.draft);
+    });
+    const live = colour("live");
+    const marks = markTrace(diagram, live, paper, this.#positions(diagram));
+    this.#isDrawnFaint = this.#isFaint;
+    return [
+      ...pinned, ...this.#simulatedTraces(colour),
+      ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
+      ...readingTraces(this.#measured(diagram), factors(diagram), colour("readings")),
+    ];
+  }
+
+  /** Whether the curve drawn is a draft, or belongs to other values: the exact one is to come. */
+  get #isFaint() {
+    return !this.#session.isSettled;
+  }
+
+  #simulatedTraces(colour) {
+    const { x = 0, y = [] } = this.#simulated ?? {};
+    const [fx, fy] = factors(this.#session.diagram);
+    const tint = colour("simulation");
+    const opacity = y.map((_, i) => 0.15 + (0.6 * (i + 1)) / y.length);
+    const dots = { color: tint, size: 4, opacity };
+    const last = { color: tint, size: 9, symbol: "circle-open", line: { width: 2, color: tint } };
+    const trace = { type: "scatter", mode: "markers", hoverinfo: "skip", showlegend: false };
+    return [
+      { ...trace, x: y.map(() => x * fx), y: y.map((value) => value * fy), marker: dots },
+      { ...trace, x: y.slice(-1).map(() => x * fx), y: y.slice(-1).map((v) => v * fy), marker: last },
+    ];
+  }
+
+  /** What was measured of what a diagram shows. */
+  #measured({ x, y }) {
+    return this.#readings.of({ vary: x.name, show: y.name, statistic: y.statistic });
+  }
+
+  #positions(diagram) {
+    const [fx, fy] = factors(diagram);
+    const { map, size } = this.#drawn;
+    const at = (x, y) => map.toPixel(x * fx, y * fy);
+    const texts = marksOf(diagram).map((mark) => ({ text: mark.text, at: at(mark.x, mark.y) }));
+    const lines = diagram.branches.map(({ x, y }) => x.map((value, i) => at(value, y[i])));
+    return labelPlaces(texts, lines, frame(size));
+  }
+
+  /** What the axes show: the zoom, or everything; while a slider moves they only grow. */
+  #ranges(diagram) {
+    const { view } = this.#session;
+    const [fx, fy] = factors(diagram);
+    if (view.zoom) return { x: view.zoom.x.map((v) => v * fx), y: view.zoom.y.map((v) => v * fy) };
+    const wanted = padded(this.#values(diagram)).map((value) => value * fy);
+    const key = JSON.stringify([view.model, view.vary, view.span, view.show, view.statistic]);
+    const { key: before, y } = this.#sight;
+    if (key !== before) this.#sight = { key, y: wanted };
+    else if (this.#session.store.isLive && !covers(y, wanted)) {
+      this.#sight.y = [Math.min(y[0], wanted[0]), Math.max(y[1], wanted[1])];
+    } else if (!this.#session.store.isLive && !fits(y, wanted)) this.#sight.y = wanted;
+    return { x: padded(view.span, 0.015).map((value) => value * fx), y: this.#sight.y };
+  }
+
+  *#values(diagram) {
+    for (const answer of [diagram, ...this.#session.pins.values()]) {
+      for (const branch of answer.branches) yield* branch.y;
+    }
+    yield* this.#simulated?.y ?? [];
+    yield* readingValues(this.#measured(diagram), this.#session.view.span);
+  }
+
+  /** Whether what is drawn is still to be replaced; what is of another model is not shown. */
+  #told({ progress, value }) {
+    const { vary } = this.#session.view;
+    return ` ${progress}, ${vary} = ${withUnit(this.#session.quantity(vary), value)}`;
+  }
+
+  #tellBusy() {
+    const { isSettled, diagram, connection, hasFailed } = this.#session;
+    const isPainted = !diagram || this.#painted === this.#asked;
+    this.node.classList.toggle("refused", hasFailed);
+    this.node.setAttribute("aria-busy", String(!isSettled || !isPainted));
+    this.node.classList.toggle("empty", !diagram);
+    this.node.classList.toggle("working", !isSettled && !diagram?.draft);
+    this.#words.textContent = connection.isAlive
+      ? "Computing the response…" : "Not computed: there is no connection.";
+    this.#draft.hidden = isSettled || !diagram?.draft;
+  }
+
+  /** Move what marks the working point. */
+  #place() {
+    if (!this.#drawn) return;
+    const { place, view } = this.#session;
+    const { diagram, size, map } = this.#drawn;
+    const [fx] = factors(diagram);
+    const box = frame(size);
+    const [x] = map.toPixel(view.parameters[view.vary] * fx, 0);
+    const isSeen = x >= box.left - 1 && x <= box.left + box.width + 1;
+    this.#cursor.hidden = !isSeen;
+    this.#cursor.style.transform = `translateX(${x}px)`;
+    this.#cursor.style.top = `${box.top}px`;
+    this.#cursor.style.height = `${box.height}px`;
+    this.#put(this.#chosen, place);
+  }
+
+  #put(mark, place) {
+    const { diagram, map } = this.#drawn;
+    const [fx, fy] = factors(diagram);
+    const [x, y] = place ? map.toPixel(place.x * fx, place.y * fy) : [0, 0];
+    mark.hidden = !place || !map.isInside(x, y);
+    mark.style.transform = `translate(${x}px, ${y}px)`;
+    return [x, y];
+  }
+
+  #listen() {
+    this.node.addEventListener("pointermove", (event) => this.#point(event));
+    this.node.addEventListener("pointerleave", () => this.#hover(null));
+    this.node.addEventListener("pointerdown", (event) => {
+      this.#pressed = [event.clientX, event.clientY];
+    }, true);
+    this.node.addEventListener("click", (event) => this.#click(event), true);
+    this.node.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  #listenToPlot() {
+    if (this.#canvas.dataset.listening) return;
+    this.#canvas.dataset.listening = "true";
+    this.#canvas.on("plotly_relayout", (change) => this.#zoomed(change));
+    this.#canvas.on("plotly_doubleclick", () => this.#zoom(null));
+  }
+
+  #zoomed(change) {
+    const { x, y } = this.#canvas.layout ? ranges(this.#canvas.layout) : {};
+    if (!Object.keys(change).some((key) => /^[xy]axis\.range/.test(key))) return;
+    const [fx, fy] = factors(this.#drawn.diagram);
+    this.#zoom({ x: x.map((value) => value / fx), y: y.map((value) => value / fy) });
+  }
+
+  #zoom(zoom) {
+    this.#session.store.commit({ ...this.#session.view, zoom });
+  }
+
+  #placeAt(event) {
+    if (!this.#drawn || event.buttons > 0 || this.#session.hasFailed) return null;
+    const { diagram, map } = this.#drawn;
+    const box = this.node.getBoundingClientRect();
+    const point = [event.clientX - box.left, event.clientY - box.top];
+    if (!map.isInside(...point)) return null;
+    const [fx, fy] = factors(diagram);
+    const pixel = (x, y) => map.toPixel(x * fx, y * fy);
+    return nearestSpecial(diagram, pixel, point, MARK) ?? nearestPlace(diagram, pixel, point, REACH);
+  }
+
+  #point(event) {
+    this.#hover(this.#placeAt(event));
+  }
+
+  #hover(place) {
+    if (!this.#drawn) return;
+    const wasHovering = !this.#hovered.hidden;
+    const [x, y] = this.#put(this.#hovered, place);
+    this.#tip.hidden = !place;
+    this.node.classList.toggle("on-curve", Boolean(place));
+    if (place) {
+      this.#tip.textContent = this.#describe(place);
+      const isRight = x > this.node.clientWidth / 2;
+      this.#tip.style.transform = `translate(${x}px, ${y}px) translate(${isRight ? "calc(-100% - 14px)" : "14px"}, -120%)`;
+    }
+    if (place || wasHovering) this.#session.hover(place);
+  }
+
+  #describe(place) {
+    const { diagram } = this.#drawn;
+    const at = `${diagram.x.label} = ${withUnit(diagram.x, place.x)}`;
+    const y = display(diagram.y);
+    const value = `${valueTitle(diagram.y)} = ${formatted(place.y * y.factor)}`;
+    if (place.special) return `${place.special.sentence}\n${value}`;
+    const kind = place.kind === "stable" ? "stable" : `unstable: ${place.kind}`;
+    const moving = this.#session.model.forced ? `period ${place.period}` : "cycle";
+    const orbit = place.isEquilibrium ? "equilibrium" : moving;
+    return `${at}\n${value}\n${orbit}, ${kind}`;
+  }
+
+  #click(event) {
+    const start = this.#pressed ?? [event.clientX, event.clientY];
+    if (Math.hypot(event.clientX - start[0], event.clientY - start[1]) > MOVED) return;
+    const place = this.#placeAt(event);
+    if (place) this.#session.choose(place);
+  }
+
+  /** The value of the parameter a round step on, in the unit that is shown. */
+  #stepped(count, { shiftKey }) {
+    const { vary, span: [a, b], parameters } = this.#session.view;
+    const { factor } = display(this.#session.quantity(vary));
+    const step = roundStep((b - a) * factor, 1 / KEY_STEPS) * (shiftKey ? 10 : 1);
+    return stepped(parameters[vary] * factor, step, count * Math.sign(b - a)) / factor;
+  }
+
+  #key(event) {
+    const { view, place, diagram, store } = this.#session;
+    if (!diagram || event.ctrlKey || event.metaKey || event.altKey) return;
+    const [a, b] = view.span;
+    const value = view.parameters[view.vary];
+    const moved = { ArrowLeft: this.#stepped(-1, event), ArrowRight: this.#stepped(1, event), Home: a, End: b }[event.key];
+    if (moved !== undefined) {
+      const parameters = { ...view.parameters, [view.vary]: inside(moved, view.span) };
+      store.commit({ ...view, parameters });
+    } else if (["ArrowUp", "ArrowDown"].includes(event.key)) {
+      const places = crossings(diagram, value).sort((p, q) => p.y - q.y);
+      const here = places.findIndex((p) => p.branch === place?.branch && p.y === place.y);
+      const next = places[here + (event.key === "ArrowUp" ? 1 : -1)];
+      if (next) this.#session.choose(next);
+    } else return;
+    event.preventDefault();
+  }
+}
+
+/** Traces as they are, or as what is not yet certain. */
+function faint(traces, isFaint = false) {
+  return traces.map((trace) => ({ ...trace, opacity: isFaint ? FAINT : 1 }));
+}
+
+/** The title of the ordinate, e.g. `max |x/L|`. */
+export function valueTitle(quantity) {
+  const words = STATISTICS[quantity.statistic];
+  const { unit } = display(quantity);
+  const text = words.includes("|·|")
+    ? words.replace("|·|", `|${quantity.label}|`)
+    : `${words} ${quantity.label}`;
+  return unit ? `${text} (${unit})` : text;
+}
+
+function ranges({ xaxis, yaxis }) {
+  return { x: xaxis.range.map(Number), y: yaxis.range.map(Number) };
+}

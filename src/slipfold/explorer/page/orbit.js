@@ -1,0 +1,351 @@
+/** One orbit in all its pictures, at one moment. */
+
+import { element } from "./dom.js";
+import { Cursor, Player } from "./player.js";
+import { axisTitle, formatted, withUnit } from "./quantities.js";
+import { SmallPlot } from "./small_plot.js";
+import { Mechanism, PhaseAnimation, sampled } from "./stages.js";
+
+const FLOOR = 1e-6;
+const CIRCLE = Array.from({ length: 121 }, (_, i) => (i * Math.PI) / 60);
+
+/**
+ * @typedef {object} Orbit
+ * @property {object} answer the server's
+ * @property {(name: string) => object} quantity describes a state or output
+ * @property {boolean} isForced
+ */
+
+/**
+ * All pictures. What an orbit has no picture of leaves its place blank, so that nothing moves where
+ * an equilibrium is looked at between two cycles.
+ * @param {(phase: number) => void} onPhase hears where the pointer is in time
+ * @returns {{plot: SmallPlot, fits: (orbit: Orbit) => boolean, isBlank?: (orbit: Orbit) => boolean, draw: (orbit: Orbit) => void,
+ * point: (orbit: Orbit, phase: number) => void}[]}
+ */
+function orbitPlots(onPhase) {
+  return [
+    timeSeries(onPhase), phasePortrait(), path(), spectrum(), multipliers(), eigenvalues(),
+    forces(onPhase),
+  ];
+}
+
+function timeSeries(onPhase) {
+  const plot = new SmallPlot("time", "Time series", { onPoint: (time) => onPhase(time / plot.length) });
+  return {
+    plot,
+    fits: () => true,
+    isBlank: isEquilibrium,
+    draw: (orbit) => {
+      const names = positions(orbit.answer);
+      drawOverTime(plot, orbit, names, orbit.answer.states);
+    },
+    point: (orbit, phase) => plot.point({ x: phase * plot.length }),
+  };
+}
+
+function forces(onPhase) {
+  const plot = new SmallPlot("forces", "Contact forces", {
+    onPoint: (time) => onPhase(time / plot.length),
+  });
+  return {
+    plot,
+    fits: ({ answer }) => ["N", "Fx", "Fy"].every((name) => name in answer.outputs),
+    isBlank: isEquilibrium,
+    draw: (orbit) => drawOverTime(plot, orbit, ["N", "Fx", "Fy"], orbit.answer.outputs),
+    point: (orbit, phase) => plot.point({ x: phase * plot.length }),
+  };
+}
+
+/** Draw quantities over time: in forcing periods, or in seconds where nothing forces. */
+function drawOverTime(plot, { answer, quantity, isForced }, names, values) {
+  const duration = answer.t.at(-1) - answer.t[0];
+  plot.length = isForced ? answer.period : duration;
+  const time = answer.t.map((t) => ((t - answer.t[0]) / (duration || 1)) * plot.length);
+  const units = new Set(names.map((name) => quantity(name)?.unit ?? ""));
+  plot.draw({
+    x: { label: isForced ? "time (forcing periods)" : "time (s)", range: [0, plot.length] },
+    y: { label: units.size === 1 && [...units][0] ? `(${[...units][0]})` : "" },
+    lines: names.map((name, i) => ({
+      x: time, y: values[name], tint: `tint-${i + 1}`, name: quantity(name)?.label ?? name,
+    })),
+  });
+}
+
+function phasePortrait() {
+  const plot = new SmallPlot("phase", "Phase portrait");
+  const pair = ({ states }) => {
+    const names = Object.keys(states);
+    const rate = names.find((name) => name === `v${names[0]}`) ?? names[1] ?? names[0];
+    return [names[0], rate];
+  };
+  return {
+    plot,
+    // Without a mechanism the phase plane is the stage itself.
+    fits: ({ answer }) => answer.mechanism !== null,
+    draw: ({ answer, quantity }) => {
+      const [a, b] = pair(answer);
+      const [x, y] = [answer.states[a], answer.states[b]];
+      plot.draw({
+        x: { label: axisTitle(quantity(a)) },
+        y: { label: axisTitle(quantity(b)) },
+        lines: [{ x, y, tint: "tint-1" }],
+        dots: strobes(answer).map((i) => ({ x: x[i], y: y[i], tint: "strobe" })),
+      });
+    },
+    point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, pair(answer), phase)] }),
+  };
+}
+
+function path() {
+  const plot = new SmallPlot("path", "Path of the tip", { isEqual: true });
+  return {
+    plot,
+    fits: ({ answer }) => "x" in answer.states && "y" in answer.states && answer.mechanism !== null,
+    draw: ({ answer, quantity }) => {
+      const { x, y } = answer.states;
+      plot.draw({
+        x: { label: axisTitle(quantity("x")) },
+        y: { label: axisTitle(quantity("y")) },
+        lines: [{ x, y, tint: "tint-1" }],
+        dots: strobes(answer).map((i) => ({ x: x[i], y: y[i], tint: "strobe" })),
+      });
+    },
+    point: ({ answer }, phase) => plot.point({ dots: [dotAt(answer.states, ["x", "y"], phase)] }),
+  };
+}
+
+function spectrum() {
+  const plot = new SmallPlot("spectrum", "Spectrum");
+  return {
+    plot,
+    fits: () => true,
+    isBlank: ({ answer }) => answer.spectrum.frequency.length <= 1 || isEquilibrium({ answer }),
+    draw: ({ answer, quantity }) => {
+      const { frequency, amplitude } = answer.spectrum;
+      const names = positions(answer).filter((name) => name in amplitude);
+      const largest = Math.max(...names.flatMap((name) => amplitude[name]), 1e-300);
+      const seen = names.map((name) => {
+        const kept = frequency.map((_, i) => i).filter((i) => amplitude[name][i] > FLOOR * largest);
+        return { kept, name };
+      });
+      const top = Math.max(...seen.flatMap(({ kept }) => kept.map((i) => frequency[i])), 0);
+      const decade = Math.ceil(Math.log10(largest));
+      // Lines of two states at one frequency stand beside each other.
+      const step = top * 0.006;
+      const all = seen.map(({ kept, name }, i) => ({
+        x: kept.map((k) => frequency[k] + (i - (names.length - 1) / 2) * step),
+        y: kept.map((k) => amplitude[name][k]),
+        tint: `tint-${i + 1}`,
+      }));
+      plot.draw({
+        x: { label: "frequency (Hz)", range: [-0.02 * top, 1.04 * top || 1] },
+        y: { label: "amplitude", isLog: true, range: [decade + Math.log10(FLOOR), decade + 0.2] },
+        lines: seen.map(({ name }, i) => ({
+          x: [], y: [], tint: `tint-${i + 1}`, name: quantity(name)?.label ?? name,
+        })),
+        stems: all,
+        dots: all.flatMap(({ x, y, tint }) => x.map((value, k) => ({ x: value, y: y[k], tint: `head ${tint}` }))),
+      });
+    },
+    point: () => {},
+  };
+}
+
+function multipliers() {
+  const plot = new SmallPlot("multipliers", "Floquet multipliers", { isEqual: true });
+  return {
+    plot,
+    fits: (orbit) => !isEquilibrium(orbit),
+    draw: ({ answer }) => {
+      const far = Math.max(1.25, ...answer.multipliers.map(([re, im]) => 1.12 * Math.hypot(re, im)));
+      const outside = answer.multipliers.filter(([re, im]) => Math.hypot(re, im) > 1);
+      plot.draw({
+        x: { label: "real part", range: [-far, far] },
+        y: { label: "imaginary part", range: [-far, far] },
+        lines: [
+          { x: CIRCLE.map(Math.cos), y: CIRCLE.map(Math.sin), tint: "faint" },
+          { x: [-far, far], y: [0, 0], tint: "faint dash" },
+          { x: [0, 0], y: [-far, far], tint: "faint dash" },
+        ],
+        dots: answer.multipliers.map(([x, y]) =>
+          ({ x, y, tint: Math.hypot(x, y) > 1 ? "outside" : "inside" })),
+      }, `Floquet multipliers: moduli ${answer.multipliers.map(([re, im]) =>
+        formatted(Math.hypot(re, im), 3)).join(", ")}; ${outside.length} outside the unit circle`);
+    },
+    point: () => {},
+  };
+}
+
+function isEquilibrium({ answer }) {
+  return Boolean(answer.eigenvalues);
+}
+
+/** Of an equilibrium: it has no period over which multipliers could be taken. */
+function eigenvalues() {
+  const plot = new SmallPlot("eigenvalues", "Eigenvalues");
+  return {
+    plot,
+    fits: isEquilibrium,
+    draw: ({ answer }) => {
+      const [re, im] = [0, 1].map((part) => answer.eigenvalues.map((value) => value[part]));
+      const far = [re, im].map((part) => 1.2 * Math.max(...part.map(Math.abs)) || 1);
+      const right = re.filter((value) => value > 0).length;
+      plot.draw({
+        x: { label: "real part (1/s)", range: [-far[0], far[0]] },
+        y: { label: "imaginary part (1/s)", range: [-far[1], far[1]] },
+        lines: [
+          { x: [-far[0], far[0]], y: [0, 0], tint: "faint dash" },
+          { x: [0, 0], y: [-far[1], far[1]], tint: "faint" },
+        ],
+        dots: answer.eigenvalues.map(([x, y]) => ({ x, y, tint: x > 0 ? "outside" : "inside" })),
+      }, `Eigenvalues in 1/s: ${answer.eigenvalues.map(complexText).join(", ")}; ${right} with a positive real part`);
+    },
+    point: () => {},
+  };
+}
+
+/** A complex number in words of its parts. */
+function complexText([re, im]) {
+  if (im === 0) return formatted(re, 4);
+  return `${formatted(re, 4)} ${im < 0 ? "−" : "+"} ${formatted(Math.abs(im), 4)}i`;
+}
+
+/** The states that are not rates of others: displacements. */
+function positions({ states }) {
+  const names = Object.keys(states);
+  const kept = names.filter((name) => !(name.startsWith("v") && names.includes(name.slice(1))));
+  return kept.slice(0, 3);
+}
+
+/** The samples at phase zero of each forcing period. */
+function strobes({ t, period }) {
+  const each = (t.length - 1) / period;
+  return Number.isInteger(each) ? Array.from({ length: period }, (_, i) => i * each) : [0];
+}
+
+function dotAt(states, [a, b], phase) {
+  return { x: sampled(states[a], phase), y: sampled(states[b], phase), tint: "live" };
+}
+
+export class OrbitPanel {
+  cursor = new Cursor();
+  /** Which orbit it is, in words. */
+  title = element("p", { class: "orbit-title", id: "orbit-title" });
+  /** The element to put on the page. */
+  node;
+  #session;
+  #orbit = null;
+  #plots = orbitPlots((phase) => this.cursor.scrub(phase));
+  #mechanism = new Mechanism();
+  #portrait = new PhaseAnimation();
+  #stage = element("div", { class: "stage" });
+  #grid = element("div", { class: "smalls" }, ...this.#plots.map(({ plot }) => plot.node));
+  #player = new Player(this.cursor);
+
+  constructor(session) {
+    this.#session = session;
+    this.node = element("div", { class: "orbit former" },
+      element("div", { class: "stage-column" }, this.#stage, this.#player.node), this.#grid);
+    this.cursor.moved.subscribe((phase) => this.#point(phase));
+    session.orbitArrived.subscribe((arrived) => (arrived ? this.#show(arrived) : this.#none()));
+    for (const signal of [session.orbitAwaited, session.orbitArrived, session.failed]) {
+      signal.subscribe(() => this.#tellBusy());
+    }
+  }
+
+  /** The orbit shown: the server's answer, the view it belongs to and its request. */
+  get shown() {
+    return this.node.classList.contains("empty") ? null : this.#orbit;
+  }
+
+  /** All pictures that are seen with their captions, for a file. */
+  get figures() {
+    const seen = this.#plots.filter(isSeen).map(({ plot }) => plot);
+    return [this.#stageOf(this.#orbit.answer), ...seen].map(({ figure }) => figure);
+  }
+
+  #show({ answer, place, view, request }) {
+    const isFirst = this.#orbit === null;
+    const { model } = this.#session;
+    // The motion runs on while another model is computed: its quantities are those of its own model.
+    const described = [...model.parameters, ...model.states, ...model.outputs];
+    const quantity = (name) => described.find((item) => item.name === name);
+    this.#orbit = { answer, quantity, isForced: model.forced, view, request };
+    this.cursor.adopt(answer.t.at(-1) - answer.t[0], model.forced ? answer.period : 1);
+    const stage = this.#stageOf(answer);
+    if (stage.node.parentNode !== this.#stage) this.#stage.replaceChildren(stage.node);
+    stage.adopt(answer, parametersOf(view, answer), quantity);
+    for (const picture of this.#plots) {
+      const { node } = picture.plot;
+      node.hidden = !picture.fits(this.#orbit);
+      node.classList.toggle("absent", Boolean(picture.isBlank?.(this.#orbit)));
+      if (isSeen(picture)) picture.draw(this.#orbit);
+    }
+    this.node.classList.remove("empty", "former");
+    this.#player.node.classList.toggle("absent", Boolean(answer.eigenvalues));
+    this.title.textContent = titleOf(answer, place, this.#session.quantity(view.vary), model.forced);
+    this.#point(this.cursor.phase);
+    this.#player.adopted(isFirst);
+    this.node.dataset.drawn = answer.value;
+    this.node.dataset.period = answer.period;
+  }
+
+  /** Tell whether the orbit that is meant is still to come. */
+  #tellBusy() {
+    this.node.setAttribute("aria-busy", String(this.#session.requests.isBusy("orbit")));
+  }
+
+  #none() {
+    const { view, diagram, hasFailed } = this.#session;
+    const parameter = this.#session.quantity(view.vary);
+    const value = withUnit(parameter, view.parameters[view.vary]);
+    const missing = `No branch of the diagram reaches ${parameter.label ?? parameter.name} = ${value}; move it or widen the span.`;
+    const failed = "There is no orbit, since the response could not be computed.";
+    this.title.textContent = hasFailed ? failed : diagram ? missing : "Computing the response…";
+    this.node.classList.add("empty");
+    // A motion of another model has no place beside the name of this one, nor have captions of nothing.
+    this.node.classList.toggle("former", !diagram || !this.#orbit);
+  }
+
+  #stageOf(answer) {
+    return answer.mechanism ? this.#mechanism : this.#portrait;
+  }
+
+  #point(phase) {
+    if (!this.#orbit) return;
+    this.#stageOf(this.#orbit.answer).show(phase);
+    for (const picture of this.#plots) {
+      if (isSeen(picture)) picture.point(this.#orbit, phase);
+    }
+  }
+}
+
+function isSeen({ plot: { node } }) {
+  return !node.hidden && !node.classList.contains("absent");
+}
+
+function parametersOf(view, answer) {
+  return { ...view.parameters, [view.vary]: answer.value ?? view.parameters[view.vary] };
+}
+
+function titleOf(answer, place, vary, isForced) {
+  const at = `${vary.label ?? vary.name} = ${withUnit(vary, place.special ? place.x : answer.value ?? place.x)}`;
+  // On a special point it is rounding that says on which side of stability it is.
+  const kind = place.special ? place.special.words : answer.stable ? "stable" : "unstable";
+  if (answer.eigenvalues) {
+    const [[re, im]] = answer.eigenvalues;
+    const pair = im === 0 ? formatted(re) : `(${complexText([re, Math.abs(im)]).replace("+", "±")})`;
+    return `${at}: equilibrium, ${kind}; rightmost eigenvalue ${pair}\u202f1/s`;
+  }
+  const largest = (values) => formatted(Math.max(0, ...values.map(([re, im]) => Math.hypot(re, im))), 4);
+  if (isForced) return `${at}: period ${answer.period}, ${kind}; largest multiplier ${largest(answer.multipliers)}`;
+  const cycle = `cycle of ${formatted(answer.t.at(-1) - answer.t[0])}\u202fs`;
+  return `${at}: ${cycle}, ${kind}; largest multiplier besides 1: ${largest(withoutOne(answer.multipliers))}`;
+}
+
+/** Multipliers of a cycle but that of its own direction, which is one. */
+function withoutOne(multipliers) {
+  const gaps = multipliers.map(([re, im]) => Math.hypot(re - 1, im));
+  return multipliers.toSpliced(gaps.indexOf(Math.min(...gaps)), 1);
+}

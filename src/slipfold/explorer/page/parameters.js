@@ -1,0 +1,259 @@
+/** The controls of the parameters: sliders, boxes, and their panel. */
+
+import { element, icon, set } from "./dom.js";
+import { roundStep, snapped, stepped } from "./plot_tools.js";
+import { display, formatted, parsed, plain, symbol } from "./quantities.js";
+import { withParameter } from "./view.js";
+
+const DIGITS = 6;
+
+/** Steps from one end of the range to the other. */
+const STEPS = 0.001;
+
+const COUNTS = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
+
+export class QuantityBox {
+  /** The element to put on the page. */
+  node;
+  #accept;
+  #refuse;
+  #quantity = null;
+  #value = 0;
+  #range = 0;
+  #isEdited = false;
+
+  /**
+   * @param {Record<string, string>} attributes of the element
+   * accept: takes a value in SI units, and may return why it cannot be used; refuse: shows why, or
+   * null where all is well
+   */
+  constructor(attributes, { accept, refuse }) {
+    this.#accept = accept;
+    this.#refuse = refuse;
+    this.node = element("input", {
+      ...attributes, type: "text", class: `number ${attributes.class ?? ""}`, autocomplete: "off",
+      spellcheck: "false",
+      on: {
+        input: () => { this.#isEdited = true; },
+        change: () => this.#take(),
+        blur: () => this.#restore(),
+        keydown: (event) => this.#key(event),
+      },
+    });
+  }
+
+  /**
+   * Show a value; what is just being typed stays.
+   * @param {object} quantity a parameter as the server describes it
+   * @param {number} value SI
+   * @param {number} range what is a long way for it, SI
+   */
+  show(quantity, value, range) {
+    if (quantity !== this.#quantity) this.#isEdited = false;
+    this.#quantity = quantity;
+    this.#value = value;
+    this.#range = range;
+    if (!this.#isEdited) this.#restore();
+  }
+
+  #restore() {
+    this.#isEdited = false;
+    const text = plain(this.#value * display(this.#quantity).factor, DIGITS);
+    if (this.node.value !== text) this.node.value = text;
+  }
+
+  #take() {
+    const text = this.node.value;
+    this.#isEdited = false;
+    if (text.trim() !== "") {
+      const { value, sentence } = parsed(text, this.#quantity, display(this.#quantity).si);
+      const refused = sentence ?? this.#accept(value);
+      this.#refuse(refused ?? null);
+    }
+    this.#restore();
+  }
+
+  #key(event) {
+    const count = COUNTS[event.key];
+    if (event.key === "Escape" && this.#isEdited) {
+      this.#restore();
+      event.stopPropagation();
+    } else if (count !== undefined && !event.ctrlKey && !event.altKey && !event.metaKey) {
+      event.preventDefault();
+      if (this.#isEdited) this.#take();
+      const { factor, si } = display(this.#quantity);
+      const step = roundStep(this.#range * factor, STEPS);
+      const refused = this.#accept(stepped(this.#value * factor, step, count) * si);
+      this.#refuse(refused ?? null);
+    }
+  }
+}
+
+const BACK = "M8 3a5 5 0 1 1-4.6 3M3 2.5V6h3.5";
+
+/** What a slider that is dragged moves by, and one that is moved by keys, over its range. */
+const FINE = 0.001;
+const COARSE = 0.005;
+
+const SLIDER_COUNTS = {
+  ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 20, PageDown: -20,
+};
+
+class ParameterControl {
+  /** The row to put on the page. */
+  node;
+  #slider;
+  #box;
+  #back;
+  #parameter;
+  #shown;
+
+  /**
+   * @param {object} parameter as the server describes it
+   * @param {{preview: (value: number) => void, commit: (value: number) => void,
+   * refuse: (sentence: string|null) => void}} wishes SI units
+   */
+  constructor(parameter, { preview, commit, refuse }) {
+    const { unit, factor } = display(parameter);
+    this.#parameter = parameter;
+    this.#shown = display(parameter);
+    const id = `parameter-${parameter.name}`;
+    const name = `${parameter.label ?? parameter.name}: ${parameter.doc}`;
+    const label = `${name}${unit ? `, in ${unit}` : ""}`;
+    this.#slider = element("input", {
+      type: "range", id: `${id}-slider`, "aria-label": label, min: "0", max: "1", step: "any",
+      on: {
+        input: () => preview(this.#sliderValue()),
+        change: () => commit(this.#sliderValue()),
+        keydown: (event) => this.#step(event),
+      },
+    });
+    this.#box = new QuantityBox(
+      { id: `${id}-box`, "aria-label": `${label}, number` }, { accept: commit, refuse });
+    this.#back = element("button", {
+      type: "button", class: "quiet back", "aria-label": `${parameter.name} back to its default`,
+      title: `Back to ${formatted(parameter.value * factor, DIGITS)}${unit ? ` ${unit}` : ""}`,
+      on: { click: () => commit(parameter.value) },
+    }, icon(BACK));
+    this.node = element("div", { class: "parameter", "data-name": parameter.name },
+      element("label", { for: `${id}-slider` }, symbol(parameter)),
+      this.#slider, this.#box.node, element("span", { class: "unit" }, unit), this.#back,
+      element("p", { class: "doc unseen" }, parameter.doc));
+  }
+
+  /**
+   * Show a value.
+   * @param {number} value SI
+   * @param {[number, number]} bounds of the slider, SI
+   * @param {boolean} isVaried whether the diagram is drawn along this parameter
+   */
+  show(value, bounds, isVaried) {
+    const { factor, unit } = this.#shown;
+    const [low, high] = [Math.min(...bounds), Math.max(...bounds)];
+    this.#slider.min = low * factor;
+    this.#slider.max = high * factor;
+    const shown = value * factor;
+    if (document.activeElement !== this.#slider || Number(this.#slider.value) !== shown) {
+      this.#slider.value = String(shown);
+    }
+    this.#slider.setAttribute("aria-valuetext", `${formatted(shown, DIGITS)} ${unit}`);
+    const share = (value - low) / (high - low || 1);
+    this.#slider.style.setProperty("--share", String(Math.min(Math.max(share, 0), 1)));
+    this.#box.show(this.#parameter, value, high - low);
+    this.node.classList.toggle("varied", isVaried);
+    this.#back.classList.toggle("needed", !isVaried && value !== this.#parameter.value);
+    this.#back.tabIndex = !isVaried && value !== this.#parameter.value ? 0 : -1;
+  }
+
+  /**
+   * Mark the value as one that the model cannot have.
+   * @param {string|null} sentence why; null where it can
+   */
+  refuse(sentence) {
+    set(this.#box.node, { "aria-invalid": sentence !== null && "true", title: sentence });
+  }
+
+  /** The value of the slider: round, unless it is at an end. */
+  #sliderValue() {
+    const [low, high, value] = this.#numbers();
+    const isEnd = value <= low || value >= high;
+    const shown = isEnd ? value : snapped(value, roundStep(high - low, FINE));
+    return Math.min(Math.max(shown, low), high) * this.#shown.si;
+  }
+
+  #numbers() {
+    return [this.#slider.min, this.#slider.max, this.#slider.value].map(Number);
+  }
+
+  /** Keys move by round steps, further with Shift and with Page Up and Down. */
+  #step(event) {
+    const count = SLIDER_COUNTS[event.key];
+    if (count === undefined) return;
+    event.preventDefault();
+    const [low, high, value] = this.#numbers();
+    const moved = stepped(value, roundStep(high - low, COARSE), count * (event.shiftKey ? 5 : 1));
+    this.#slider.value = String(moved);
+    this.#slider.dispatchEvent(new Event("input"));
+    this.#slider.dispatchEvent(new Event("change"));
+  }
+}
+
+export class ParameterPanel {
+  /** The element to put on the page. */
+  node;
+  #rows = element("div", { class: "parameters", role: "group", "aria-label": "Parameters" });
+  // It has a place of its own: were it in the rows, they would move under the pointer.
+  #meaning = element("span");
+  #session;
+  #controls = new Map();
+  #model = null;
+
+  constructor(session, refusals) {
+    this.#session = session;
+    this.node = element("div", { class: "parameter-panel" }, this.#rows,
+      element("p", { class: "meaning", "aria-hidden": "true" }, this.#meaning));
+    const explain = () => this.#explain();
+    for (const event of ["pointerover", "pointerleave", "focusin", "focusout"]) {
+      this.#rows.addEventListener(event, explain);
+    }
+    session.store.changed.subscribe(() => this.#show());
+    refusals.changed.subscribe((sentences) => {
+      for (const [name, control] of this.#controls) control.refuse(sentences[name] ?? null);
+    });
+    this.#show();
+  }
+
+  #show() {
+    const { model, view } = this.#session;
+    if (model !== this.#model) this.#build(model);
+    for (const parameter of model.parameters) {
+      const isVaried = parameter.name === view.vary;
+      const bounds = isVaried ? view.span : [parameter.low, parameter.high];
+      const value = view.parameters[parameter.name];
+      this.#controls.get(parameter.name).show(value, bounds, isVaried);
+    }
+  }
+
+  #build(model) {
+    const { store, failed } = this.#session;
+    this.#model = model;
+    this.#controls = new Map(model.parameters.map((parameter) => {
+      const changed = (value) => withParameter(this.#session.view, parameter.name, value);
+      const control = new ParameterControl(parameter, {
+        preview: (value) => store.preview(changed(value)),
+        commit: (value) => store.commit(changed(value)),
+        refuse: (sentence) => failed.announce({ kind: "input", sentence }),
+      });
+      return [parameter.name, control];
+    }));
+    this.#rows.replaceChildren(...[...this.#controls.values()].map(({ node }) => node));
+    this.#explain();
+  }
+
+  /** Say what the parameter under the pointer is, else that which has the focus. */
+  #explain() {
+    const row = this.#rows.querySelector(".parameter:hover") ?? this.#rows.querySelector(".parameter:focus-within");
+    const parameter = this.#model.parameters.find(({ name }) => name === row?.dataset.name);
+    this.#meaning.textContent = parameter ? `${parameter.label ?? parameter.name}: ${parameter.doc}` : "";
+  }
+}

@@ -1,0 +1,313 @@
+/** What stands around the plane: regimes, legend, controls, the switch between diagram and plane. */
+
+import { Choice, element, svg } from "./dom.js";
+import { QuantityBox } from "./parameters.js";
+import { lineStyle, nameOf, regimeKeys, regionColour } from "./plane_plot.js";
+import { display } from "./quantities.js";
+import { Signal } from "./store.js";
+import { colours } from "./theme.js";
+import { planeRequest, spanOf } from "./view.js";
+
+export class Regimes {
+  /** The element to put on the page. */
+  node;
+  /** The picture that has come last, or null. */
+  picture = null;
+  /** Announces that the picture has changed. */
+  changed = new Signal();
+  #session;
+  #of = "";
+  #words = element("span", { role: "status" });
+  #ask = element("button", {
+    type: "button", title: "Simulate what motions do all over the plane: periods, tori, chaos",
+    on: { click: () => this.#begin() },
+  }, "What do motions do?");
+  #stop = element("button", { type: "button", class: "quiet", hidden: true, on: { click: () => this.#halt() } }, "Stop simulating");
+  #away = element("button", { type: "button", class: "quiet", hidden: true, on: { click: () => this.#clear() } }, "Take away");
+
+  constructor(session) {
+    this.#session = session;
+    this.node = element("div", { class: "sentence regimes" }, this.#ask, this.#words, this.#stop, this.#away);
+    session.store.changed.subscribe(() => this.#follow());
+    session.failed.subscribe(({ kind, sentence }) => kind === "regimes" && sentence && this.#clear(sentence));
+    this.#follow();
+  }
+
+  #key() {
+    const { view } = this.#session;
+    return view.plane ? JSON.stringify(planeRequest(view)) : "";
+  }
+
+  #follow() {
+    // There is a phase at which to look at motions where something forces them.
+    this.node.hidden = !this.#session.model.forced;
+    if (this.#of && this.#of !== this.#key()) this.#clear();
+  }
+
+  #begin() {
+    const { requests, failed, view } = this.#session;
+    this.#clear();
+    this.#of = this.#key();
+    this.#tell("Simulating…", true);
+    const onError = (sentence, again) => failed.announce(
+      { kind: "regimes", sentence, again: again ? () => this.#begin() : null });
+    requests.ask({ ...planeRequest(view), kind: "regimes" },
+      { onAnswer: (answer) => this.#take(answer), onError }, { supersede: true });
+  }
+
+  #take({ far, done, ...picture }) {
+    if (far) {
+      this.#tell(`Simulating: ${Math.floor((100 * far[0]) / far[1])} % of this picture…`, true);
+      return;
+    }
+    this.#show(picture);
+    const size = `${picture.x.values.length} × ${picture.y.values.length} motions from the model's start`;
+    this.#tell(done ? `${size}.` : `${size}; simulating more…`, !done);
+  }
+
+  #halt() {
+    this.#session.requests.cancel("regimes");
+    this.#tell("Stopped.", false);
+  }
+
+  #clear(failure = null) {
+    this.#session.requests.cancel("regimes");
+    if (!failure) this.#session.failed.announce({ kind: "regimes", sentence: null });
+    this.#of = "";
+    this.#show(null);
+    this.#tell("", false);
+  }
+
+  #show(picture) {
+    if (picture === this.picture) return;
+    this.picture = picture;
+    this.node.dataset.cells = picture ? String(picture.x.values.length) : "";
+    this.#away.hidden = !picture;
+    this.changed.announce(picture);
+  }
+
+  #tell(text, isRunning) {
+    this.#words.textContent = text;
+    this.#stop.hidden = !isRunning;
+  }
+}
+
+const HARD = "subcritical";
+
+/** The lines of a plane, each type and period once, and what dashes mean if a line has both kinds. */
+function lineKeys({ loci }) {
+  const names = [...new Set(loci.map(({ name }) => name))].sort();
+  const keys = names.map((name) => {
+    const [locus, ...others] = loci.filter((item) => item.name === name);
+    const kinds = [locus, ...others].flatMap(({ stretches }) => stretches.map(({ criticality }) => criticality));
+    const criticality = kinds.find((kind) => kind === "supercritical") ?? kinds[0];
+    const isHard = kinds.every((kind) => kind === HARD);
+    return { name: isHard ? nameOf(locus, HARD) : name, locus, criticality, isMixed: !isHard && kinds.includes(HARD) };
+  });
+  const mixed = keys.find(({ isMixed }) => isMixed);
+  return mixed ? [...keys, { name: HARD, locus: { ...mixed.locus, type: "" }, criticality: HARD }] : keys;
+}
+
+/**
+ * Names and colours of the shades that are seen: those of motions where there are such.
+ * @param {object|null} plane the server's answer, or as far as it has come
+ * @param {object|null} picture of what motions do
+ */
+export function shadesOf(plane, picture, colour) {
+  if (picture) return regimeKeys(picture).map(({ name, tint }) => ({ name, tint: colour(tint) }));
+  return shadeKeys(plane ?? { regions: null }).map(({ name, stable }) => ({ name, tint: regionColour(stable, colour) }));
+}
+
+/** The shades of regions, each once; what is unknown has none. */
+function shadeKeys({ regions }) {
+  if (!regions) return [];
+  const keys = Object.entries(regions.stable).map(([id, stable]) =>
+    ({ name: words(regions.names[id], stable), stable }));
+  const rank = ({ stable }) => stable.length || Infinity;
+  return distinct(keys).sort((a, b) => rank(a) - rank(b) || (a.name < b.name ? -1 : 1));
+}
+
+export class PlaneLegend {
+  /** The element to put on the page. */
+  node = element("ul", { class: "plane-legend", "aria-label": "Lines and areas of the plane" });
+
+  /**
+   * @param {object|null} plane the server's answer, or as far as it has come
+   * @param {object|null} picture of what motions do
+   */
+  show(plane, picture) {
+    const colour = colours();
+    const lines = plane ? lineKeys(plane) : [];
+    const shades = shadesOf(plane, picture, colour);
+    this.node.replaceChildren(
+      ...lines.map(({ name, locus, criticality }) =>
+        element("li", {}, sample(lineStyle(locus, criticality, colour)), name)),
+      ...shades.map(({ name, tint }) =>
+        element("li", {}, element("span", { class: "shade", style: `background: ${tint}` }), name)));
+  }
+}
+
+function words(name, stable) {
+  if (stable.length === 0) return "none stable";
+  return stable.length > 1 ? `${name}, ${stable.length === 2 ? "both" : "all"} stable` : `${name} stable`;
+}
+
+function sample({ color, width, dash }) {
+  const dashes = dash === "solid" ? null : dash.replaceAll("px", "");
+  return svg("svg", { viewBox: "0 0 28 8", width: 28, height: 8, "aria-hidden": "true" },
+    svg("path", { d: "M0 4H28", stroke: color, "stroke-width": width, "stroke-dasharray": dashes }));
+}
+
+function distinct(keys) {
+  return [...new Map(keys.map((key) => [key.name, key])).values()];
+}
+
+const COMPUTING = "Computing the bifurcation set…";
+const AXES = { x: "Across", y: "Up" };
+
+export class PlaneControls {
+  /** The element to put on the page. */
+  node = element("div", { class: "sentence" });
+  /** What the server is doing, in words. */
+  progress = element("div", { class: "progress" });
+  #session;
+  #rows;
+  #words = element("span", { role: "status" });
+  #stop = element("button", {
+    type: "button", class: "quiet", hidden: true, on: { click: () => this.#cancel() },
+  }, "Stop");
+  #again = element("button", {
+    type: "button", class: "quiet", hidden: true, on: { click: () => this.#session.computePlane() },
+  }, "Compute");
+
+  constructor(session) {
+    this.#session = session;
+    this.#rows = Object.entries(AXES).map(([axis, label]) => this.#row(axis, label));
+    this.node.append(...this.#rows.flatMap(({ nodes }) => nodes));
+    this.progress.append(this.#words, this.#stop, this.#again);
+    session.store.changed.subscribe(() => this.#refresh());
+    session.planeChanged.subscribe((change) => this.#changed(change));
+    session.failed.subscribe(({ kind, sentence }) =>
+      kind === "plane" && sentence && this.#idle("The bifurcation set was not computed."));
+    session.connection.changed.subscribe(() => this.#connected());
+    this.#refresh();
+  }
+
+  #row(axis, label) {
+    const choice = new Choice(label, (name) => this.#choose(axis, name));
+    const bounds = [0, 1].map((i) => new QuantityBox(
+      { class: "bound", "aria-label": `${label} ${i === 0 ? "from" : "to"}` }, {
+        accept: (value) => this.#bounded(axis, i, value),
+        refuse: (sentence) => this.#session.failed.announce({ kind: "input", sentence }),
+      }));
+    const unit = element("span", { class: "unit" });
+    const group = element("span", { class: "axis-choice" }, choice.node, bounds[0].node,
+      element("span", {}, "to"), bounds[1].node, unit);
+    return { axis, choice, bounds, unit, nodes: [group] };
+  }
+
+  #refresh() {
+    const { view, model } = this.#session;
+    if (!view.plane) return;
+    const options = model.parameters.map(({ name, label, doc }) =>
+      ({ value: name, text: label ?? name, title: doc }));
+    for (const { axis, choice, bounds, unit } of this.#rows) {
+      const { name, span } = view.plane[axis];
+      const quantity = this.#session.quantity(name);
+      choice.show(options, name);
+      bounds.forEach((box, i) => box.show(quantity, span[i], span[1] - span[0]));
+      unit.textContent = display(quantity).unit;
+    }
+  }
+
+  #choose(axis, name) {
+    const { view, model } = this.#session;
+    const other = axis === "x" ? "y" : "x";
+    const next = { ...view.plane, [axis]: { name, span: spanOf(model, name) } };
+    if (view.plane[other].name === name) next[other] = view.plane[axis];
+    this.#commit(next);
+  }
+
+  #bounded(axis, index, end) {
+    const { plane } = this.#session.view;
+    const span = [...plane[axis].span];
+    span[index] = end;
+    if (!(span[0] < span[1])) return `${plane[axis].name} has to grow from the first value to the last; give others`;
+    this.#commit({ ...plane, [axis]: { ...plane[axis], span } });
+  }
+
+  #commit(plane) {
+    this.#session.store.commit({ ...this.#session.view, plane });
+  }
+
+  #changed({ answer, progress, stale }) {
+    if (answer) this.#idle("");
+    else if (progress) this.#working(progress);
+    else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
+  }
+
+  /** Nothing is computed without a server; with one, what was asked for is asked for again. */
+  #connected() {
+    const { connection, requests } = this.#session;
+    if (!requests.isBusy("plane")) return;
+    if (connection.isAlive) this.#working(COMPUTING);
+    else {
+      this.#words.textContent = "Not computed: there is no connection.";
+      this.#stop.hidden = true;
+    }
+  }
+
+  #working(text) {
+    this.#words.textContent = text;
+    this.#stop.hidden = false;
+    this.#again.hidden = true;
+  }
+
+  #idle(text) {
+    this.#words.textContent = text;
+    this.#stop.hidden = true;
+    this.#again.hidden = text === "";
+  }
+
+  #cancel() {
+    this.#session.requests.cancel("plane");
+    this.#idle("Stopped; the bifurcation set belongs to other values.");
+  }
+}
+
+export class PlaneSwitch {
+  /** The element to put on the page. */
+  node = element("button", {
+    type: "button", class: "small-button", on: { click: () => this.#toggle() },
+  }, "Plane");
+  #session;
+
+  constructor(session) {
+    this.#session = session;
+    session.store.changed.subscribe(() => this.#show());
+    this.#show();
+  }
+
+  #show() {
+    const { view: { plane }, model } = this.#session;
+    // A plane takes two parameters.
+    this.node.hidden = model.parameters.length < 2;
+    this.node.setAttribute("aria-pressed", String(plane !== null));
+    this.node.title = plane ? "Put the plane of two parameters away" : "Show the plane of two parameters";
+  }
+
+  #toggle() {
+    const { view, model, store } = this.#session;
+    store.commit({ ...view, plane: view.plane ? null : model.plane ?? this.#usual() });
+  }
+
+  /** What is varied upwards, and the first other parameter across. */
+  #usual() {
+    const { view, model } = this.#session;
+    const other = model.parameters.find(({ name }) => name !== view.vary);
+    return {
+      x: { name: other.name, span: spanOf(model, other.name) },
+      y: { name: view.vary, span: view.span },
+    };
+  }
+}

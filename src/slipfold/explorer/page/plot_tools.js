@@ -1,0 +1,252 @@
+/** What plots share: round steps, axes, the frame, where labels stand. */
+
+const MANTISSAS = [1, 2, 5, 10];
+
+/** The step of one, two or five units of a decimal place that is nearest to a share of a range. */
+export function roundStep(range, share) {
+  const wanted = Math.abs(range) * share;
+  if (!(wanted > 0)) return 0;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  const gap = (mantissa) => Math.abs(Math.log((mantissa * power) / wanted));
+  return cleaned(MANTISSAS.reduce((best, next) => (gap(next) < gap(best) ? next : best)) * power);
+}
+
+/** The multiple of a step that is nearest to a value. */
+export function snapped(value, step) {
+  return step > 0 ? cleaned(Math.round(value / step) * step) : value;
+}
+
+/**
+ * A value some steps on: first to the next multiple of the step.
+ * @param {number} count of steps; below zero downwards
+ */
+export function stepped(value, step, count) {
+  if (!(step > 0)) return value;
+  const place = value / step;
+  const near = Math.round(place);
+  // What is a multiple but for rounding counts as one.
+  const isMultiple = Math.abs(place - near) < 1e-6 * Math.max(Math.abs(place), 1);
+  const start = isMultiple ? near : count > 0 ? Math.floor(place) : Math.ceil(place);
+  return cleaned((start + count) * step);
+}
+
+/** Without the last bit's trace. */
+function cleaned(value) {
+  return Number(value.toPrecision(12));
+}
+
+/** Range over size below which numbers are the same. */
+const NOISE = 1e-9;
+
+/** Size below which a number is zero. */
+const NOTHING = 1e-13;
+
+/**
+ * Least and largest of some numbers with a margin on each side.
+ * @param {number} [margin] as a share of the range
+ */
+export function padded(values, margin = 0.06) {
+  let low = Infinity;
+  let high = -Infinity;
+  for (const value of values) {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  if (!Number.isFinite(low)) return [0, 1];
+  // What does not move but for rounding is shown as a straight line, not as noise.
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  if (largest < NOTHING) return [-1, 1];
+  const size = high - low > NOISE * largest ? high - low : largest;
+  return [low - margin * size, high + margin * size];
+}
+
+/** Whether a range shows all of another and is not much too large for it. */
+export function fits(range, wanted) {
+  const size = range[1] - range[0];
+  return covers(range, wanted) && wanted[1] - wanted[0] > 0.55 * size;
+}
+
+/** Whether a range shows all of another but its margins. */
+export function covers([low, high], [a, b]) {
+  const slack = 0.05 * (b - a);
+  return low <= a + slack && high >= b - slack;
+}
+
+/**
+ * Round numbers that divide a range.
+ * @param {number} count about how many
+ */
+export function ticks([low, high], count) {
+  const step = stepAbove((high - low) / count);
+  const first = Math.ceil(low / step - 1e-9);
+  const last = Math.floor(high / step + 1e-9);
+  return Array.from({ length: Math.max(last - first + 1, 0) }, (_, i) =>
+    Number(((first + i) * step).toPrecision(12)),
+  );
+}
+
+function stepAbove(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * ([1, 2, 2.5, 5, 10].find((step) => step * power >= least * (1 - 1e-9)) ?? 10);
+}
+
+const MARGIN = { l: 74, r: 18, t: 14, b: 46 };
+
+export const CONFIG = {
+  displayModeBar: false,
+  doubleClick: false,
+  responsive: false,
+  scrollZoom: false,
+  showTips: false,
+};
+
+/**
+ * A layout in the page's style.
+ * @param {(name: string) => string} colour from `colours()`
+ * @param {[number, number]} size in pixels
+ */
+export function layout(colour, x, y, [width, height]) {
+  return {
+    width,
+    height,
+    margin: { ...MARGIN },
+    paper_bgcolor: "rgba(0,0,0,0)",
+    plot_bgcolor: "rgba(0,0,0,0)",
+    font: { family: "system-ui, sans-serif", size: 13, color: colour("ink") },
+    showlegend: false,
+    hovermode: false,
+    dragmode: "zoom",
+    xaxis: axis(colour, x),
+    yaxis: axis(colour, y),
+  };
+}
+
+function axis(colour, { title, range }) {
+  return {
+    title: { text: title, standoff: 8 },
+    range: [...range],
+    autorange: false,
+    zeroline: false,
+    showgrid: true,
+    gridcolor: colour("grid"),
+    linecolor: colour("axis"),
+    linewidth: 1,
+    mirror: true,
+    ticks: "inside",
+    ticklen: 5,
+    tickcolor: colour("axis"),
+    nticks: 7,
+    automargin: false,
+    exponentformat: "power",
+    minexponent: 4,
+    // On one of them: on all of them it would run into the title.
+    showexponent: "last",
+  };
+}
+
+/** The part of the page on which data lie, as `{left, top, width, height}` within the plot. */
+export function frame([width, height]) {
+  return {
+    left: MARGIN.l,
+    top: MARGIN.t,
+    width: width - MARGIN.l - MARGIN.r,
+    height: height - MARGIN.t - MARGIN.b,
+  };
+}
+
+/**
+ * How data and pixels belong together.
+ * @param {[number, number]} size of the plot in pixels
+ * @param {[number, number]} x range
+ * @param {[number, number]} y range
+ */
+export function mapping(size, x, y) {
+  const { left, top, width, height } = frame(size);
+  return {
+    toPixel: (a, b) => [
+      left + ((a - x[0]) / (x[1] - x[0])) * width,
+      top + (1 - (b - y[0]) / (y[1] - y[0])) * height,
+    ],
+    toData: (px, py) => [
+      x[0] + ((px - left) / width) * (x[1] - x[0]),
+      y[0] + (1 - (py - top) / height) * (y[1] - y[0]),
+    ],
+    isInside: (px, py) => px >= left && px <= left + width && py >= top && py <= top + height,
+  };
+}
+
+const POSITIONS = [
+  "top center", "top right", "top left", "middle right", "middle left",
+  "bottom right", "bottom left", "bottom center",
+];
+const HEIGHT = 14;
+const WIDTH = 6.7;
+const GAP = 8;
+
+/**
+ * Choose a place for each text; the first choose first.
+ * @param {{text: string, at: [number, number]}[]} texts with their points in pixels
+ * @param {[number, number][][]} lines in pixels
+ * @param {{left: number, top: number, width: number, height: number}} frame to stay in, in pixels
+ * @returns {string[]} plotly's `textposition`
+ */
+export function labelPlaces(texts, lines, frame) {
+  const taken = texts.map(({ at }) => boxAround(at, 10, 10));
+  const ink = points(lines);
+  return texts.map(({ text, at }) => {
+    const costs = POSITIONS.map((position, i) => {
+      const box = boxAt(position, at, text.length * WIDTH);
+      return 0.3 * i + outside(box, frame) + overlap(box, taken) + inkUnder(box, ink);
+    });
+    const position = POSITIONS[costs.indexOf(Math.min(...costs))];
+    taken.push(boxAt(position, at, text.length * WIDTH));
+    return position;
+  });
+}
+
+function boxAt(position, [x, y], width) {
+  const [vertical, horizontal] = position.split(" ");
+  const down = { top: -GAP - HEIGHT / 2, middle: 0, bottom: GAP + HEIGHT / 2 }[vertical];
+  const beside = vertical === "middle" ? GAP : 4;
+  const right = { left: -beside - width / 2, center: 0, right: beside + width / 2 }[horizontal];
+  return boxAround([x + right, y + down], width, HEIGHT);
+}
+
+function boxAround([x, y], width, height) {
+  return [x - width / 2, y - height / 2, x + width / 2, y + height / 2];
+}
+
+function outside([left, top, right, bottom], frame) {
+  const [ends, floor] = [frame.left + frame.width, frame.top + frame.height];
+  const beyond = [frame.left - left, frame.top - top, right - ends, bottom - floor].map((value) => Math.max(value, 0));
+  return 5 * beyond.reduce((sum, value) => sum + value, 0);
+}
+
+function overlap(box, others) {
+  let area = 0;
+  for (const other of others) {
+    const width = Math.min(box[2], other[2]) - Math.max(box[0], other[0]);
+    const height = Math.min(box[3], other[3]) - Math.max(box[1], other[1]);
+    if (width > 0 && height > 0) area += width * height;
+  }
+  return 0.4 * area;
+}
+
+function inkUnder([left, top, right, bottom], ink) {
+  return ink.filter(([x, y]) => x > left && x < right && y > top && y < bottom).length;
+}
+
+/** Lines as points a few pixels apart. */
+function points(lines) {
+  const found = [];
+  for (const line of lines) {
+    for (let i = 0; i + 1 < line.length; i++) {
+      const [a, b] = [line[i], line[i + 1]];
+      const count = Math.min(Math.ceil(Math.hypot(b[0] - a[0], b[1] - a[1]) / 4), 500);
+      for (let k = 0; k < count; k++) {
+        found.push([a[0] + ((b[0] - a[0]) * k) / count, a[1] + ((b[1] - a[1]) * k) / count]);
+      }
+    }
+  }
+  return found;
+}

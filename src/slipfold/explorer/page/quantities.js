@@ -1,0 +1,91 @@
+/** Quantities in words and back: symbols, units, numbers. */
+
+import { element } from "./dom.js";
+
+/**
+ * A symbol as an element.
+ * @param {{symbol: [string, string]|null, label?: string, name: string}} quantity a parameter, state
+ * or output; its symbol is a letter and what stands below it
+ */
+export function symbol({ symbol: parts, label, name }) {
+  if (!parts) return element("span", { class: "symbol" }, label || name);
+  const [letter, below] = parts;
+  return element("span", { class: "symbol" }, element("i", {}, letter),
+    below ? element("sub", {}, below) : null);
+}
+
+const CONVERSIONS = {
+  deg: { unit: "°", factor: 180 / Math.PI, si: Math.PI / 180 },
+};
+
+/**
+ * How a quantity is shown.
+ * @returns {{unit: string, factor: number, si: number}} the unit, what the SI value is multiplied
+ * with, and what the unit is in SI units
+ */
+export function display(quantity) {
+  const shown = quantity.display_unit ?? (quantity.unit === "rad" ? "deg" : quantity.unit);
+  return CONVERSIONS[shown] ?? { unit: shown ?? "", factor: 1, si: 1 };
+}
+
+/**
+ * A number with so many significant digits and no trailing zeros.
+ * @returns {string} with a true minus sign
+ */
+export function formatted(value, digits = 4) {
+  return plain(value, digits).replace("-", "−");
+}
+
+/** As `formatted`, in a form that number boxes and addresses read. */
+export function plain(value, digits = 4) {
+  if (!Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size < 1e-4 || size >= 1e6) {
+    const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+    return `${Number(mantissa)}e${Number(exponent)}`;
+  }
+  return String(Number(value.toPrecision(digits)));
+}
+
+/**
+ * A quantity with its unit.
+ * @param {number} value SI
+ * @returns {string} e.g. `"0.0436 N"`, `"60°"`
+ */
+export function withUnit(quantity, value, digits = 4) {
+  const { unit, factor } = display(quantity);
+  const number = formatted(value * factor, digits);
+  if (!unit) return number;
+  return unit === "°" ? `${number}°` : `${number}\u202f${unit}`;
+}
+
+/** The title of an axis. */
+export function axisTitle(quantity) {
+  const { unit } = display(quantity);
+  return `${quantity.label ?? quantity.name}${unit ? ` (${unit})` : ""}`;
+}
+
+const QUANTITY =
+  /^\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))(\s*[^0-9.,\s].*?|\s+1\/.*?|)\s*$/i;
+
+/**
+ * Read a quantity.
+ * a parameter as the server describes it
+ * @param {number} [usual] what the unit is that a number without one is in, in SI units
+ * @returns {{value: number}|{sentence: string}} the value in SI units, or why there is none
+ */
+export function parsed(text, { name, units, wanted, bounds }, usual = 1) {
+  const match = QUANTITY.exec(text);
+  if (!match) return { sentence: `${name} = '${text}' is not a number; give ${wanted}` };
+  const digits = match[1];
+  const unit = match[2].trimStart();
+  if (unit && !Object.hasOwn(units, unit)) {
+    return { sentence: `${name} = '${text}' has the unit '${unit}'; give ${wanted}` };
+  }
+  const value = Number(digits.replaceAll("−", "-")) * (unit ? units[unit] : usual);
+  if (!Number.isFinite(value)) {
+    return { sentence: `${name} = ${text.trim()} is not a finite number; give ${bounds}` };
+  }
+  return { value };
+}

@@ -1,0 +1,195 @@
+/** Measured responses: their values, traces and controls. */
+
+import { valueTitle } from "./diagram_plot.js";
+import { element, icon, svg } from "./dom.js";
+import { Signal } from "./store.js";
+import { posted } from "./toolbar.js";
+import { inside, spanOf, withVaried } from "./view.js";
+
+/** Most bytes that the server takes at once. */
+const MOST = 64 * 1024;
+
+/**
+ * @typedef {object} Measured readings of one quantity
+ * @property {number[]} values of what was varied
+ * @property {(number|null)[]} readings null where nothing was read
+ * @property {(number|null)[]} errors standard deviations; null where they are not known
+ * @property {("up"|"down"|"")[]} sweep how the parameter came to each value
+ */
+
+export class Readings {
+  /** Announces nothing: readings have come or gone. */
+  changed = new Signal();
+  /** `{name, model, vary, values, sweep, quantities}`, or null. */
+  file = null;
+  #session;
+  #asked = 0;
+
+  constructor(session) {
+    this.#session = session;
+  }
+
+  /** Read a file in place of the one before. */
+  async read(file) {
+    const number = ++this.#asked;
+    const { model } = this.#session.view;
+    try {
+      const found = await this.#sent(model, file);
+      if (number !== this.#asked) return;
+      this.#take({ ...found, name: file.name, model });
+    } catch (error) {
+      if (number === this.#asked) this.#tell(error.message);
+    }
+  }
+
+  /** Forget the file. */
+  remove() {
+    this.#asked += 1;
+    this.#take(null);
+  }
+
+  /**
+   * What was measured of an output, over a parameter.
+   * @returns {Measured|null} null if that was not measured, or of another model
+   */
+  of({ vary, show, statistic }) {
+    const { file } = this;
+    if (file?.model !== this.#session.view.model || file.vary !== vary) return null;
+    const found = file.quantities.find((item) => item.show === show && item.statistic === statistic);
+    return found ? { ...found, values: file.values, sweep: file.sweep } : null;
+  }
+
+  async #sent(model, file) {
+    const body = JSON.stringify({ model, name: file.name, text: await file.text() });
+    if (new Blob([body]).size > MOST) {
+      throw new Error(`${file.name} is larger than ${MOST / 1024} kB; leave out lines, or draw it with slipfold plot --measured`);
+    }
+    return (await posted("/api/readings", body)).json();
+  }
+
+  #take(file) {
+    this.file = file;
+    this.#tell(null);
+    this.changed.announce();
+  }
+
+  #tell(sentence) {
+    this.#session.failed.announce({ kind: "readings", sentence });
+  }
+}
+
+/** How readings look by how the parameter came to their values. */
+const WAYS = {
+  up: { name: "measured, upward", symbol: "circle", size: 5 },
+  down: { name: "measured, downward", symbol: "circle-open", size: 9 },
+  "": { name: "measured", symbol: "circle", size: 5 },
+};
+
+/**
+ * Readings with their errors, a trace a direction; those going down around those going up.
+ * @param {Measured|null} measured in SI units
+ * @param {[number, number]} factors what its numbers are multiplied with to be shown
+ */
+export function readingTraces(measured, [fx, fy], colour) {
+  if (!measured) return [];
+  const { values, readings, errors } = measured;
+  return Object.entries(WAYS).map(([way, { name, symbol, size }]) => {
+    const rows = rowsOf(measured).filter((i) => measured.sweep[i] === way);
+    const error = { type: "data", array: rows.map((i) => errors[i] * fy), color: colour, thickness: 1, width: 2 };
+    return {
+      type: "scatter", mode: "markers", name, hoverinfo: "skip",
+      x: rows.map((i) => values[i] * fx), y: rows.map((i) => readings[i] * fy), error_y: error,
+      marker: { symbol, size, color: colour, line: { color: colour, width: 1.2 } },
+    };
+  });
+}
+
+/** Ends of all error bars within a span, for the axis. */
+export function readingValues(measured, [a, b]) {
+  if (!measured) return [];
+  const { values, readings, errors } = measured;
+  return rowsOf(measured).filter((i) => values[i] >= Math.min(a, b) && values[i] <= Math.max(a, b))
+    .flatMap((i) => [readings[i] - errors[i], readings[i] + errors[i]]);
+}
+
+function rowsOf({ readings }) {
+  return [...readings.keys()].filter((i) => readings[i] !== null);
+}
+
+const CROSS = "M4 4l8 8M12 4l-8 8";
+
+export class ReadingsControl {
+  /** The element to put on the page. */
+  node;
+  #session;
+  #readings;
+  #held = element("span", { class: "readings" });
+
+  constructor(session, readings) {
+    this.#session = session;
+    this.#readings = readings;
+    const input = element("input", {
+      type: "file", accept: ".csv,.txt,text/csv", hidden: true, "aria-label": "File of readings",
+      on: { change: () => this.#take(input) },
+    });
+    const button = element("button", {
+      type: "button", class: "small-button", title: "Draw a measured response: a CSV file with units in its head",
+      on: { click: () => input.click() },
+    }, "Readings…");
+    this.node = element("span", { class: "readings" }, button, input, this.#held);
+    readings.changed.subscribe(() => this.#show());
+    session.store.changed.subscribe(({ live }) => live || this.#show());
+  }
+
+  #take(input) {
+    const [file] = input.files;
+    if (file) this.#readings.read(file);
+    input.value = ""; // the same file, changed, may be taken again
+  }
+
+  #show() {
+    const { file } = this.#readings;
+    const { view } = this.#session;
+    if (file?.model !== view.model) {
+      this.#held.replaceChildren();
+      return;
+    }
+    const isDrawn = this.#readings.of(view) !== null;
+    this.#held.replaceChildren(
+      element("span", { class: "file-name", title: this.#told(file) }, file.name),
+      ...(isDrawn ? this.#legend(file) : [this.#offer(file)]),
+      element("button", {
+        type: "button", class: "quiet close", "aria-label": `Remove ${file.name}`,
+        on: { click: () => this.#readings.remove() },
+      }, icon(CROSS)));
+  }
+
+  #told({ quantities, vary, values }) {
+    return `${values.length} readings of ${quantities.map((item) => this.#titled(item)).join(", ")} over ${vary}`;
+  }
+
+  #titled({ show, statistic }) {
+    return valueTitle({ ...this.#session.quantity(show), statistic });
+  }
+
+  #legend({ sweep }) {
+    return Object.entries(WAYS).filter(([way]) => way && sweep.includes(way)).map(([way, { size }]) =>
+      element("span", { class: "way" },
+        svg("svg", { viewBox: "-6 -6 12 12", class: `glyph${way === "down" ? " hollow" : ""}`, "aria-hidden": "true" },
+          svg("circle", { r: size / 2 })), way));
+  }
+
+  /** What shows a reading where the diagram shows something else. */
+  #offer({ vary, quantities: [first], values }) {
+    const go = () => {
+      const { model, view, store } = this.#session;
+      const ends = vary === view.vary ? view.span : spanOf(model, vary);
+      const span = [Math.min(...ends, ...values), Math.max(...ends, ...values)];
+      const parameters = { ...view.parameters, [vary]: inside(view.parameters[vary], span) };
+      const { show, statistic } = first;
+      store.commit({ ...withVaried(view, vary, span), show, statistic, parameters });
+    };
+    return element("button", { type: "button", class: "small-button", on: { click: go } },
+      `Show ${this.#titled(first)} over ${this.#session.quantity(vary).label}`);
+  }
+}

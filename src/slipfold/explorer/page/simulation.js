@@ -1,0 +1,344 @@
+/** A simulation period by period, its Lyapunov exponents, and their panel. */
+
+import { ContactPanel } from "./contacts.js";
+import { valueTitle } from "./diagram_plot.js";
+import { element } from "./dom.js";
+import { formatted, withUnit } from "./quantities.js";
+import { SmallPlot } from "./small_plot.js";
+import { Signal } from "./store.js";
+import { diagramRequest, exponentsRequest, simulationRequest } from "./view.js";
+
+const PERIODS = 600;
+
+/** Intervals of an autonomous motion that hold a round of it before its period is known. */
+const ROUND = 4;
+
+export class Simulation {
+  /** Announces `{isRunning, verdict, sections, x}` whenever something has come. */
+  changed = new Signal();
+  state = nothing();
+  #session;
+
+  constructor(session) {
+    this.#session = session;
+    session.failed.subscribe(({ kind, sentence }) => {
+      if (kind === "simulation" && sentence) this.#become({ isRunning: false });
+    });
+    session.connection.changed.subscribe(({ state }) => {
+      if (this.state.isRunning && state !== "open") this.stop("the connection was lost");
+    });
+    session.store.changed.subscribe(({ view, before }) => {
+      if (systemOf(view) !== systemOf(before)) this.clear();
+    });
+  }
+
+  /** What was simulated and how it ended, in words. */
+  get title() {
+    const { view, verdict } = this.state;
+    const vary = this.#session.quantity(view.vary);
+    const at = `${vary.label ?? vary.name} = ${withUnit(vary, view.parameters[view.vary])}`;
+    const { start, nudge } = this.request;
+    const states = Object.entries(start).map(([name, value]) => `${name} = ${formatted(value)}`).join(", ");
+    const from = start === "rest" ? "rest" : nudge ? "an orbit, nudged off it" : states;
+    return `${at}, simulated from ${from}: ${verdict}`;
+  }
+
+  /** How the motion began: as it was simulated last, else from rest. */
+  get start() {
+    if (this.state.view === null) return { start: "rest" };
+    const { start, nudge = {} } = this.request;
+    return { start, nudge };
+  }
+
+  /** From rest, at the working point. */
+  fromRest() {
+    this.#run({ start: "rest", periods: PERIODS });
+  }
+
+  /** From some states, the others being the model's own. */
+  fromStates(start) {
+    this.#run({ start, periods: PERIODS });
+  }
+
+  /**
+   * From an orbit, nudged off it.
+   * @param {object} orbit the server's answer
+   * @param {number} share of its own size by which the first state is moved
+   */
+  fromOrbit(orbit, share) {
+    const start = Object.fromEntries(
+      Object.entries(orbit.states).map(([name, values]) => [name, values[0]]));
+    const [name, values] = Object.entries(orbit.states)[0];
+    const size = Math.max(...values.map(Math.abs), 1e-6);
+    this.#run({ start, nudge: { [name]: share * size }, periods: PERIODS });
+  }
+
+  /** Stop computing; what has come stays. */
+  stop(why = null) {
+    this.#session.requests.cancel("simulation");
+    const verdict = `Stopped after ${this.#progress}${why ? `: ${why}` : ""}.`;
+    this.#become({ isRunning: false, verdict });
+  }
+
+  /** Forget it. */
+  clear() {
+    if (this.state.view === null) return;
+    this.#session.requests.cancel("simulation");
+    this.state = nothing();
+    this.changed.announce(this.state);
+  }
+
+  /** Where it stands after so many periods: in forcing periods, or in seconds where nothing forces. */
+  timeAt(count) {
+    return this.#session.model.forced ? count : count * this.state.interval;
+  }
+
+  /** What the diagram draws of each period; where nothing forces, of the round that ends there. */
+  values(show, statistic) {
+    if (!(show in this.state.max)) return [];
+    const max = { [show]: latest(this.state.max[show], this.#inRound, Math.max) };
+    const min = { [show]: latest(this.state.min[show], this.#inRound, Math.min) };
+    const of = {
+      max: (i) => max[show][i],
+      min: (i) => min[show][i],
+      peak_to_peak: (i) => max[show][i] - min[show][i],
+      modulus: (i) => Math.max(Math.abs(max[show][i]), Math.abs(min[show][i])),
+    }[statistic];
+    return max[show].map((_, i) => of(i));
+  }
+
+  #run(how) {
+    const { view } = this.#session;
+    this.state = { ...nothing(), isRunning: true, view, x: view.parameters[view.vary] };
+    this.changed.announce(this.state);
+    this.request = simulationRequest(view, how);
+    const onAnswer = (answer) => this.#take(answer);
+    const onError = (sentence, again) => this.#session.failed.announce(
+      { kind: "simulation", sentence, again: again ? () => this.#run(how) : null });
+    this.#session.failed.announce({ kind: "simulation", sentence: null });
+    this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
+  }
+
+  #take({ again, sections, done, verdict, duration = null, contacts = null }) {
+    // A motion that comes to rest in a contact is told anew, with its stick.
+    if (again) this.#become({ count: 0, max: {}, min: {} });
+    const { max, min } = this.state;
+    const count = this.state.count + (sections?.period.length ?? 0);
+    this.#become({
+      count,
+      cycle: duration,
+      interval: sections?.duration ?? this.state.interval,
+      max: sections ? joined(max, sections.max) : max,
+      min: sections ? joined(min, sections.min) : min,
+      isRunning: !done,
+      contacts,
+    });
+    const told = contacts?.words ? `${verdict}. ${contacts.words}` : verdict;
+    this.#become({ verdict: done ? told : `After ${this.#progress}…` });
+  }
+
+  get #progress() {
+    const { count } = this.state;
+    const isForced = this.#session.model.forced;
+    return isForced ? `${count} of ${PERIODS} periods` : `${formatted(this.timeAt(count), 3)}\u202fs`;
+  }
+
+  /** Periods, or intervals, over which the motion passes wherever it does. */
+  get #inRound() {
+    const { cycle, interval } = this.state;
+    if (this.#session.model.forced) return 1;
+    return cycle ? Math.ceil(cycle / interval) + 1 : ROUND;
+  }
+
+  #become(changes) {
+    this.state = { ...this.state, ...changes };
+    this.changed.announce(this.state);
+  }
+}
+
+/** What a motion shown on the diagram belongs to: everything but the value at which it was started. */
+function systemOf(view) {
+  const { model, parameters, vary } = diagramRequest(view);
+  return JSON.stringify([model, parameters, vary]);
+}
+
+function nothing() {
+  return {
+    isRunning: false, verdict: "", count: 0, max: {}, min: {}, x: 0, view: null, interval: 0, cycle: null, contacts: null,
+  };
+}
+
+/** Of each value and so many before it, the extreme one. */
+function latest(values, count, extreme) {
+  return values.map((_, i) => extreme(...values.slice(Math.max(i + 1 - count, 0), i + 1)));
+}
+
+function joined(before, more) {
+  return Object.fromEntries(
+    Object.entries(more).map(([name, values]) => [name, [...(before[name] ?? []), ...values]]));
+}
+
+/** Errors by which an exponent differs from zero if it is said to, as the server judges it. */
+const SURE = 3;
+
+/** What rounding may leave of zero. */
+const ROUNDING = 1e-9;
+
+const NAMES = {
+  equilibrium: "Equilibrium", periodic: "Periodic", torus: "Torus", chaos: "Chaos", undecided: "Undecided",
+};
+
+export class Exponents {
+  /** The element to put on the page. */
+  node;
+  #session;
+  #simulation;
+  #told = element("p", { role: "status", id: "exponents" });
+  #stop;
+  #simulated;
+
+  constructor(session, simulation) {
+    this.#session = session;
+    this.#simulation = simulation;
+    const button = (text, click, kind, title = null) =>
+      element("button", { type: "button", class: kind, title, on: { click } }, text);
+    this.#stop = button("Stop judging", () => this.#clear(), "quiet");
+    this.#stop.hidden = true;
+    this.node = element("div", { class: "exponents" },
+      element("div", { class: "sentence" },
+        button("Torus or chaos?", () => this.#ask(), "", "Judge this motion by its Lyapunov exponents"), this.#stop),
+      this.#told);
+    session.store.changed.subscribe(({ view, before }) => {
+      if (solutionOf(view) !== solutionOf(before)) this.#clear();
+    });
+    simulation.changed.subscribe(() => simulation.request !== this.#simulated && this.#clear());
+    session.failed.subscribe(({ kind, sentence }) => kind === "exponents" && sentence && this.#show([], false));
+  }
+
+  #ask() {
+    const { requests, failed, view } = this.#session;
+    this.#simulated = this.#simulation.request;
+    const request = exponentsRequest(view, this.#simulation.start);
+    const onAnswer = (answer) => this.#show(answer.done ? this.#verdict(answer) : this.#progress(answer), !answer.done);
+    const onError = (sentence, again) => failed.announce(
+      { kind: "exponents", sentence, again: again ? () => this.#ask() : null });
+    failed.announce({ kind: "exponents", sentence: null });
+    this.#show(["Following the motion and what disturbs it…"], true);
+    requests.ask(request, { onAnswer, onError }, { supersede: true });
+  }
+
+  #clear() {
+    this.#session.requests.cancel("exponents");
+    this.#session.failed.announce({ kind: "exponents", sentence: null });
+    this.#show([], false);
+  }
+
+  #show(parts, isRunning) {
+    this.#told.replaceChildren(...parts);
+    this.#stop.hidden = !isRunning;
+  }
+
+  #progress({ periods, total, exponents }) {
+    const isForced = this.#session.model.forced;
+    const far = isForced ? `${periods} of at most ${total} periods` : `${Math.round((100 * periods) / total)} % of the longest time`;
+    const known = exponents.length ? `; exponents ${listed(exponents)} so far` : "";
+    return [`After ${far}${known}…`];
+  }
+
+  #verdict({ kind_of_motion: kind, period, message, exponents, errors, per }) {
+    const name = period ? `Period ${period}` : NAMES[kind];
+    return [element("strong", {}, name), `: ${message}. Exponents per ${per}: ${listed(exponents, errors)}.`];
+  }
+}
+
+/** Exponents in words: what is not told from zero is, and null is minus infinity. */
+function listed(exponents, errors = exponents.map(() => 0)) {
+  const texts = exponents.map((value, i) => {
+    if (value === null) return "−∞";
+    const error = errors[i] ?? 0;
+    return Math.abs(value) <= SURE * error + ROUNDING ? "0" : formatted(value, digitsOf(value, error));
+  });
+  return texts.join(", ");
+}
+
+/** Digits that an error leaves, four at most. */
+function digitsOf(value, error) {
+  if (error === 0) return 4;
+  return Math.min(Math.max(Math.floor(Math.log10(Math.abs(value) / error)) + 1, 1), 4);
+}
+
+/** What the motion depends on. */
+function solutionOf({ model, parameters }) {
+  return JSON.stringify([model, parameters]);
+}
+
+const NUDGES = { "0.001": "0.1 %", "0.01": "1 %", "0.1": "10 %" };
+
+export class SimulationPanel {
+  /** The element to put on the page. */
+  node;
+  #simulation;
+  #session;
+  #verdict = element("p", { class: "verdict", role: "status" });
+  #plot = new SmallPlot("settling", "Settling");
+  #nudge = element("select", { "aria-label": "Nudge" },
+    ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
+  #contacts;
+  #stop;
+  #clear;
+  #fromOrbit;
+
+  constructor(session, simulation, diagram, orbits) {
+    this.#session = session;
+    this.#simulation = simulation;
+    this.#nudge.value = "0.01";
+    const button = (text, click, kind = "") =>
+      element("button", { type: "button", class: kind, on: { click } }, text);
+    this.#fromOrbit = button("From this orbit", () =>
+      simulation.fromOrbit(orbits.shown.answer, Number(this.#nudge.value)));
+    this.#fromOrbit.disabled = true;
+    this.#stop = button("Stop", () => simulation.stop(), "quiet");
+    this.#clear = button("Clear", () => simulation.clear(), "quiet");
+    this.#contacts = new ContactPanel(session, simulation);
+    this.node = element("div", { class: "simulation" },
+      element("div", { class: "sentence" },
+        button("From rest", () => simulation.fromRest()), this.#fromOrbit,
+        element("label", { class: "choice" }, element("span", {}, "nudged by"), this.#nudge),
+        this.#stop, this.#clear),
+      this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#contacts.node);
+    simulation.changed.subscribe(() => this.#show(diagram));
+    session.store.changed.subscribe(({ view, before }) => {
+      if (view.model !== before.model || view.show !== before.show || view.statistic !== before.statistic) this.#show(diagram);
+    });
+    session.orbitArrived.subscribe((arrived) => { this.#fromOrbit.disabled = !arrived; });
+    this.#show(diagram);
+  }
+
+  /** All drawings with their captions, for a file. */
+  get figures() {
+    return [this.#plot.figure, ...this.#contacts.figures];
+  }
+
+  #show(diagram) {
+    const { isRunning, verdict, count, x } = this.#simulation.state;
+    const at = (i) => this.#simulation.timeAt(i);
+    this.#stop.hidden = !isRunning;
+    this.#clear.hidden = isRunning || count === 0;
+    this.#verdict.textContent = verdict;
+    // Contacts stand below: their place must not move when the motion begins.
+    this.#plot.node.hidden = count === 0 && this.#session.model.contacts.length === 0;
+    this.#plot.node.classList.toggle("absent", count === 0);
+    const { show, statistic, vary } = this.#session.view;
+    const y = this.#simulation.values(show, statistic);
+    const isSame = this.#simulation.state.view?.vary === vary;
+    if (this.#session.diagram) diagram.simulated(y.length && isSame ? { x, y } : null);
+    if (y.length === 0) return;
+    const quantity = { ...this.#session.quantity(show), statistic };
+    this.#plot.draw({
+      x: { label: this.#session.model.forced ? "forcing period" : "time (s)", range: [0, at(Math.max(y.length, 10))] },
+      y: { label: valueTitle({ ...quantity, label: quantity.label ?? show }) },
+      lines: [],
+      dots: y.map((value, i) => ({ x: at(i + 1), y: value, tint: "settling" })),
+    }, `Simulation: ${verdict}`);
+  }
+}

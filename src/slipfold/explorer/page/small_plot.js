@@ -1,0 +1,205 @@
+/** A small plot in SVG: one of many beside each other, redrawn in a millisecond while a slider moves and a cursor runs through all of them, which is why they are not plotly's. */
+
+import { element, set, svg } from "./dom.js";
+import { padded, ticks } from "./plot_tools.js";
+import { formatted } from "./quantities.js";
+
+const MARGIN = { left: 46, right: 10, top: 8, bottom: 32 };
+
+/** Widths in pixels of the ordinate's title with its distance, and of a digit beside it. */
+const TITLE = 26;
+const DIGIT = 6.2;
+
+/** Half the height of a band, in rows. */
+const BAND = 0.32;
+
+/**
+ * @typedef {object} Line
+ * @property {number[]} x
+ * @property {number[]} y
+ * @property {string} tint a class: `tint-1`, `tint-2`, `faint`
+ * @property {string} [name] for the legend
+ * @typedef {object} Picture
+ * @property {{label: string, range?: [number, number]}} x
+ * @property {{label: string, range?: [number, number], isLog?: boolean}} y
+ * @property {Line[]} lines
+ * @property {{x: number, y: number, tint: string}[]} [dots]
+ * @property {{x: number[], y: number[], tint: string}[]} [stems] lines from the bottom up
+ * @property {{x: [number, number], row: number, tint: string}[]} [bands] bars along rows, which
+ *   the ordinate names: `y.rows`
+ */
+
+export class SmallPlot {
+  /** The element to put on the page. */
+  node;
+  #legend = element("span", { class: "legend" });
+  #svg;
+  #axes = svg("g", { class: "axes" });
+  #ink = svg("g", {});
+  #cursors = svg("g", { class: "cursors" });
+  #clip;
+  #isEqual;
+  #picture = null;
+  #map = null;
+
+  /**
+   * @param {{isEqual?: boolean, onPoint?: (x: number) => void}} [how] isEqual: a unit is as long
+   * upwards as sideways; onPoint: hears where the pointer is along x
+   */
+  constructor(id, title, { isEqual = false, onPoint = null } = {}) {
+    this.#isEqual = isEqual;
+    this.#clip = svg("rect", {});
+    this.#svg = svg("svg", { class: "small-plot", role: "img", "aria-label": title },
+      svg("clipPath", { id: `clip-${id}` }, this.#clip),
+      this.#axes, svg("g", { "clip-path": `url(#clip-${id})` }, this.#ink, this.#cursors));
+    this.node = element("figure", { class: "small", id: `plot-${id}` },
+      element("figcaption", {}, element("span", {}, title), this.#legend), this.#svg);
+    new ResizeObserver(() => this.#redraw()).observe(this.#svg);
+    if (onPoint) {
+      this.#svg.classList.add("pointable");
+      const tell = (event) => this.#map && onPoint(this.#map.dataX(event.offsetX));
+      this.#svg.addEventListener("pointermove", tell);
+    }
+  }
+
+  /** The drawing and its caption, for a file. */
+  get figure() {
+    return { drawing: this.#svg, caption: this.node.querySelector("figcaption") };
+  }
+
+  /**
+   * Show a picture.
+   * @param {string} [description] for those who hear the page
+   */
+  draw(picture, description) {
+    this.#picture = picture;
+    if (description) this.#svg.setAttribute("aria-label", description);
+    const names = picture.lines.filter(({ name }) => name);
+    this.#legend.replaceChildren(...names.map(({ name, tint, dash }) =>
+      element("span", { class: `key ${tint}${dash ? " dash" : ""}` }, name)));
+    this.#redraw();
+  }
+
+  /**
+   * Move the cursor: a line across, and dots.
+   * @param {{x?: number, dots?: {x: number, y: number, tint: string}[]}} cursor
+   */
+  point({ x, dots = [] }) {
+    if (!this.#map) return;
+    const nodes = [...this.#cursors.children];
+    const wanted = (x === undefined ? 0 : 1) + dots.length;
+    while (nodes.length < wanted) nodes.push(this.#cursors.appendChild(svg("path", {})));
+    while (nodes.length > wanted) nodes.pop().remove();
+    if (x !== undefined) {
+      const place = this.#map.x(x).toFixed(1);
+      set(nodes.shift(), { d: `M${place} ${this.#map.top}V${this.#map.bottom}`, class: "across" });
+    }
+    dots.forEach((dot, i) => set(nodes[i], {
+      d: `M${this.#map.x(dot.x).toFixed(1)} ${this.#map.y(dot.y).toFixed(1)}h0`,
+      class: `dot ${dot.tint}`,
+    }));
+  }
+
+  #redraw() {
+    const width = this.#svg.clientWidth;
+    const height = this.#svg.clientHeight;
+    if (!this.#picture || width < 80) return;
+    this.#svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    this.#map = mapOf(this.#picture, width, height, this.#isEqual);
+    this.#drawAxes(width, height);
+    this.#drawInk();
+  }
+
+  #drawAxes(width, height) {
+    const { left, right, top, bottom, xRange, yRange, x, y } = this.#map;
+    const { x: xAxis, y: yAxis } = this.#picture;
+    set(this.#clip, { x: left, y: top, width: right - left, height: bottom - top });
+    const nodes = [];
+    const text = (content, attributes) => nodes.push(svg("text", attributes, content));
+    const grid = [];
+    for (const value of xAxis.ticks ?? ticks(xRange, Math.max((right - left) / 55, 3))) {
+      grid.push(`M${x(value).toFixed(1)} ${top}V${bottom}`);
+      text(formatted(value), { x: x(value), y: bottom + 13, "text-anchor": "middle" });
+    }
+    const decades = yAxis.isLog;
+    (yAxis.rows ?? []).forEach((name, row) =>
+      text(name, { x: left - 6, y: y(row) + 4, "text-anchor": "end" }));
+    for (const value of yAxis.rows ? [] : yTicks(yRange, top, bottom, decades)) {
+      grid.push(`M${left} ${y.linear(value).toFixed(1)}H${right}`);
+      const label = decades ? powerOfTen(value) : [formatted(value)];
+      nodes.push(svg("text", { x: left - 5, y: y.linear(value) + 4, "text-anchor": "end" }, ...label));
+    }
+    nodes.unshift(svg("path", { class: "grid", d: grid.join("") }));
+    nodes.push(svg("rect", { class: "box", x: left, y: top, width: right - left, height: bottom - top }));
+    text(xAxis.label, { class: "title", x: (left + right) / 2, y: height - 3, "text-anchor": "middle" });
+    if (yAxis.label) {
+      text(yAxis.label, {
+        class: "title", transform: `translate(10 ${(top + bottom) / 2}) rotate(-90)`,
+        "text-anchor": "middle",
+      });
+    }
+    this.#axes.replaceChildren(...nodes);
+  }
+
+  #drawInk() {
+    const { x, y, bottom } = this.#map;
+    const { lines, dots = [], stems = [], bands = [] } = this.#picture;
+    const at = (a, b) => `${x(a).toFixed(1)} ${y(b).toFixed(1)}`;
+    this.#ink.replaceChildren(
+      ...bands.map((band) => svg("path", {
+        class: `band ${band.tint}`,
+        d: `M${at(band.x[0], band.row - BAND)}H${x(band.x[1]).toFixed(1)}V${y(band.row + BAND).toFixed(1)}H${x(band.x[0]).toFixed(1)}Z`,
+      })),
+      ...lines.filter((line) => line.x.length > 0).map((line) => svg("path", {
+        class: `line ${line.tint}${line.dash ? " dash" : ""}`,
+        d: `M${line.x.map((value, i) => at(value, line.y[i])).join("L")}`,
+      })),
+      ...stems.map((stem) => svg("path", {
+        class: `stem ${stem.tint}`,
+        d: stem.x.map((value, i) => `M${at(value, stem.y[i])}V${bottom}`).join(""),
+      })),
+      ...dots.map((dot) => svg("path", { class: `dot ${dot.tint}`, d: `M${at(dot.x, dot.y)}h0` })),
+    );
+  }
+}
+
+function mapOf({ x, y, lines, dots = [], stems = [] }, width, height, isEqual) {
+  let left = MARGIN.left;
+  const right = width - MARGIN.right;
+  const top = MARGIN.top;
+  const bottom = height - MARGIN.bottom;
+  const all = [...lines, ...stems];
+  const scale = y.isLog ? (value) => Math.log10(Math.max(value, 1e-300)) : (value) => value;
+  let xRange = x.range ?? padded([...all.flatMap((line) => line.x), ...dots.map((dot) => dot.x)]);
+  let yRange = y.range ??
+    padded([...all.flatMap((line) => line.y), ...dots.map((dot) => dot.y)].map(scale), 0.08);
+  // Long numbers need room beside the title, and so do names.
+  const beside = y.rows ?? yTicks(yRange, top, bottom, y.isLog).map((value) => formatted(value));
+  const longest = Math.max(...beside.map((text) => text.length));
+  if (!y.isLog) left = Math.max(left, (y.rows ? 10 : TITLE) + DIGIT * longest);
+  if (isEqual) [xRange, yRange] = equal(xRange, yRange, right - left, bottom - top);
+  const linear = (value) => bottom - ((value - yRange[0]) / (yRange[1] - yRange[0])) * (bottom - top);
+  return {
+    left, right, top, bottom, xRange, yRange,
+    x: (value) => left + ((value - xRange[0]) / (xRange[1] - xRange[0])) * (right - left),
+    y: Object.assign((value) => linear(scale(value)), { linear }),
+    dataX: (pixel) => xRange[0] + ((pixel - left) / (right - left)) * (xRange[1] - xRange[0]),
+  };
+}
+
+function yTicks(range, top, bottom, isLog) {
+  const count = Math.max((bottom - top) / (isLog ? 22 : 30), 2);
+  return ticks(range, count).filter((value) => !isLog || Number.isInteger(value));
+}
+
+/** Widen one of two ranges until a unit of both is equally long. */
+function equal(x, y, width, height) {
+  const unit = Math.max((x[1] - x[0]) / width, (y[1] - y[0]) / height);
+  const around = ([low, high], size) => [(low + high - size) / 2, (low + high + size) / 2];
+  return [around(x, unit * width), around(y, unit * height)];
+}
+
+function powerOfTen(exponent) {
+  const raised = svg("tspan", { dy: "-4", "font-size": "80%" }, formatted(exponent));
+  return ["10", raised];
+}

@@ -1,0 +1,86 @@
+/** Drawings of the page as one SVG or PNG that needs no style sheet. */
+
+import { set, svg } from "./dom.js";
+
+const STYLES = [
+  "fill", "stroke", "stroke-width", "stroke-dasharray", "stroke-linecap", "stroke-linejoin",
+  "opacity", "font-family", "font-size", "font-style", "text-anchor", "vector-effect",
+];
+
+/** Size of the lines that say what the whole sheet shows, in pixels. */
+const LINE = 18;
+const LETTER = 8.8;
+
+/**
+ * Drawings at their places on the page with their captions, as one.
+ * @param {string} title what they show
+ */
+export function sheetOf(title, figures, colour) {
+  const parts = figures.flatMap(({ drawing, caption }) => [drawing, caption ?? drawing]);
+  const boxes = parts.map((part) => part.getBoundingClientRect());
+  const left = Math.min(...boxes.map((box) => box.left));
+  const width = Math.max(...boxes.map((box) => box.right)) - left;
+  const lines = wrapped(title, width / LETTER);
+  const top = Math.min(...boxes.map((box) => box.top)) - LINE * lines.length - 12;
+  const height = Math.max(...boxes.map((box) => box.bottom)) - top;
+  const font = getComputedStyle(document.body).fontFamily;
+  const sheet = svg("svg", { viewBox: `0 0 ${width} ${height}`, width, height, "font-family": font },
+    svg("rect", { width, height, fill: colour("panel") }),
+    ...lines.map((line, i) => svg("text", {
+      x: 10, y: LINE * (i + 1), "font-size": 14, "font-weight": 600, fill: colour("ink"),
+    }, line)),
+    ...figures.map(({ drawing }) => placed(drawing, drawing.getBoundingClientRect(), left, top)),
+    ...figures.flatMap(({ caption }) => (caption ? captioned(caption, left, top) : [])));
+  sheet.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+  return { text: new XMLSerializer().serializeToString(sheet), width, height };
+}
+
+/** A sheet as a picture of twice its size. */
+export async function pictureOf({ text, width, height }) {
+  const image = new Image();
+  const address = URL.createObjectURL(new Blob([text], { type: "image/svg+xml" }));
+  image.src = address;
+  await image.decode();
+  const canvas = Object.assign(document.createElement("canvas"), { width: 2 * width, height: 2 * height });
+  canvas.getContext("2d").drawImage(image, 0, 0, 2 * width, 2 * height);
+  URL.revokeObjectURL(address);
+  return new Promise((resolve) => canvas.toBlob(resolve, "image/png"));
+}
+
+/** A sentence in lines of so many letters. */
+function wrapped(sentence, most) {
+  return sentence.split(" ").reduce((lines, word) => {
+    const longer = [lines.at(-1), word].filter(Boolean).join(" ");
+    return longer.length <= most ? [...lines.slice(0, -1), longer] : [...lines, word];
+  }, [""]);
+}
+
+/** The words of a caption at their places, those of its legend behind their colours. */
+function captioned(caption, left, top) {
+  return [...caption.querySelectorAll("span")].filter((span) => span.childElementCount === 0)
+    .flatMap((span) => {
+      const box = span.getBoundingClientRect();
+      const { color, fontSize, fontWeight } = getComputedStyle(span);
+      const [x, middle] = [box.left - left, box.top - top + box.height / 2];
+      const isKey = span.classList.contains("key");
+      const tint = getComputedStyle(span, "::before").borderTopColor;
+      const line = svg("path", { d: `M${x} ${middle}h12`, stroke: tint, "stroke-width": 2 });
+      const text = svg("text", {
+        x: x + (isKey ? 16 : 0), y: middle + 4, "font-size": parseFloat(fontSize),
+        "font-weight": fontWeight, fill: color,
+      }, span.textContent);
+      return isKey ? [line, text] : [text];
+    });
+}
+
+function placed(drawing, box, left, top) {
+  const copy = drawing.cloneNode(true);
+  const originals = [drawing, ...drawing.querySelectorAll("*")];
+  [copy, ...copy.querySelectorAll("*")].forEach((node, i) => {
+    const style = getComputedStyle(originals[i]);
+    for (const name of STYLES) node.style.setProperty(name, style.getPropertyValue(name));
+    node.removeAttribute("class");
+  });
+  set(copy, { x: box.left - left, y: box.top - top, width: box.width, height: box.height });
+  return copy;
+}

@@ -1,0 +1,47 @@
+/** Light and dark: the system's choice until the reader makes one. */
+
+import { Signal } from "./store.js";
+
+const KEY = "slipfold-theme";
+const CHOICES = ["auto", "light", "dark"];
+const preference = window.matchMedia("(prefers-color-scheme: dark)");
+
+/** Announces when colours have changed. */
+export const themeChanged = new Signal();
+
+preference.addEventListener("change", () => apply(choice()));
+
+/** The reader's choice: `"auto"`, `"light"` or `"dark"`. */
+export function choice() {
+  const kept = localStorage.getItem(KEY);
+  return CHOICES.includes(kept) ? kept : "auto";
+}
+
+/** Take a choice, or the kept one, and recolour. */
+export function apply(chosen = choice()) {
+  localStorage.setItem(KEY, chosen);
+  const dark = chosen === "dark" || (chosen === "auto" && preference.matches);
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  themeChanged.announce();
+}
+
+/** The choice after the present one. */
+export function nextChoice() {
+  return CHOICES[(CHOICES.indexOf(choice()) + 1) % CHOICES.length];
+}
+
+/**
+ * Colours of the style sheet by name.
+ * @returns {(name: string) => string} e.g. `colours()("ink")`
+ */
+export function colours() {
+  const style = getComputedStyle(document.documentElement);
+  return (name) => style.getPropertyValue(`--${name}`).trim();
+}
+
+/** Colours of figures that go into files. */
+export const LIGHT = {
+  ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
+  simulation: "#00695c", readings: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",
+  "pin-4": "#6400a7", "pin-5": "#4d7a86", "pin-6": "#8a6d1b",
+};

@@ -1,0 +1,232 @@
+/** The bar at the top: models, files to save, the tour. */
+
+import { Choice, element, icon } from "./dom.js";
+import { apply, choice, nextChoice } from "./theme.js";
+import { initialView } from "./view.js";
+
+/** Save something as a file. */
+export function download(blob, name) {
+  const address = URL.createObjectURL(blob);
+  const link = document.createElement("a");
+  link.href = address;
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address), 10_000);
+}
+
+/**
+ * Put text on the clipboard.
+ * @returns {Promise<boolean>} whether it is there
+ */
+export async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/**
+ * Ask the server for a view in another form.
+ * @param {object} view the request that made it
+ * @param {string|null} [readings] name of the file whose readings are drawn on it
+ * @throws {Error} with the server's sentence
+ */
+async function exported(view, format, readings = null) {
+  return posted("/api/export", JSON.stringify({ view: { id: 0, ...view }, format, readings }));
+}
+
+/**
+ * Send JSON to the server.
+ * @throws {Error} with the server's sentence
+ */
+export async function posted(address, body) {
+  const response = await fetch(address, { method: "POST", headers: { "Content-Type": "application/json" }, body });
+  if (!response.ok) throw new Error(await sentenceOf(response));
+  return response;
+}
+
+async function sentenceOf(response) {
+  const text = await response.text();
+  try {
+    const { error, detail } = JSON.parse(text);
+    return [error, detail].find((part) => typeof part === "string") ?? text;
+  } catch {
+    return text;
+  }
+}
+
+const SHARE = "M8 10V2.5M5 5l3-3 3 3M3 9v4.5h10V9";
+const TYPES = { csv: "CSV", nc: "netCDF" };
+
+/**
+ * @typedef {object} Source
+ * @property {() => object|null} [request] what made the view; null if there is nothing yet
+ * @property {() => string} [table] the rows of a spreadsheet, of what the server cannot make again
+ * @property {(format: "png"|"svg") => Promise<Blob>} picture
+ * @property {() => string|null} [readings] name of the file whose readings are drawn
+ */
+
+export class ExportMenu {
+  /** The element to put on the page. */
+  node;
+  #source;
+  #name;
+  #say;
+  #dialog;
+
+  /** @param {string} name of the files, e.g. `"diagram"` */
+  constructor(name, source, { dialog, say }) {
+    this.#source = source;
+    this.#name = name;
+    this.#dialog = dialog;
+    this.#say = say;
+    const item = (text, act) => element("button", {
+      type: "button", role: "menuitem", on: { click: () => this.#act(act) },
+    }, text);
+    const menu = element("div", { class: "menu", role: "menu", "aria-label": `Export the ${name}` },
+      ...(source.table ? [] : [
+        item("Copy as Python", () => this.#text("python", "Python")),
+        item("Copy as TOML", () => this.#text("toml", "TOML")),
+      ]),
+      item("PNG", () => this.#picture("png")), item("SVG", () => this.#picture("svg")),
+      ...(source.table ? [item("CSV", () => this.#table())]
+        : [item("CSV", () => this.#file("csv")), item("netCDF", () => this.#file("nc"))]));
+    this.node = element("details", { class: "export" },
+      element("summary", { "aria-label": `Export the ${name}`, title: "Copy or save" }, icon(SHARE)), menu);
+    this.node.addEventListener("focusout", (event) => {
+      if (!this.node.contains(event.relatedTarget)) this.node.open = false;
+    });
+    this.node.addEventListener("keydown", (event) => this.#key(event, [...menu.children]));
+  }
+
+  async #act(act) {
+    this.node.open = false;
+    // What has the focus now gets it back from a dialog, and the items of a closed menu cannot.
+    this.node.querySelector("summary").focus();
+    if (!this.#source.table && !this.#source.request()) {
+      this.#say(`There is no ${this.#name} yet.`);
+      return;
+    }
+    try {
+      await act();
+    } catch (error) {
+      this.#say(error.message);
+    }
+  }
+
+  async #text(format, language) {
+    const readings = this.#source.readings?.() ?? null;
+    const text = await (await exported(this.#source.request(), format, readings)).text();
+    const isCopied = await copy(text);
+    this.#dialog.show(`The ${this.#name} in ${language}`, text, isCopied);
+  }
+
+  async #picture(format) {
+    download(await this.#source.picture(format), `slipfold-${this.#name}.${format}`);
+    this.#say(`Saved as ${format.toUpperCase()}.`);
+  }
+
+  #table() {
+    download(new Blob([this.#source.table()], { type: "text/csv" }), `slipfold-${this.#name}.csv`);
+    this.#say("Saved as CSV.");
+  }
+
+  async #file(format) {
+    this.#say(`Computing the ${TYPES[format]} file…`);
+    const blob = await (await exported(this.#source.request(), format)).blob();
+    download(blob, `slipfold-${this.#name}.${format}`);
+    this.#say(`Saved as ${TYPES[format]}.`);
+  }
+
+  #key(event, items) {
+    const here = items.indexOf(document.activeElement);
+    const next = { ArrowDown: here + 1, ArrowUp: here - 1, Home: 0, End: items.length - 1 }[event.key];
+    if (event.key === "Escape" && this.node.open) {
+      this.node.open = false;
+      this.node.querySelector("summary").focus();
+      event.stopPropagation();
+    } else if (next !== undefined && this.node.open) {
+      items.at(next % items.length).focus();
+      event.preventDefault();
+    }
+  }
+}
+
+const UNDO = "M6.5 3.5L3 7l3.5 3.5M3.5 7H10a3 3 0 0 1 0 6H8";
+const REDO = "M9.5 3.5L13 7l-3.5 3.5M12.5 7H6a3 3 0 0 0 0 6h2";
+const LINK = "M6.5 9.5l3-3M7 5l1.5-1.5a2.5 2.5 0 0 1 4 3.5L11 8.5M9 11l-1.5 1.5a2.5 2.5 0 0 1-4-3.5L5 7.5";
+const THEMES = { auto: "Theme: as the system", light: "Theme: light", dark: "Theme: dark" };
+const SUNS = {
+  auto: "M8 2.5a5.5 5.5 0 1 0 0 11zM8 2.5a5.5 5.5 0 0 1 0 11",
+  light: "M8 5a3 3 0 1 1 0 6a3 3 0 1 1 0-6M8 1v2M8 13v2M1 8h2M13 8h2M3 3l1.4 1.4M11.6 11.6L13 13M13 3l-1.4 1.4M4.4 11.6L3 13",
+  dark: "M12.8 10A5.5 5.5 0 1 1 6 3.2A4.5 4.5 0 0 0 12.8 10z",
+};
+
+export class Toolbar {
+  /** The element to put on the page. */
+  node;
+  #session;
+  #model;
+  #undo;
+  #redo;
+  #theme;
+
+  constructor(session, { status, say, tour }) {
+    this.#session = session;
+    const { store } = session;
+    this.#model = new Choice("Model", (name) => this.#pick(name));
+    this.#undo = tool("Undo (Ctrl+Z)", UNDO, () => store.undo());
+    this.#redo = tool("Redo (Ctrl+Shift+Z)", REDO, () => store.redo());
+    const link = tool("Copy the link to this view", LINK, async () =>
+      say((await copy(location.href)) ? "Link copied." : "The link is this page's address."));
+    this.#theme = tool("", "", () => {
+      apply(nextChoice());
+      this.#showTheme();
+    });
+    const tourButton = element("button", {
+      type: "button", class: "quiet", on: { click: () => tour.start() },
+    }, "Tour");
+    this.node = element("header", { class: "masthead" },
+      element("h1", {}, "slipfold ", element("span", {}, "explore")), this.#model.node,
+      element("span", { class: "tools" }, this.#undo, this.#redo, link),
+      element("span", { class: "tools end" }, status, tourButton, this.#theme));
+    store.changed.subscribe(() => this.#show());
+    document.addEventListener("keydown", (event) => this.#key(event));
+    this.#showTheme();
+    this.#show();
+  }
+
+  #show() {
+    const { models, view, store } = this.#session;
+    this.#model.show(models.map(({ name, title }) => ({ value: name, text: title ? `${name}: ${title}` : name })), view.model);
+    this.#undo.disabled = !store.canUndo;
+    this.#redo.disabled = !store.canRedo;
+  }
+
+  #pick(name) {
+    const model = this.#session.models.find((item) => item.name === name);
+    this.#session.store.commit(initialView(model));
+  }
+
+  #showTheme() {
+    this.#theme.setAttribute("aria-label", THEMES[choice()]);
+    this.#theme.title = THEMES[choice()];
+    this.#theme.replaceChildren(icon(SUNS[choice()]));
+  }
+
+  #key(event) {
+    const isTyping = event.target.matches("input[type=text], textarea");
+    if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || isTyping) return;
+    event.preventDefault();
+    if (event.shiftKey) this.#session.store.redo();
+    else this.#session.store.undo();
+  }
+}
+
+function tool(name, path, click) {
+  return element("button", {
+    type: "button", class: "tool", "aria-label": name, title: name, on: { click },
+  }, icon(path));
+}
