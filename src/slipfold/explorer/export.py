@@ -10,8 +10,8 @@ from typing import Any
 
 from slipfold.computations.long_term import simulate
 from slipfold.errors import InputError
-from slipfold.explorer.answering import Computing
 from slipfold.explorer.catalogue import Catalogue
+from slipfold.explorer.computing import Computing
 from slipfold.explorer.messages import (
     DiagramRequest,
     DrawnRequest,
