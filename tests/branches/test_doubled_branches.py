@@ -1,19 +1,15 @@
 """Branches of doubled period: how they hang together, close and double again."""
 
-import dataclasses
 from functools import cache
 
 import numpy as np
 import pytest
 
-import slipfold
 from helpers.by_hand.dense import carry, scales
 from helpers.reference import CASES, traced
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
-from slipfold.flow.simulate import simulate
-from slipfold.models import SlidingOscillator, built_in_models
-from slipfold.orbits.find import periodic_orbit
+from slipfold.models import SlidingOscillator
 
 CASCADES = [
     ({"f": 11.9035, "mu": 0.5095, "alpha": 2.4239, "Vd": 1.0922}, "Nd", (0.0, 0.98)),
@@ -134,30 +130,3 @@ def test_largest_period_is_kept(largest):
     branches = cascade(0, settings=Settings(largest_period=largest))
     assert max(branch.period for branch in branches) == largest
     check_links(branches, largest)
-
-
-def test_soft_doublings_are_known_as_such_however_long_the_orbit_is():
-    # A cascade to chaos: every doubling of it is supercritical. At period 32 the whole orbit takes
-    # more steps than one segment may.
-    model = built_in_models()["duffing"](W=1.2, d=0.3, k=-1.0, g=1.0, F=0.26)
-    well = periodic_orbit(model, state=simulate(model, 400, [1.0, 0.0]).strobe[-1])
-    settings = Settings(largest_period=32)
-    branches = slipfold.response(well, "F", (0.26, 0.31), settings=settings).branches
-    doublings = [item for branch in branches for item in branch.special if item.type == "PD"]
-    assert {item.period for item in doublings} == {1, 2, 4, 8, 16, 32}
-    assert {item.criticality for item in doublings} == {"supercritical"}
-    assert all(np.isfinite(item.coefficient) for item in doublings)
-
-
-def test_a_criticality_that_is_not_known_says_why():
-    point = cascade(0)[0].special[0]
-    assert point.undecided is None
-    for changes, words in (
-        ({"coefficient": None}, "criticality unknown: derivatives"),
-        ({"coefficient": np.nan}, "criticality unknown: derivatives"),
-        ({"coefficient": 1e-15}, "neither soft nor hard"),
-        ({"coefficient": None, "type": "BP"}, "no other branch was found"),
-    ):
-        unknown = dataclasses.replace(point, criticality=None, **changes)
-        assert words in unknown.undecided
-        assert unknown.undecided in repr(unknown)

@@ -1,6 +1,5 @@
 """Branches that begin at a given orbit, and cycles found from motions."""
 
-import numpy as np
 import pytest
 
 import slipfold as sf
@@ -79,29 +78,3 @@ def test_what_does_not_fit_an_orbit_is_refused():
 def test_cycles_that_cannot_be_found_are_refused_in_a_sentence(name, values, arguments, words):
     with pytest.raises(sf.InputError, match=words):
         sf.periodic_orbit(model_named(name).replace(**values), **arguments)
-
-
-def test_a_cycle_does_not_depend_on_where_it_is_begun():
-    cycle = sf.periodic_orbit(model_named("roessler").replace(c=2.5))
-    other = sf.periodic_orbit(cycle.model, state=cycle.nodes[5], duration=1.02 * cycle.duration)
-    assert other.duration == pytest.approx(cycle.duration, rel=1e-12)
-    assert np.abs(other.multipliers) == pytest.approx(np.abs(cycle.multipliers), abs=1e-9)
-
-
-@pytest.mark.parametrize("last", [4.5, 5.0, 5.7, 6.0])
-def test_doublings_do_not_depend_on_how_far_the_span_goes(last):
-    # The nodes of a Roessler cycle pass its spike, where the branch turns sharply in a step.
-    cycle = sf.periodic_orbit(model_named("roessler").replace(c=2.5))
-    settings = sf.Settings(largest_period=4)
-    diagram = sf.response(cycle, vary="c", span=(2.5, last), settings=settings)
-    found = [item.point.value for item in diagram.special]
-    assert found == pytest.approx([2.832445027863, 3.837358168410, 4.124214732075], abs=1e-10)
-
-
-@pytest.mark.parametrize("rounds", [2, 3, 7, 25, 48])
-def test_a_cycle_gone_round_several_times_is_the_cycle(rounds):
-    model = sf.built_in_models()["vanderpol-free"]()
-    once = sf.periodic_orbit(model)
-    found = sf.periodic_orbit(model, state=once.state, duration=rounds * once.duration)
-    assert found.duration == pytest.approx(once.duration, rel=1e-11)
-    assert found.multipliers == pytest.approx(once.multipliers, abs=1e-9)

@@ -92,22 +92,6 @@ def test_lorenz_cycles_end_where_they_are_homoclinic():
     assert len(cycles) < 80
 
 
-def test_a_duration_past_its_bound_ends_the_branch():
-    settings = sf.Settings(largest_period=1, largest_duration=2.0)
-    model = bogdanov_takens(-1)
-    cycles = sf.response(model, vary="p", span=(0.0005, -0.003), settings=settings).branches[1]
-    assert cycles.stopped.kind == "duration"
-    assert "grew past 2 times" in cycles.stopped.reason
-    assert not cycles.stopped.early
-    assert cycles.durations[-2] < 2 * cycles.durations[0] < cycles.durations[-1]
-
-
-@pytest.mark.parametrize("value", [1.0, 0.0, -3.0, float("nan")])
-def test_bounds_that_leave_no_branch_are_refused(value):
-    with pytest.raises(sf.InputError, match="largest_duration"):
-        sf.Settings(largest_duration=value)
-
-
 def test_cycles_that_cannot_be_followed_any_nearer_say_where_they_lead():
     # Lorenz: homoclinic orbit at rho = 13.926557 (Sparrow 1982).
     settings = sf.Settings(largest_period=1)

@@ -11,8 +11,6 @@ from slipfold.branches.settings import Settings
 from slipfold.continuation.settings import Newton, Steps
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator
-from slipfold.orbits.kinds import orbits_of
-from slipfold.orbits.limits import limit_margins
 
 SINGLE = Settings(largest_period=1)
 STEPS = [0.01, 0.05, 0.5]
@@ -40,21 +38,6 @@ def test_spring_collapse(largest):
     assert np.all(lowest(branch, "l")[:-1] > 1e-4)
 
 
-def test_margins_are_as_close_as_they_have_to_be():
-    branch = single(SlidingOscillator(f=12.5), "Nd", (0.3, 0.98))
-    exact = lowest(branch, "l")
-    (place,) = [i for i, item in enumerate(branch.model.limits) if item.output == "l"]
-    bound = branch.model.limits[place].bound
-    for index, length in enumerate(exact):
-        orbit = branch.orbit(index)
-        orbits = orbits_of(orbit.model, {"Nd": 1.0}, 1, len(orbit.nodes))
-        margin = limit_margins(orbits, orbits.unknown(orbit.nodes, orbit.model))[place]
-        if length < 2 * bound:
-            assert margin + bound == pytest.approx(length, rel=1e-9)
-        else:
-            assert margin >= bound
-
-
 @pytest.mark.parametrize("largest", STEPS)
 @pytest.mark.parametrize(
     ("values", "expected"),
@@ -78,13 +61,6 @@ def test_lost_contact(vary, span, largest):
     assert "lost contact" in branch.stopped.reason
     assert branch.stopped.value == pytest.approx(0.5 if vary == "Ns" else 1.0, abs=3e-9)
     assert lowest(branch, "N")[-1] >= 0
-
-
-def test_limits_end_doubled_branches_too():
-    branches = trace_response(SlidingOscillator(f=12.5), "Nd", (0, 1.5))
-    assert [branch.period for branch in branches] == [1, 2]
-    assert "lost contact" in branches[1].stopped.reason
-    assert branches[1].stopped.value == pytest.approx(1.0, abs=3e-9)
 
 
 # -- events ----------------------------------------------------------------------------------
@@ -150,14 +126,6 @@ def test_a_stopping_event_ends_the_branch_there():
     assert branch.extrema.of("y")[1][-1] == pytest.approx(0.3, abs=1e-9)
 
 
-def test_a_stopping_parameter_event():
-    event = Event("Nd", 0.07, "parameter", stop=True)
-    branch = single(SlidingOscillator(f=12.5), "Nd", (0, 0.3), events=(event,))
-    assert branch.stopped.kind == "event"
-    assert branch.stopped.value == pytest.approx(0.07, abs=1e-12)
-    assert [item.type for item in branch.special] == ["PD", "EVENT"]
-
-
 # -- interruption ----------------------------------------------------------------------------
 
 
@@ -176,17 +144,6 @@ def test_interruption_keeps_the_running_branch():
     assert len(branches) == 1
     assert branches[0].stopped.kind == "interrupted"
     assert len(branches[0]) >= 6
-
-
-def test_interruption_keeps_finished_branches():
-    whole = trace_response(SlidingOscillator(f=12.5), "Nd", (0, 0.98))
-    branches = trace_response(
-        SlidingOscillator(f=12.5), "Nd", (0, 0.98), observer=interrupting(2, 10)
-    )
-    assert [branch.stopped.kind for branch in branches] == ["limit", "interrupted"]
-    assert branches[0].parameter == pytest.approx(whole[0].parameter, abs=0)
-    assert branches[1].parameter == pytest.approx(whole[1].parameter[: len(branches[1])], abs=0)
-    assert branches[0].special[0].leads_to == 2
 
 
 def test_observer_sees_every_point_and_find():
@@ -247,10 +204,3 @@ def test_bad_settings():
 def test_no_orbit_at_the_start():
     with pytest.raises(InputError, match=r"no response of period 1 was found at f = 11"):
         trace_response(SlidingOscillator(Nd=0.5, Vd=0.01), "f", (11, 14))
-
-
-def test_too_few_points_stop_a_branch_with_a_way_out():
-    settings = Settings(steps=Steps(points=5), largest_period=1)
-    (branch,) = trace_response(SlidingOscillator(f=12.5), "Nd", (0, 0.98), settings=settings)
-    assert branch.stopped.kind == "points"
-    assert "allow more points" in branch.stopped.reason

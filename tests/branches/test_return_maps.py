@@ -77,23 +77,6 @@ def test_torus_of_cycles_is_exact(n):
     assert torus.criticality == ("supercritical" if n > 0 else "subcritical")
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-def test_pitchfork_of_cycles_is_exact(sign):
-    diagram = beside(-0.3, 0.3, z=f"r*z - {sign}*z^3")
-    (point,) = special(diagram, "BP", 1)
-    assert point.name == "pitchfork"
-    assert point.coefficient == pytest.approx(-sign * 2 * np.pi, rel=1e-7)
-    assert point.criticality == ("supercritical" if sign > 0 else "subcritical")
-
-
-def test_transcritical_point_of_cycles_is_exact():
-    diagram = beside(-0.3, 0.3, z="r*z - z^2")
-    (point,) = special(diagram, "BP", 1)
-    assert point.name == "transcritical branch point"
-    assert abs(point.coefficient) == pytest.approx(2 * np.pi, rel=1e-7)
-    assert point.criticality is None
-
-
 def test_a_forced_doubling_is_that_of_the_cycle_with_its_forcing():
     # The force comes from an oscillator of its own: the same map, beside a fast decay.
     rate = "-0.02*v - (1 + h*{wave})*q - q^3"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from helpers.textbook_models import Decoupled, Duffing, Mathieu, Pitchfork, Torus, VanDerPol
+from helpers.textbook_models import Duffing, Mathieu, Pitchfork, Torus, VanDerPol
 from helpers.toy_models import LinearOscillator
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
@@ -123,17 +123,6 @@ def test_pitchfork_is_a_branch_point(span, largest):
     assert item.value == pytest.approx(-0.005, abs=1e-4)
     assert item.value == pytest.approx(pitchfork_by_short_steps(), abs=1e-10)
     assert np.all(np.abs(branch.states) < 1e-12)
-
-
-@pytest.mark.parametrize("span", [(0.5, 1.5), (1.5, 0.5)])
-@pytest.mark.parametrize("largest", STEPS)
-def test_neutral_saddle_is_no_torus(span, largest):
-    (branch,) = traced(Decoupled(), "r", span, largest)
-    products = np.prod(np.abs(branch.multipliers), axis=1) - 1
-    assert products.min() < 0 < products.max()
-    assert types(branch) == []
-    exact = np.exp(np.column_stack([branch.parameter, -np.ones(len(branch))]))
-    assert np.abs(branch.multipliers) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("vary", ["f", "a", "zeta", "f0"])

@@ -1,10 +1,8 @@
 """Without damping all multipliers come in pairs whose product is one: most lie on the circle."""
 
-import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.lines import branch_segments
 
 
 def duffing(k3: float, force: float = 0.1) -> sf.System:
@@ -38,23 +36,3 @@ def test_a_branch_ends_where_rounding_decides_where_its_orbits_are():
         assert [end.kind for end in branch.ends] == ["unresolved"] * 2
         assert "damping" in branch.stopped.reason
         assert 0.8 < branch.parameter.max() < 1.1
-
-
-@pytest.mark.parametrize(("k3", "force"), [(0.3, 0.3), (3, 0.05)])
-def test_no_branch_winds_where_rounding_decides(k3, force):
-    branches = sf.response(duffing(k3, force), "W", (0.5, 1.5)).branches
-    assert all(len(branch) < 100 for branch in branches)
-
-
-def test_all_that_shows_a_result_agrees_on_what_is_neutral():
-    # Which of the multipliers on the circle rounding puts outside differs from point to point.
-    diagram = sf.response(duffing(0.3), "W", (1.6, 1.3))
-    (branch,) = diagram.branches
-    assert np.abs(np.abs(branch.multipliers) - 1).max() < 1e-9
-    assert not branch.unstable.any()
-    assert diagram.to_xarray().unstable.max() == 0
-    assert {line.kind for line in branch_segments(branch, "q")} == {"stable"}
-    assert all(branch.orbit(index).stable for index in range(len(branch)))
-    for shown in (diagram.summary(), diagram._repr_html_(), repr(branch.orbit(0))):
-        assert "neutral" in shown
-    assert "neutral" in repr(branch.orbit(0).check().collocated)

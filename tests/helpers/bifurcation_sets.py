@@ -4,7 +4,7 @@ What a response finds in one parameter and what a locus says in two meet on a li
 Between its points a locus is interpolated by a spline here, not by what the package uses.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,8 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from slipfold.branches.describe import describe_bifurcation
-from slipfold.branches.one_branch import trace_branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import correct
@@ -24,7 +22,6 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import coefficient_at
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
-from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits
 
 PLANES = {
@@ -222,86 +219,6 @@ def passes(branch, orbit, value):
 
 
 @dataclass(frozen=True)
-class Piece:
-    """Orbits connected with one that a response across the line has; what `passes` asks for."""
-
-    model: object
-    vary: str
-    period: int
-    parameter: np.ndarray
-    nodes: np.ndarray
-    arclength: np.ndarray
-    special: tuple
-
-    def __len__(self):
-        return len(self.parameter)
-
-
-def orbits_at(branch, value):
-    """Nodes of all orbits of a branch at a value of its parameter."""
-    problem, spline = _branch_curve(branch)
-    gaps = branch.parameter - value
-    for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):
-        a, b = branch.arclength[i : i + 2]
-        guess = spline(a + gaps[i] / (gaps[i] - gaps[i + 1]) * (b - a))
-        guess[-1] = value / problem.width
-        found = correct(problem, guess, hold_parameter(problem.size), iterations=20)
-        if found.converged:
-            yield problem.nodes(found.z)
-
-
-def piece_through(model, vary, span, period, nodes):
-    """Follow one orbit in both directions of a parameter, as far as it goes."""
-    low, high = span
-    problem = ForcedOrbits(model, {vary: high - low}, period, len(nodes))
-    z = problem.pack(nodes, model.values[vary])
-    both = []
-    for sign in (1, -1):
-        row = sign * hold_parameter(problem.size)
-        start = problem.point(correct(problem, z, row), 0.0)
-        # The first short step of what may close on its parent is not searched.
-        settings = Settings(largest_period=2)
-        both.append(trace_branch(problem, start, span, settings, departs=period % 2 == 0))
-    ahead, behind = both
-    points = [replace(item, arclength=-item.arclength) for item in behind.points[:0:-1]]
-    points += ahead.points
-    return Piece(
-        model, vary, period,
-        np.array([problem.value(item.z) for item in points]),
-        np.array([problem.nodes(item.z) for item in points]),
-        np.array([item.arclength for item in points]),
-        tuple(describe_bifurcation(problem, item) for item in ahead.found + behind.found),
-    )  # fmt: skip
-
-
-def pieces_of_line(plane, axis, place, branches):
-    """Follow along a line what its response does not reach but a response across it does.
-
-    Parameters
-    ----------
-    axis
-        Which parameter of the plane is fixed on the line.
-    place
-        Where the line is crossed.
-    branches
-        The response along the line.
-    """
-    fixed, vary = plane[axis], plane[1 - axis]
-    here = {name: float(value) for name, value in zip(plane, place, strict=True)}
-    window = PLANES[plane]
-    pieces = []
-    for branch in response(fixed, window[axis], ((vary, here[vary]),)):
-        for nodes in orbits_at(branch, here[fixed]):
-            orbit = Orbit(branch.period, nodes)
-            known = [*branches, *pieces]
-            if any(passes(other, orbit, here[vary]) for other in known):
-                continue
-            model = SlidingOscillator(**here)
-            pieces.append(piece_through(model, vary, window[1 - axis], branch.period, nodes))
-    return pieces
-
-
-@dataclass(frozen=True)
 class Comparison:
     """A line's special points held against the crossings of loci with it.
 
@@ -354,15 +271,11 @@ def compare(plane, loci, axis, value, branches):
 
 
 def compared_at(plane, loci, axis, place):
-    """Compare on the line through a place; None if there is no response.
-
-    Besides the response itself, what a response across the line meets at the place is followed.
-    """
+    """Compare on the line through a place; None if there is no response."""
     fixed, vary = plane[axis], plane[1 - axis]
     value = float(place[axis])
     try:
         branches = response(vary, PLANES[plane][1 - axis], ((fixed, value),))
     except InputError:
         return None
-    pieces = pieces_of_line(plane, axis, place, branches) if vary != "Nd" else []
-    return compare(plane, loci, axis, value, [*branches, *pieces])
+    return compare(plane, loci, axis, value, branches)

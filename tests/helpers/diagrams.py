@@ -1,7 +1,5 @@
 """A diagram put together by hand from reference orbits, and a comparison of diagrams."""
 
-import dataclasses
-
 import numpy as np
 
 from slipfold.branches.branch import Branch
@@ -127,21 +125,3 @@ def made_diagram(**changes):
     }
     given.update(changes)
     return Diagram(**given)
-
-
-def assert_same_fields(one, other):
-    assert type(one) is type(other)
-    for field in dataclasses.fields(one):
-        a, b = getattr(one, field.name), getattr(other, field.name)
-        if isinstance(a, np.ndarray):
-            assert a.dtype == b.dtype, field.name
-            np.testing.assert_array_equal(a, b, strict=True, err_msg=field.name)
-        elif field.name == "special":
-            assert len(a) == len(b)
-            for point, copy in zip(a, b, strict=True):
-                assert_same_fields(point, copy)
-        elif isinstance(a, End):
-            assert (a.kind, a.reason) == (b.kind, b.reason)
-            np.testing.assert_array_equal(a.values, b.values, strict=True)
-        else:
-            assert a == b or (a != a and b != b), field.name

@@ -1,6 +1,5 @@
 """The same loci, special points and ends, whatever the step, the tolerance and the start."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -86,39 +85,6 @@ def test_at_any_step_and_tolerance(kind, period, largest, tolerance):
     check_same(found, expected(kind, period))
 
 
-def test_the_order_of_the_parameters_does_not_matter():
-    plane, window = PLANE[::-1], WINDOW[::-1]
-    for kind, period in (("PD", 1), ("NS", 2)):
-        point = next(iter(starting_points(kind, period)))
-        (found,) = follow_loci([point], plane, window, switch=False)
-        swapped = replace(
-            found,
-            special=tuple(replace(p, values=p.values[::-1]) for p in found.special),
-            begun=replace(found.begun, values=found.begun.values[::-1]),
-            stopped=replace(found.stopped, values=found.stopped.values[::-1]),
-        )
-        check_same(swapped, expected(kind, period))
-
-
-def test_every_point_is_on_the_locus_it_belongs_to():
-    for locus in whole_set(PLANE).loci:
-        born = [end.kind == "codimension-2" for end in (locus.begun, locus.stopped)]
-        assert np.all(np.diff(locus.arclength) > 0)
-        assert locus.residual.max() <= 1e-10
-        for place, values in enumerate(locus.multipliers):
-            if (place == 0 and born[0]) or (place == len(locus) - 1 and born[1]):
-                continue
-            size = max(1.0, np.abs(values).max())
-            target = {"LP": 1.0, "PD": -1.0}.get(locus.type)
-            if target is None:
-                gap = np.abs(np.abs(values[values.imag > 0]) - 1).min()
-            else:
-                gap = np.abs(values - target).min()
-            assert gap < 1e-7 * size
-        low, high = np.transpose(WINDOW)
-        assert np.all((locus.values > low - 1e-12) & (locus.values < high + 1e-12))
-
-
 # -- closed loci -------------------------------------------------------------------------------
 
 # At Nd = 0.1 N the response doubles for directions across, near the internal resonance.
@@ -159,13 +125,3 @@ def test_a_closed_locus_closes():
 RARE_RINGS = [(12.4, 0.1), (12.4, 0.25), (12.6, 0.1), (12.6, 1.0)]
 RINGS = [(12.6, 0.25), (12.4, 1.0)]
 RINGS += [pytest.param(*item, marks=pytest.mark.long) for item in RARE_RINGS]
-
-
-@pytest.mark.parametrize(("value", "largest"), RINGS)
-def test_a_closed_locus_is_the_same_from_anywhere(value, largest):
-    found = ring(value, largest)
-    other = ring(12.5)
-    assert found.closed
-    assert [name for name, _ in named(found)] == [name for name, _ in named(other)]
-    for (_, values), (_, others) in zip(named(found), named(other), strict=True):
-        assert values == pytest.approx(others, abs=1e-7)

@@ -9,8 +9,6 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
 
 import slipfold as sf
 from slipfold.loci import fan
@@ -144,16 +142,6 @@ def test_folds_of_the_reaction_end_at_its_bautin_point():
     ]
 
 
-@pytest.mark.long
-def test_folds_of_the_oxidation_join_its_two_bautin_points():
-    hopf, _, folds = sf.locus(
-        points_of(OXIDATION, "q2", (0.6, 1.9), "HB"), ("q2", "k"), ((0.6, 1.9), (0.1, 2.2))
-    ).loci
-    assert folds.kind == "periodic"
-    ends = sorted(end.values for end in (folds.begun, folds.stopped))
-    assert ends == [pytest.approx(values, abs=1e-9) for values in sorted(named([hopf], "GH"))]
-
-
 def test_equilibria_of_the_oxidation():
     found = sf.locus(
         points_of(OXIDATION, "q2", (0.6, 1.9), "HB")[:1],
@@ -167,38 +155,6 @@ def test_equilibria_of_the_oxidation():
     doubles = sorted(named(found.loci, "BT"))
     assert doubles[0] == pytest.approx((1.161199, 0.7223392), abs=1e-6)
     assert doubles[1] == pytest.approx((1.417628, 0.971397), abs=1e-6)
-
-
-def test_double_zero_of_bazykins_predators():
-    # Kuznetsov, Elements of Applied Bifurcation Theory, section 8.4.4, with gamma = 1: where both
-    # rates, trace and determinant of the Jacobian vanish, by SciPy.
-    model = sf.System(
-        name="bazykin",
-        parameters={"alpha": 0.2, "delta": 0.5, "epsilon": 0.01},
-        states={
-            "x": {"rate": "x - x*y/(1 + alpha*x) - epsilon*x^2", "start": 1.5},
-            "y": {"rate": "-y + x*y/(1 + alpha*x) - delta*y^2", "start": 1.2},
-        },
-    )
-
-    def conditions(q):
-        x, y, alpha, delta = q
-        eaten, slope = x / (1 + alpha * x), 1 / (1 + alpha * x) ** 2
-        jacobian = [[1 - y * slope - 0.02 * x, -eaten], [y * slope, -1 + eaten - 2 * delta * y]]
-        field = [1 - eaten * y / x - 0.01 * x, -1 + eaten - delta * y]
-        return [*field, np.trace(jacobian), np.linalg.det(jacobian)]
-
-    expected = fsolve(conditions, [4.0, 2.5, 0.45, 0.175], xtol=1e-13)
-    assert conditions(expected) == pytest.approx([0] * 4, abs=1e-10)
-    hopf = points_of(model, "delta", (0.5, 0.05), "HB")
-    loci = sf.locus(hopf, ("alpha", "delta"), ((0.1, 0.6), (0.05, 0.4))).loci
-    assert [(locus.type, locus.kind) for locus in loci] == [
-        ("HB", "equilibrium"),
-        ("LP", "equilibrium"),
-    ]
-    assert named(loci, "BT") == [pytest.approx(tuple(expected[2:]), abs=1e-9)] * 2
-    # It is not defined at BT itself.
-    assert loci[0].supercritical[np.isfinite(loci[0].coefficient)].all()
 
 
 def test_equilibria_of_the_atmosphere():
@@ -240,35 +196,6 @@ def test_tori_of_the_atmosphere_begin_at_the_double_hopf_point():
     )
 
 
-def test_a_torus_point_of_the_atmosphere_under_another_integrator():
-    for locus in of_type(tori_of_the_atmosphere(), "NS"):
-        F, T = locus.values[-1]
-
-        def rates(time, q, F=F, T=T):
-            x, y, z, u = q[:4]
-            jacobian = np.array([
-                [-0.25, -2 * y, -2 * z, -2 * 0.987 * u],
-                [y - z, x - 1, -x, 0],
-                [y + z, x, x - 1, 0],
-                [0.987 * u, 0, 0, 0.987 * x - 1.04],
-            ])  # fmt: skip
-            field = [
-                -(y**2) - z**2 - 0.25 * x + 0.25 * F - 0.987 * u**2,
-                x * y - x * z - y + 0.25,
-                x * y + x * z - z,
-                -1.04 * u + 0.987 * u * x + T,
-            ]
-            return [*field, *(jacobian @ q[4:].reshape(4, 4)).ravel()]
-
-        start = np.concatenate([locus.states[-1], np.eye(4).ravel()])
-        end = solve_ivp(rates, (0, locus.durations[-1]), start, "DOP853", rtol=1e-11, atol=1e-12)
-        assert end.y[:4, -1] == pytest.approx(locus.states[-1], abs=1e-7)
-        values = np.linalg.eigvals(end.y[4:, -1].reshape(4, 4))
-        pair = values[np.abs(values.imag) > 1e-3]
-        assert len(pair) == 2
-        assert np.abs(pair) == pytest.approx(1, abs=1e-7)
-
-
 def test_tori_of_two_modes_begin_at_their_double_hopf_point():
     # Cycles of the first mode, of radius sqrt(a), let the second grow where b > q a; the other way
     # round where a > p b.
@@ -288,21 +215,6 @@ def test_tori_of_two_modes_begin_at_their_double_hopf_point():
         assert max(a.max(), b.max()) == 1
         slope = slopes[min(slopes, key=lambda item: abs(item - locus.durations[-1]))]
         assert b == pytest.approx(slope * a, abs=1e-9)
-
-
-def test_tori_of_two_modes_end_at_their_double_hopf_point():
-    model = TWO_MODES.replace(a=0.5, b=0.1)
-    cycles = sf.response(
-        model, vary="b", span=(0.1, 0.3), start={"x": sqrt(0.5), "y": 0}, settled=True,
-        settings=QUIET,
-    )  # fmt: skip
-    point = next(item.point for item in cycles.special if item.point.type == "NS")
-    assert point.value == pytest.approx(0.2, abs=1e-9)
-    (locus,) = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1)), switch=False).loci
-    ends = [end for end in (locus.begun, locus.stopped) if end.kind == "codimension-2"]
-    assert [end.values for end in ends] == [pytest.approx((0, 0), abs=1e-12)]
-    assert ends[0].reason.startswith("the locus ends at HH, double Hopf")
-    assert locus.special == ()
 
 
 @pytest.mark.parametrize(("s", "e"), [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)])

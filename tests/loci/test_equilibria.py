@@ -109,18 +109,6 @@ def test_lorenz_hopf_locus():
         assert slope == pytest.approx(0, abs=1e-9 * sigma**2)
 
 
-def test_onset_of_squeal_by_exponential_stribeck_friction():
-    # The slope of friction is the damping: md (r - 1)/v0 exp(-vd/v0) = c.
-    model = model_named("stribeck")
-    (locus,) = sf.locus(
-        point_of(model, "vd", (2, 0.9), "HB"), ("vd", "md"), ((0.5, 2), (0.1, 2))
-    ).loci
-    vd, md = locus.values.T
-    assert vd == pytest.approx(model.v0 * np.log(md * (model.r - 1) / (model.v0 * model.c)))
-    assert np.abs(locus.eigenvalues) == pytest.approx(1, abs=1e-12)
-    assert locus.subcritical.all()
-
-
 def test_hopf_locus_ends_at_bogdanov_takens():
     # LP: 4 b1 = b2^2; HB: b1 = 0 for b2 < 0, neutral saddles for b2 > 0; a = 1, b = -1.
     point = point_of(BOGDANOV_TAKENS, "b1", (-0.02, 1), "HB")
@@ -146,15 +134,6 @@ def test_hopf_locus_ends_at_bogdanov_takens():
     check_by_scipy(folds, lambda p, q: [[0, 1], [p["b2"] + 2 * q[0] - q[1], -q[0]]], "LP")
 
 
-def test_the_same_from_the_fold():
-    point = point_of(BOGDANOV_TAKENS, "b1", (-0.02, 1), "LP")
-    folds, hopf = sf.locus(point, ("b1", "b2"), ((-1, 1), (-3, 1))).loci
-    assert (folds.type, hopf.type) == ("LP", "HB")
-    assert hopf.values[:, 0] == pytest.approx(0, abs=1e-13)
-    assert hopf.values[:, 1].max() < 1e-12
-    assert hopf.begun.reason == "the locus begins at BT, Bogdanov-Takens"
-
-
 def test_bautin_point_and_the_folds_of_cycles_born_there():
     # l1 = b2 but for a positive factor; cycles fold at b1 = -b2^2/4, b2 > 0.
     point = point_of(BAUTIN, "b1", (-0.5, 0.5), "HB")
@@ -174,17 +153,6 @@ def test_bautin_point_and_the_folds_of_cycles_born_there():
     assert b2.max() == pytest.approx(math.sqrt(2), abs=1e-12)
     assert np.hypot(*folds.states.T) == pytest.approx(np.sqrt(np.abs(b2) / 2), abs=1e-6)
     assert folds.durations == pytest.approx(2 * math.pi)
-
-
-def test_folds_of_cycles_shrink_to_the_bautin_point():
-    point = point_of(BAUTIN, "b1", (-0.5, 0.5), "LP")
-    folds, hopf = sf.locus(point, ("b1", "b2"), ((-0.5, 1), (-2, 2))).loci
-    assert (folds.type, hopf.type) == ("LP", "HB")
-    ends = [end for end in (folds.begun, folds.stopped) if end.kind == "codimension-2"]
-    assert len(ends) == 1
-    assert "shrink to an equilibrium" in ends[0].reason
-    assert ends[0].values == pytest.approx([0, 0], abs=1e-12)
-    assert specials(hopf, "GH")[0].leads_to == (folds.id,)
 
 
 def test_cusp():
@@ -239,20 +207,6 @@ def test_units_of_time_and_state_do_not_matter(scale):
     assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)
     frequency = np.abs(locus.eigenvalues.imag).max(axis=1) / scale
     assert frequency == pytest.approx(np.sqrt(locus.values[:, 1]))
-
-
-def test_lines_of_a_window_do_not_cross_zero_where_the_window_does_not():
-    # Without damping (c = 0) the cycles of the squeal model fill the plane: hundreds of points each
-    # that have no part in a window of positive damping.
-    seen = []
-    found = sf.locus(
-        model_named("squeal"),
-        ("mu", "c"),
-        ((0.4, 0.9), (0.01, 0.2)),
-        observer=lambda progress: seen.append(progress.values["place"][1]),
-    )
-    assert {locus.type for locus in found.loci} == {"HB", "LP"}
-    assert min(seen) > 0
 
 
 def test_an_equilibrium_that_branched_off_outside_the_window_is_looked_for():

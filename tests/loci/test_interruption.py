@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
-from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci
-from slipfold.models import SlidingOscillator
 
 STAGES = ("loci", "normal forms")
 FORCE, WINDOW = ("f", "Nd"), ((12.3, 12.7), (0.0, 0.12))
@@ -79,16 +77,3 @@ def test_what_is_done_is_kept(points, whole, share):
         p.type for p in full.special
         if any(p.values == pytest.approx(q.values, abs=1e-9) for q in last.special)
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize("stage", ["responses", "loci", "regions"])
-def test_a_set_keeps_what_is_done(stage):
-    def observer(progress):
-        if progress.stage == stage and (stage != "loci" or progress.done >= 1):
-            raise KeyboardInterrupt
-
-    found = find_bifurcation_set(SlidingOscillator(), FORCE, WINDOW, observer=observer)
-    assert found.interrupted
-    assert found.regions is None
-    assert (len(found.loci) > 0) == (stage != "responses")
-    assert any(item.interrupted for item in found.loci) == (stage == "loci")

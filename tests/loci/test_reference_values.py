@@ -126,10 +126,6 @@ def test_fold_of_period_two():
     check_special([found], "CPC", FOLD["CPC"])
 
 
-def test_fold_of_period_one():
-    check_points([locus("LP", 1)], LOCI["LP_period_1"])
-
-
 def check_torus(loci, given, first):
     check_points(loci, given["points"] + given["extreme_theta"])
     for kind in ("R3", "R4", "CH"):
@@ -154,14 +150,6 @@ def test_torus_of_period_two():
 def test_torus_of_period_two_in_speed_and_force():
     loci = followed(("Vd", "Nd"), ((0.3, 1.2), (0.0, 0.98)), "NS", 2)
     check_torus(loci, TORUS["Vd_Nd_at_f_12.5"], "Vd")
-
-
-def test_criticality_changes_at_chenciner_points_alone():
-    found = locus("NS", 2)
-    places = [p.arclength for p in found.special if p.type == "CH"]
-    assert len(places) == 2
-    inside = np.searchsorted(places, found.arclength) == 1
-    assert np.array_equal(found.subcritical, inside)
 
 
 @pytest.mark.parametrize("item", DOUBLING["scaling_at_f_12.5"], ids=lambda item: next(iter(item)))
@@ -231,23 +219,3 @@ def test_special_points_of_force_responses(plane, value, item):
 def test_special_points_of_frequency_responses(item):
     loci = whole_set(FORCE).loci
     check_line(crossings(loci, 1, float(item["set"]["Nd"])), item, 0)
-
-
-FAST = [
-    (("mu", "Nd"), ((0.25, 0.6), (0.0, 0.98)), PRINTED["force_response"][3], 0.5),
-    (("mu", "Nd"), ((0.25, 0.6), (0.0, 0.98)), PRINTED["force_response"][5], 0.3),
-    (("Ns", "Nd"), ((0.55, 1.2), (0.0, 0.54)), PRINTED["force_response"][3], 1.0),
-    (("Ns", "Nd"), ((0.55, 1.2), (0.0, 0.54)), PRINTED["force_response"][4], 0.6),
-]
-
-
-@pytest.mark.parametrize(
-    ("plane", "window", "item", "value"), FAST, ids=[f"{item[0][0]}={item[3]}" for item in FAST]
-)
-def test_special_points_at_a_higher_speed(plane, window, item, value):
-    start = (("Vd", 1.0), ("f", 12.5))
-    loci = [
-        one for kind, period in (("PD", 1), ("NS", 2))
-        for one in followed(plane, window, kind, period, start)
-    ]  # fmt: skip
-    check_line(crossings(loci, 0, value), item, 1)

@@ -116,21 +116,6 @@ def test_an_interruption_keeps_the_values_that_are_finished(tmp_path):
     assert sf.load(tmp_path / "f.nc").to_json() == found.to_json()
 
 
-def test_the_picture_has_a_band_for_each(circle):
-    from matplotlib.figure import Figure
-
-    ax = circle.plot(ax=Figure().add_subplot())
-    assert len(ax.lines) == len(ax.collections) == 2
-    names = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert sorted(names) == ["cycle", "equilibrium"]
-    line = ax.lines[names.index("equilibrium")]
-    share = circle.share(kinds(circle)["equilibrium"])
-    assert np.array_equal(line.get_ydata(), share.value)
-    band = ax.collections[names.index("equilibrium")].get_paths()[0].get_extents()
-    assert band.ymin == pytest.approx(share.low.min())
-    assert band.ymax == pytest.approx(share.high.max())
-
-
 def test_on_the_command_line_and_back_from_a_file(tmp_path):
     path, sheet, figure = (str(tmp_path / name) for name in ("f.nc", "f.csv", "f.png"))
     options = ["--vary", "W=1:1.4", "--box", "q=-3:3", "--box", "v=-3:3", "--points", "3"]

@@ -204,30 +204,3 @@ def test_motions_released_in_slip_and_in_stick_are_those_that_come_by():
     found, stops = released(den_hartog(0.5, 10.0), np.array([[2.0, 0.0]]), np.array([0.3]))
     assert stops == {}
     assert found[0] == pytest.approx([2.0, 0.0], abs=1e-12)
-
-
-def test_a_start_that_ends_before_phase_zero_has_ended():
-    floor = sf.System(
-        name="floor",
-        parameters={"F": 0.1, "W": 2.0},
-        states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
-        forcing={"period": "2*pi/W"},
-        outputs={"room": "x + 1"},
-        limits={"floor": {"output": "room", "bound": 0.0}},
-    )
-    found = sf.basins(floor, {"phase": (0.5, 0.75), "v": (-5.0, 0.0)}, points=(2, 2))
-    assert found.labels.tolist() == [[-1, -1], [1, 1]]
-    assert found.ends == {"floor": 2}
-
-
-@pytest.mark.parametrize(
-    ("model", "phases", "words"),
-    [
-        (sf.System.from_toml(HARD), (0, 1), "nothing forces hard onset, so its starts have no"),
-        (sf.SlidingOscillator(), (0, 2), "the phases from 0 to 2 do not grow within 0 to 1"),
-        (sf.SlidingOscillator(), ("a", 1), "are not two numbers"),
-    ],
-)
-def test_phases_that_cannot_be_used_are_refused(model, phases, words):
-    with pytest.raises(sf.InputError, match=words):
-        sf.basins(model, {"phase": phases, "x": (-1, 1)}, points=2)

@@ -4,15 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgba
-from matplotlib.figure import Figure
 
 import slipfold as sf
 from slipfold.computations import loci
 from slipfold.loci.region_map import Region, RegionMap, RegionMotion
 from slipfold.long_term.regimes import resolve_regions
-from slipfold.plots.loci import legend_options
-from slipfold.plots.regions import COLOURS, draw_regions, region_labels, sharpen
 
 PLANE, WINDOW = ("f", "Nd"), ((12.499, 12.501), (0.03, 0.15))
 MODEL = sf.SlidingOscillator(f=12.5, Nd=0.1)
@@ -97,21 +93,6 @@ def motions():
         RegionMotion((12.5, 0.06), "torus", 0, 1e-9),
         RegionMotion((12.5, 0.12), "periodic", 8),
     )
-
-
-def test_they_are_drawn_as_the_regimes_that_they_are():
-    ax = Figure().subplots()
-    ax.set_xlim(WINDOW[0])
-    ax.set_ylim(WINDOW[1])
-    found = regions(Region(1, (), 1.0, (12.5, 0.09), True, (), motions()))
-    draw_regions(ax, found, sharpen(found, [], WINDOW))
-    picture = np.asarray(ax.images[-1].get_array())
-    quarter = len(picture) // 4
-    assert picture[quarter, 10].tolist() == list(to_rgba(COLOURS["torus"]))
-    assert picture[-quarter, 10].tolist() == list(to_rgba(COLOURS["period 8"]))
-    assert region_labels(ax, found) == []
-    shades = legend_options([SimpleNamespace(window=WINDOW, loci=(), regions=found)])["handles"]
-    assert [shade.get_label() for shade in shades] == ["simulated: period 8", "simulated: torus"]
 
 
 def asked(monkeypatch, interrupted=False, **keys):

@@ -9,7 +9,7 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import den_hartog
 from slipfold.errors import InputError
-from slipfold.long_term.classification import reached, repeats_of
+from slipfold.long_term.classification import repeats_of
 from slipfold.plots.trajectories import dots_of
 
 OSCILLATOR = sf.SlidingOscillator(f=12.2)
@@ -54,15 +54,6 @@ def test_of_a_torus_each_period_is_a_dot():
     assert len(strobe) == 2 * 24
     assert len(high) == 2 * 23
     assert high.max() <= 0.45
-
-
-def test_what_a_motion_reaches_lies_on_parabolas():
-    phases = 2 * np.pi * (np.arange(49) / 48 + np.array([[0.0], [0.007]]))
-    values = 3 * np.sin(phases) + 1
-    assert reached(values, "max") == pytest.approx([4, 4], abs=1e-4)
-    assert reached(values, "min") == pytest.approx([-2, -2], abs=1e-4)
-    assert reached(values, "peak_to_peak") == pytest.approx([6, 6], abs=2e-4)
-    assert reached(values, "modulus") == pytest.approx([4, 4], abs=1e-4)
 
 
 def test_what_repeats_is_told_from_what_does_not():

@@ -107,13 +107,6 @@ def test_intervals_are_those_of_the_profile(noisy, fitted):
                 assert end == pytest.approx(exact, abs=5e-3 * abs(exact - item.value))
 
 
-def test_an_interval_is_open_at_its_bound(noisy):
-    found = sf.fit(LINEAR, noisy, {"k": (0.5, 2.0), "d": (0.13, 0.5)}, d=0.2)
-    assert found["d"].value == found["d"].low == 0.13
-    assert found["d"].high < 0.2
-    assert "the interval of d is open at its lower bound" in found.message
-
-
 def duffing_down(seed):
     """Readings of Duffing's oscillator downward, which jump up at its left fold."""
     truth = DUFFING(d=0.06, g=0.9, F=0.2)
@@ -196,16 +189,6 @@ def test_intervals_hold_the_truth_of_friction_and_damping():
         return replace(exact, readings=exact.readings + noise, errors=errors)
 
     assert coverage(truth, {"mu": (0.3, 0.7), "zeta1": (0.002, 0.05)}, seen, COUNT) < 0.985
-
-
-def test_a_fold_on_one_side_leaves_the_derivative_of_the_other():
-    folded = DUFFING(d=0.06, F=0.2)
-    fold = max(point.value for _, point in sf.response(folded, "W", (0.9, 1.4)).special)
-    values = np.append(np.linspace(0.9, fold - 0.01, 5), fold - 1e-5)
-    planned = sf.plan_measurement(folded, "W", values, ["max q"], ["F"], errors=0.01)
-    assert np.isfinite(planned.slopes).all()
-    # Beside a fold the derivative grows as one over the root of the distance.
-    assert planned.slopes[-1, 0, 0] > 10 * planned.slopes[-2, 0, 0]
 
 
 def test_an_interrupted_branch_is_not_taken_for_a_whole_one(monkeypatch):

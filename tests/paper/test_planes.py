@@ -3,7 +3,6 @@
 import math
 import sys
 from functools import partial
-from types import SimpleNamespace
 
 import pytest
 from PIL import Image
@@ -55,18 +54,6 @@ def test_the_text_says_where_the_criticality_changes_and_the_threshold_is_lowest
     assert "The threshold is lowest at f = 12.5 Hz (± 1e-12), Nd = 0.05 N (± 2e-13)** (MIN)" in text
 
 
-def test_the_text_lists_loci_points_and_regions():
-    text = markdown(valley(), drawn_fold(), drawn_torus(), regions=drawn_regions())
-    assert "| 3 | NS of period 2 | 5 | f = 12.6 Hz, Nd = 0.4 N |" in text
-    assert "| spring collapsed: l/L fell to 0.0001 |" in text
-    assert "Points of codimension two: 1." in text
-    assert "| GPD | generalised period doubling | 1 (PD) | 12.4 | 1.0e-12 | 0.06 |" in text
-    assert "Extrema of the loci: 1." in text
-    assert "| MIN | smallest Nd | 1 (PD) | 12.5 | 1.0e-12 | 0.05 | 2.0e-13 | b = 2 |" in text
-    assert "period 2 (1), period 1 (1). Simulations that agree: 3 of 3." in text
-    assert "| 2 of 2 agree | from rest: period 1; from beside period 1: period 1 |" in text
-
-
 def test_the_text_does_not_hide_a_simulation_that_disagrees():
     text = markdown(valley(), regions=drawn_regions(agrees=False))
     assert "Simulations that agree: 2 of 3." in text
@@ -85,21 +72,6 @@ def test_figures_show_the_window_and_a_detail(figure):
     assert (detail.get_xlim(), detail.get_ylim()) == figure.detail
     assert whole.get_title(loc="left").startswith("(a)  $")
     assert detail.get_title(loc="left") == "(b)  detail of (a)"
-
-
-def test_where_the_tip_lifts_off_is_hatched():
-    def hatched(figure):
-        vary, window = figure.plane.vary, figure.plane.window
-        values = [(window[0][0], 0.1), (window[0][1], 0.1)]
-        diagram = locus_diagram(drawn_locus("PD", values, vary=vary), vary=vary, window=window)
-        whole = draw_plane(figure, diagram).axes[0]
-        return [patch for patch in whole.patches if patch.get_hatch()]
-
-    [area] = hatched(PLANES[4])
-    corners = area.get_path().vertices
-    assert (corners[:, 1] >= corners[:, 0]).all()
-    assert [0.2, 0.2] in corners.tolist()
-    assert hatched(PLANES[0]) == []
 
 
 @pytest.fixture(scope="module")
@@ -122,13 +94,3 @@ def test_files(made):
     assert (made[0].missing, made[0].stopped) == ((), ())
     with Image.open(made[0].out / figures[1]) as image:
         assert image.width == 2070
-
-
-def test_an_interrupted_set_is_missing(tmp_path, monkeypatch):
-    def interrupted(*_, **__):
-        return SimpleNamespace(interrupted=True), b""
-
-    monkeypatch.setattr(MODULE, "_compute", interrupted)
-    result = reproduce(tmp_path, cases=Cases((), (), (SMALL,)))
-    assert result.missing == ("plane_f_Nd", "bifurcation_set_f_Nd")
-    assert "Not computed." in (tmp_path / "bifurcation_sets.md").read_text()

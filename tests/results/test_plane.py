@@ -73,26 +73,6 @@ def test_the_model_is_that_of_the_lowest_corner():
     )
 
 
-def test_a_corner_may_be_forbidden():
-    # Nd < Ns: the lower right part of the plane is out of reach.
-    found = corner_model(MODEL, ("Ns", "Nd"), ((0.2, 2), (0.1, 0.98)))
-    assert (found.Ns, found.Nd) == (0.2, 0.1)
-
-
-@pytest.mark.parametrize(
-    ("vary", "window", "changes"),
-    [
-        (("f", "Nd"), ((11, 14), (0, 1.5)), {}),
-        (("f", "Nd"), ((11, 14), (0, 0.9)), {"Ns": 0.5}),
-        (("Ns", "Nd"), ((0.2, 0.5), (0, 0.9)), {}),
-        (("Ns", "Nd"), ((0.2, 2), (0.3, 0.9)), {}),
-    ],
-)
-def test_a_side_may_not(vary, window, changes):
-    with pytest.raises(InputError, match="the tip would lift off the plate; give Nd < Ns"):
-        corner_model(MODEL, vary, window, changes)
-
-
 def test_values_that_the_plane_replaces_do_not_matter():
     model = SlidingOscillator(Nd=0.6)
     assert corner_model(model, ("f", "Nd"), ((11, 14), (0, 0.4)), {"Ns": 0.5}).Nd == 0

@@ -43,20 +43,6 @@ def test_uncertainty_is_small_and_not_zero(diagram):
     assert diagram.to_json()["branches"][0]["special"][0]["uncertainty"] > 0
 
 
-def test_span_may_have_units():
-    diagram = response(SlidingOscillator(), "alpha", ("60deg", "61deg"), Nd=0.01)
-    assert diagram.span == pytest.approx((np.pi / 3, np.pi / 180 * 61))
-    assert diagram.model.alpha == diagram.span[0]
-
-
-def test_events_are_kept_with_the_input():
-    events = (Event("x", 0.12, stop=True),)
-    diagram = response(SlidingOscillator(), "Nd", (0, 0.03), events=events)
-    assert diagram.events == events
-    assert diagram.branches[0].special[-1].type == "EVENT"
-    assert diagram.branches[0].stopped.kind == "event"
-
-
 def test_interrupted_by_the_observer():
     seen = []
 
@@ -97,19 +83,6 @@ def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupt
     assert all(point.arclength <= branch.arclength[-1] for point in branch.special)
     assert all(point.leads_to is None for point in branch.special)
     assert np.isfinite(branch.nodes).all()
-
-
-def test_whoever_interrupted_before_does_not_lose_the_states_along_meshes():
-    def observer(progress):
-        if progress.stage in ("normal forms", "orbits"):
-            raise KeyboardInterrupt
-
-    settings = Settings(discretisation="collocation")
-    diagram = response(
-        SlidingOscillator(), "Nd", (0.03, 0.05), settings=settings, observer=observer
-    )
-    assert diagram.interrupted
-    assert [branch.stopped.kind for branch in diagram.branches] == ["span", "span"]
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,6 @@ import pytest
 import xarray
 
 import slipfold as sf
-from slipfold.branches import make_branch
-from slipfold.models.registry import model_named
 from slipfold.results.responses import INTERRUPTED
 
 MODEL = sf.SlidingOscillator(f=12.5)
@@ -85,21 +83,6 @@ def test_progress_is_told_while_many_go_side_by_side():
     assert [item.done for item in seen if item.stage == "cases"] == list(range(1, 17))
 
 
-def test_progress_does_not_fall_where_branches_turn():
-    walked = []
-
-    def observer(progress):
-        if progress.stage == "branches of period 1":
-            walked.append(progress.values["fraction"])
-        elif walked:
-            raise KeyboardInterrupt
-
-    over = {"d": np.linspace(0.05, 0.06, 16)}  # each has two folds
-    sf.responses(model_named("duffing"), "W", (0.8, 1.8), over=over, observer=observer)
-    assert len(walked) > 3
-    assert walked == sorted(walked)
-
-
 def test_an_interruption_is_heard_while_many_go_side_by_side():
     def stop(progress):
         if progress.stage == "branches of period 1":
@@ -107,23 +90,6 @@ def test_an_interruption_is_heard_while_many_go_side_by_side():
 
     found = sf.responses(MODEL, "Nd", SPAN, over=SIDE_BY_SIDE, observer=stop)
     assert found.diagrams == (None,) * 16
-
-
-def test_an_interruption_is_heard_while_a_case_of_many_is_described(monkeypatch):
-    described = []
-
-    def describe(found):
-        described.append(found)
-        if len(described) == 2:
-            raise KeyboardInterrupt
-        return known(found)
-
-    known = make_branch.describe
-    monkeypatch.setattr(make_branch, "describe", describe)
-    found = sf.responses(MODEL, "Nd", (0, 0.06), over=SIDE_BY_SIDE)
-    assert len(described) == 2
-    assert [diagram is None for diagram in found] == [False] + [True] * 15
-    assert all(np.isfinite(item.point.uncertainty) for item in found.special)
 
 
 def test_one_dataset_holds_cases_and_their_special_points(found):
@@ -140,19 +106,6 @@ def test_one_dataset_holds_cases_and_their_special_points(found):
     )
     assert list(rows) == expected
     assert dataset.special_uncertainty.values.max() < 1e-9
-
-
-def test_names_of_parameters_may_be_those_of_columns():
-    model = sf.System(
-        parameters={"case": 1.0, "special": 0.1, "F": 0.1},
-        states={"q": "v", "v": "F*cos(t) - case*q - special*v"},
-        forcing={"period": "2*pi", "quiet": "F"},
-    )
-    over = {"case": [1.0, 2.0], "special": [0.1, 0.2]}
-    dataset = sf.responses(model, "F", (0.1, 0.2), over=over).to_xarray()
-    assert dataset.case_value.values.tolist() == [1, 2]
-    assert dataset.special_value_value.values.tolist() == [0.1, 0.2]
-    assert dataset.special_value.dims == ("special",)
 
 
 @pytest.mark.parametrize(
@@ -199,10 +152,3 @@ def test_many_cases_go_side_by_side():
             assert (branch.id, point.type) == (other.id, known.type)
             uncertain = point.uncertainty + known.uncertainty + 2e-12 * 0.05  # located to that
             assert abs(point.value - known.value) <= uncertain
-
-
-def test_cases_with_events_go_by_themselves():
-    over = {"Vd": np.linspace(0.7, 0.8, 16).tolist()}
-    event = sf.Event("y", 0.1, "max")
-    found = sf.responses(MODEL, "Nd", (0, 0.02), over=over, events=[event])
-    assert all("EVENT" in [item.type for _, item in diagram.special] for diagram in found)

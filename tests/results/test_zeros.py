@@ -6,7 +6,6 @@ import pytest
 
 import slipfold as sf
 from helpers.diagrams import made_diagram, response_branch, special_point
-from helpers.locus_diagrams import doubling_locus, locus_point, made_locus_diagram
 from slipfold.explorer.curves import diagram_view
 
 
@@ -29,14 +28,6 @@ def test_special_points(value, uncertainty, shown):
     assert drawn["value"] == float(shown)
     assert f"at Nd = {shown} N" in drawn["sentence"]
     assert point.value == value
-
-
-def test_points_of_loci():
-    point = locus_point(values=(12.4, 2e-13), uncertainty=(1e-9, 3e-13))
-    diagram = made_locus_diagram(loci=(doubling_locus(special=(point,)),))
-    line = next(line for line in diagram.summary().splitlines() if " GPD " in line)
-    assert line.split()[6:8] == ["12.4", "0"]
-    assert "f = 12.4 Hz, Nd = 0 N" in repr(point)
 
 
 def test_a_hopf_point_at_zero_and_the_cycles_born_there():

@@ -10,10 +10,8 @@ from slipfold.models.structures import (
     HarmonicForce,
     ModalDamping,
     ModalReduction,
-    MultiHarmonicForce,
     ProportionalDamping,
     Structure,
-    TabulatedForce,
 )
 from slipfold.orbits.find import periodic_orbit
 
@@ -69,19 +67,6 @@ def test_frequency_response(frequency):
     orbit = periodic_orbit(model)
     expected = steady(model, 2.0 * np.exp(0.4j) * np.array([0.6, 0, -0.8])) / 0.01
     assert orbit.state == pytest.approx(expected, rel=1e-10, abs=1e-10 * np.abs(expected).max())
-
-
-def test_table_is_its_fourier_series():
-    angle = 2 * np.pi * np.arange(16) / 16
-    samples = 1.5 + np.cos(angle) - 0.5 * np.sin(2 * angle)
-    table = TabulatedForce("q1", samples)
-    assert [h for h, _, _ in table.series] == [0, 1, 2]
-    assert table.residual < 1e-14
-    same = MultiHarmonicForce("q1", {0: 1.5, 1: 1.0, 2: (0.5, np.pi / 2)})
-    found, expected = (
-        periodic_orbit(Structure(M, C, K, forcing=force, f=0.8)).state for force in (table, same)
-    )
-    assert found == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("ratios", [0.01, (0.01, 0.02, 0.05)])
@@ -173,14 +158,3 @@ def test_large_sparse_structures(reduction):
     assert report.whole == size
     if reduction == ModalReduction(up_to=4e-3):
         assert len(model.states) == 2 * np.sum(exact <= 4e-3)
-
-
-def test_sparse_and_dense_matrices_are_one_structure():
-    m, k = chain(5)
-    dense = Structure(m, None, k)
-    for form in (sparse.csr_matrix, sparse.coo_array, sparse.csc_array):
-        assert Structure(form(m), None, form(k)) == dense
-    assert hash(Structure(m.tolist(), None, k.astype(int))) == hash(dense)
-    k[0, 0] += 1e-12
-    assert Structure(m, None, k) != dense
-    assert dense.stiffness_matrix[0, 0] == 2.0

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import threading
 import time
 from contextlib import ExitStack
 
@@ -29,45 +28,6 @@ def processes():
             return process
 
         yield begin
-
-
-@pytest.mark.parametrize("comes", ["before the study", "when tasks wait for it"])
-def test_workers_without_slipfold_are_refused(comes, tmp_path, processes):
-    known = tmp_path / "scheduler.json"
-    scheduler = processes(
-        "dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(known)
-    )
-    while not known.exists():
-        time.sleep(0.02)
-    address = json.loads(known.read_text())["address"]
-    workers = []
-
-    def begin_worker(progress=None):
-        if workers:
-            return
-        lacking = (
-            "import sys; sys.modules['slipfold'] = None; "
-            "from distributed.cli.dask_worker import main; main()"
-        )
-        options = ("--scheduler-file", str(known), "--no-nanny", "--no-dashboard")
-        command = [sys.executable, "-c", lacking, *options]
-        workers.append(subprocess.Popen(command, stderr=subprocess.DEVNULL))
-
-    if comes == "before the study":
-        begin_worker()
-        with distributed.Client(address, set_as_default=False) as client:
-            client.wait_for_workers(1)
-    # Where nobody notices, the study would wait for ever: then it ends with another sentence.
-    deadline = threading.Timer(60, scheduler.kill)
-    deadline.start()
-    try:
-        with pytest.raises(InputError, match=r"the cluster at tcp.* lacks what a study needs"):
-            sf.study(CHEAP, executor=address, observer=None if workers else begin_worker)
-    finally:
-        deadline.cancel()
-        for worker in workers:
-            worker.kill()
-            worker.wait()
 
 
 def test_a_cluster_computes_the_same_and_survives_its_workers(

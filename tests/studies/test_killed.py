@@ -102,17 +102,6 @@ def test_a_case_that_kills_its_worker_is_found_and_kept_as_failed():
     assert executor.tried >= 3
 
 
-def test_an_executor_that_is_broken_ends_the_study_with_a_sentence(tmp_path):
-    class Broken(Executor):
-        def submit(self, fn, task):
-            raise BrokenExecutor
-
-    with pytest.raises(InputError, match="Broken is gone; the 0 cases finished before are kept"):
-        sf.study(CHEAP, tmp_path / "cheap.study", executor=Broken())
-    with pytest.raises(InputError, match="Broken is gone; the 0 cases finished before are lost"):
-        sf.study(CHEAP, executor=Broken())
-
-
 class Ending(Executor):
     """Computes a task, then ends with the next one, and both are told at once."""
 
@@ -144,18 +133,6 @@ def test_what_is_finished_when_something_ends_is_kept(tmp_path, monkeypatch, end
         assert sf.study(CHEAP, store, executor=Ending(end)).interrupted
     with pytest.raises(InputError, match="holds 1 of 100 cases"):
         sf.study(CHEAP, store)
-
-
-def test_a_task_that_is_finished_when_no_other_can_be_sent_is_kept(tmp_path):
-    class Full(Ending):
-        def submit(self, fn, task):
-            if self.futures:
-                self.futures[0].set_result(fn(self.first))
-                raise BrokenExecutor
-            return super().submit(fn, task)
-
-    with pytest.raises(InputError, match="Full is gone; the 1 cases finished before are kept"):
-        sf.study(CHEAP, tmp_path / "cheap.study", executor=Full(None))
 
 
 @pytest.mark.parametrize("by_a_scheduler", [False, True])

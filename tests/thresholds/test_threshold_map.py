@@ -111,16 +111,6 @@ def hill_multipliers(w, z, h):
     return np.linalg.eigvals(np.array(columns).T)
 
 
-def test_spans_may_descend():
-    over = {"f": [12.45, 12.5, 12.55], "alpha": np.radians([60, 65, 70])}
-    found = find_threshold_map(SlidingOscillator(Nd=0.04), "Vd", over=over, span=(0.3, 1.2))
-    point, _ = first_of(SlidingOscillator(Nd=0.04, f=12.5), "Vd", (0.3, 1.2))
-    assert found.values[1, 0] == pytest.approx(point.value, abs=1e-10)
-    down = find_threshold_map(SlidingOscillator(Nd=0.04), "Vd", over=over, span=(1.2, 0.3))
-    assert down.failures.get("unstable at the start of the span", 0) > 0
-    assert found.failures != down.failures
-
-
 # -- failures have names -----------------------------------------------------------------------
 
 
@@ -163,15 +153,6 @@ def test_an_unstable_start_is_named():
     )
     assert found.kinds[1].tolist() == ["unstable at the start of the span"] * 2
     assert found.kinds[0].tolist() == ["no PD in the span"] * 2
-
-
-def test_contradictory_parameters_are_named():
-    over = {"Ns": [0.01, 0.9, 1.0], "Vd": [0.6]}
-    found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0.02, 0.5))
-    assert found.kinds[:, 0].tolist() == ["contradictory parameters", "", ""]
-    assert "not below Ns = 0.01" in found.reasons[0, 0]
-    with pytest.raises(InputError, match="not below Ns"):
-        found.model_at(0, 0)
 
 
 def test_an_interrupted_map_says_what_is_missing():

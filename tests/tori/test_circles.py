@@ -106,31 +106,12 @@ def test_the_torus_of_the_sliding_oscillator():
     assert across.values[0] < -across.errors[0] < 0
 
 
-def test_the_forced_van_der_pol_oscillator():
-    model = sf.built_in_models()["vanderpol"](a=0.3, e=0.2)
-    _, tori = tori_of(model, "w", (1.0, 1.2), until=(1.0, 1.1))
-    at, circle, rotation, _ = last_of(tori)
-    assert at.values["w"] == pytest.approx(1.1)
-    # shared/reference/beyond.md.
-    assert rotation == pytest.approx(0.071825157871, abs=1e-10)
-    _, high = surface_of(at, circle, rotation, 1).extremes()
-    assert high[0] == pytest.approx(2.368185958, abs=1e-8)
-
-
 def test_the_circle_is_invariant():
     model = sf.SlidingOscillator(f=12.5)
     _, tori = tori_of(model, "Nd", (0, 0.98), period=2, which=1, until=(0.155, 0.98))
     at, circle, rotation, _ = last_of(tori)
     motion = sf.simulate(at, 2, circle[0])
     assert motion.strobe[2] == pytest.approx(turned(circle, rotation)[0], abs=1e-8)
-
-
-def test_tori_end_at_the_span_although_a_resonance_is_near():
-    model = sf.SlidingOscillator(f=12.5)
-    _, tori = tori_of(model, "Nd", (0, 0.98), period=2, which=1, until=(0.147, 0.98))
-    assert last_of(tori)[2] == pytest.approx(0.1, abs=2e-3)
-    assert tori.trail.end.kind == "span"
-    assert [str(item.ratio) for item in tori.locked] == ["1/9"]
 
 
 @pytest.mark.long

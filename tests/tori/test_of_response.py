@@ -152,15 +152,6 @@ def test_the_strong_resonance_that_they_do_not_pass_is_named():
     assert not diagram.failed
 
 
-def test_what_too_few_harmonics_show_is_not_called_broken(model, monkeypatch):
-    for name in ("circles", "follow"):
-        monkeypatch.setattr(importlib.import_module(f"slipfold.tori.{name}"), "MOST", 31)
-    monkeypatch.setattr(importlib.import_module("slipfold.tori.follow"), "BROKEN", 1e-12)
-    (found,) = sf.response(model, vary="w", span=SPAN, tori=True).tori
-    assert found.stopped.kind == "broken"
-    assert found.stopped.reason.startswith("not resolved: the last of 15 harmonics are still ")
-
-
 def test_a_circle_may_come_to_turn_the_other_way():
     tori, diagram = coupled((-0.1, 0.3), w=0.1, c=-0.5)
     assert tori.rotation[-1] == pytest.approx((0.1 - 0.15) / 2, abs=1e-9)
@@ -280,12 +271,3 @@ def test_motion_is_locked_between_the_folds_of_orbits():
     assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
     # Beside a weaker resonance the interval is as narrow as rounding allows to see.
     assert 0 <= locked["1/9"].high - locked["1/9"].low < 1e-6
-
-
-def test_tori_that_turn_round_unseen_say_so(monkeypatch):
-    special = importlib.import_module("slipfold.tori.follow")._Special
-    monkeypatch.setattr(special, "located", lambda self, known, a, b: [])
-    tori, diagram = coupled((-0.5, 0.1), w=0.83, c=0.05, b=1, q=1)
-    assert tori.folds == ()
-    assert tori.stopped.kind == "contradiction"
-    assert diagram.failed
