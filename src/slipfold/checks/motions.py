@@ -28,10 +28,6 @@ AGAIN, ONE_IN = 48, 20
 """Forcing periods that are integrated again in any case, and one in how many of a long motion: in
 batches that takes a third of the time that the motion took."""
 
-PIECES_A_PERIOD = 0.05
-"""Pieces that may be tried for each forcing period of the motion: one takes the time in which a
-period, in its ten to twenty steps, is integrated."""
-
 FEW, CHEAP = 2, 240
 """Forcing periods that are retraced in any case, as long as that takes no more pieces than this."""
 
@@ -53,13 +49,6 @@ IMPLICIT = "implicit steps of another order"
 OTHER_POINTS, FINER = radau_points(6), 1e-12
 """Points of their steps, and what the last terms of these may be: twice as many steps as those of
 the motion, with errors of order 11 instead of 15 where they are not stiff."""
-
-MANY = 5_000
-"""Such steps in a period at most: one of large reversing slip takes five hundred."""
-
-FEW_IMPLICIT = 2
-"""Stiff periods that are repeated in any case, and one in twenty of many: each takes twice the time
-that the motion took for it."""
 
 BESIDE_ITSELF = "other steps, relative to it"
 """How that is compared."""
@@ -100,7 +89,8 @@ def _again(motion: Trajectory) -> list[Check]:
             break
         if shares == SHARES[0]:
             continue
-        few = max(FEW_IMPLICIT, motion.periods // ONE_IN)
+        # Each takes twice the time that the trajectory took for it.
+        few = max(2, motion.periods // ONE_IN)
         stiff = chosen[failed][np.unique(np.linspace(0, failed.sum() - 1, few).astype(int))]
         stiff_ends = _implicit_ends(motion, stiff)
         if np.isfinite(stiff_ends).all():
@@ -134,7 +124,14 @@ def _implicit_ends(motion: Trajectory, chosen: NDArray[np.intp]) -> NDArray[np.f
     for row, place in enumerate(chosen):
         state = motion.strobe[place] / scales
         found = implicit_motion(
-            takeover.field, state, 0.0, 1.0, most=MANY, points=OTHER_POINTS, tolerance=FINER
+            # A period of large reversing slip takes five hundred steps.
+            takeover.field,
+            state,
+            0.0,
+            1.0,
+            most=5_000,
+            points=OTHER_POINTS,
+            tolerance=FINER,
         )
         if found.end is not End.ARRIVED:
             break
@@ -187,7 +184,8 @@ def _retraced(motion: Trajectory) -> list[Check]:
     pushed = _pushed(motion)
     for place in (place for place in spread(motion.periods) if not pushed[place]):
         few = len(checks) < FEW and tried < CHEAP and not _short(motion)
-        if checks and not few and tried + PIECES > PIECES_A_PERIOD * motion.periods:
+        # A piece takes the time in which a period, in its ten to twenty steps, is integrated.
+        if checks and not few and tried + PIECES > 0.05 * motion.periods:
             break
         one = Motion(
             np.array([0.0, 1.0]),
@@ -253,14 +251,8 @@ SHARE = 0.006
 """Length of each of the segments that are disturbed, as a fraction of the trajectory; they are
 integrated as one batch, at the cost of one or two."""
 
-LONGEST = 200
-"""Maximum length of a segment, in forcing periods."""
-
 DISTURBANCE = 1e-8
 """Relative to the states."""
-
-LARGE = 1e-3
-"""Disturbance that does not grow any more as a small one does."""
 
 ALGEBRAIC = 2.0
 """Factor, times the length of a segment, by which disturbances may grow without sensitivity."""
@@ -276,7 +268,7 @@ def sensitivity(motion: Trajectory) -> str:
     """
     if motion.periods < LONG or motion.settlement.settled:
         return ""
-    length = min(LONGEST, math.ceil(SHARE * motion.periods))
+    length = min(200, math.ceil(SHARE * motion.periods))
     places = np.linspace(0, motion.periods - length, LANES).astype(int)
     rates = _growth(motion, places, length)
     # Less its error, so that a burst in one of the segments is not taken for lasting growth.
@@ -299,7 +291,8 @@ def _growth(motion: Trajectory, places: NDArray[np.intp], length: int) -> Array:
     states = flow.along(disturbed, phases, flow.constants_of(motion.model))
     apart = np.abs(without_turns(states - along, motion.model.whole_turns))
     apart = (apart / sizes).max(axis=2)
-    large = apart > LARGE
+    # Larger disturbances do not grow as small ones do.
+    large = apart > 1e-3
     count = np.where(large.any(axis=1), large.argmax(axis=1), length)
     factors = apart[np.arange(len(places)), count] / (DISTURBANCE * ALGEBRAIC * count)
     return np.asarray(np.log(factors) / count)

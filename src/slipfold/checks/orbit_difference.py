@@ -79,13 +79,6 @@ that decides nothing. Fast modes of a mesh that is made for a slow motion are.""
 CHUNK = 4_000_000
 """Numbers in the matrices that are stored at a time: 32 MB."""
 
-NO_DIGIT = 0.5
-"""Difference of multipliers whose first digits differ: they do not agree, however sensitive."""
-
-CONVERGING = 0.01
-"""What is left of a difference on the finest pieces that comes from the polynomials, not from the
-orbit: it falls by 4,000 on halved ones where they are good."""
-
 
 @dataclass(frozen=True)
 class Difference:
@@ -140,9 +133,11 @@ def orbit_difference(
         if _excess(tried[-1]) <= 1:
             break
     place, multipliers = min(tried, key=_excess)
-    if multipliers.excess > 1 and multipliers.value < CONVERGING * tried[0][1].value:
+    # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
+    if multipliers.excess > 1 and multipliers.value < 0.01 * tried[0][1].value:
         return place
-    if NOT_KNOWN < multipliers.value <= min(multipliers.allowed, NO_DIGIT):
+    # As long as the first digits agree.
+    if NOT_KNOWN < multipliers.value <= min(multipliers.allowed, 0.5):
         return replace(place, unknown=multipliers.value)
     return max(place, multipliers, key=lambda difference: difference.excess)
 

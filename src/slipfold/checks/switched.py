@@ -48,17 +48,12 @@ def elsewhere(
     return state, passed
 
 
-POINTS = 12
-"""Gauss points a step of an integrator, which is a polynomial of degree 17 or so."""
-
-SEEN = 9
-"""Places in each leg at which forces in contacts are looked at, its ends included."""
-
 FORCES = 1e-11
 """Violation of friction that rounding and the ends of events may make, as a share of what is usual:
 events count as met 1e-14 beyond zero, and slow slip in the plane comes to an end at 1e-13."""
 
-_GAUSS = gauss_points(POINTS)
+# A step of the integrator is a polynomial of degree 17 or so.
+_GAUSS = gauss_points(12)
 
 
 @dataclass(frozen=True)
@@ -100,7 +95,7 @@ def hold_legs(
 def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> float:
     """Return how far contacts are from what a leg says of them, at worst."""
     assert leg.polynomials is not None
-    phases = np.linspace(leg.begin, leg.end, SEEN)
+    phases = np.linspace(leg.begin, leg.end, 9)
     states = leg.polynomials(phases)[:, : len(leg.state)] * constants.scales
     found, mode, count, places = [0.0], leg.seen, len(leg.mode), flow.quantities.places
     along = flow.quantities.along(states, phases, constants)
@@ -145,10 +140,6 @@ STEP = 1e-6
 COARSE = 1e-6
 """Difference of multipliers from those of perturbed motions that is allowed: differences have no
 more digits, and in the plane nor has the linearisation."""
-
-
-UNTOLD = 0.1
-"""Share of an extrapolation's change that it may be wrong by."""
 
 
 def switched_difference(orbit: StickSlipOrbit) -> Difference:
@@ -211,7 +202,7 @@ def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Differe
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     changed = multiplier_difference(_values(better), _values(finer)) / size
     found = _judged(orbit, better)
-    return replace(found, allowed=max(COARSE, UNTOLD * changed))
+    return replace(found, allowed=max(COARSE, 0.1 * changed))
 
 
 def _values(matrix: Array) -> NDArray[np.complex128]:

@@ -34,9 +34,6 @@ BANDS: Mapping[Status, tuple[str, str, str]] = MappingProxyType(
 THICK = 3.6
 """Width of a line where the contact sticks."""
 
-STILL = 1e-9
-"""Change of a coordinate, over its size, that is none."""
-
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
 
@@ -63,7 +60,8 @@ def axis_label(word: str, unit: str) -> str:
 def line(ax: Axes, x: Array, y: Array, status: Status, colour: str) -> None:
     """Draw what a contact does in one piece; a dot where it sticks and nothing changes."""
     if status is Status.STICK:
-        still = all(np.ptp(item) <= STILL * np.abs(item).max() for item in (x, y))
+        # Changes of a coordinate by rounding are none.
+        still = all(np.ptp(item) <= 1e-9 * np.abs(item).max() for item in (x, y))
         ax.plot(
             x[:1] if still else x,
             y[:1] if still else y,
@@ -102,10 +100,6 @@ def with_displacement(shown: ShownContacts) -> ShownContacts:
     return shown
 
 
-TRACKED = 3
-"""Rounds of a track that are drawn by default: it does not close."""
-
-
 def draw_path(
     motion: Trajectory | PeriodicOrbit,
     contact: str | None = None,
@@ -126,7 +120,7 @@ def draw_track(
     contact: str | None = None,
     ax: Axes | None = None,
     *,
-    rounds: int = TRACKED,
+    rounds: int = 3,
 ) -> Axes:
     """Draw the track of contacts in a plane on the moving surface; dots where they stick."""
     return _draw_place(_planar(find_contacts(motion, contact, rounds)), ax, moving=True)
@@ -260,10 +254,6 @@ def _lines(shown: ShownContacts) -> Iterator[tuple[str, list[tuple[ContactPiece,
             yield name, [(piece, axis) for piece in contact.pieces]
 
 
-HEIGHT = 0.62
-"""Height of a band, over the distance of two."""
-
-
 def draw_timeline(
     motion: Trajectory | PeriodicOrbit,
     contact: str | None = None,
@@ -286,7 +276,7 @@ def draw_timeline(
             ax.barh(
                 row,
                 time[-1] - time[0],
-                HEIGHT,
+                0.62,
                 left=time[0],
                 color=colour,
                 hatch=hatch,
@@ -294,7 +284,7 @@ def draw_timeline(
                 linewidth=0.0,
             )
         ends = shown.time(item.pieces[0])[0], shown.time(item.pieces[-1])[-1]
-        ax.barh(row, ends[1] - ends[0], HEIGHT, left=ends[0], fill=False, linewidth=0.6)
+        ax.barh(row, ends[1] - ends[0], 0.62, left=ends[0], fill=False, linewidth=0.6)
         ax.set_xlim(*ends)
     ax.set_ylim(len(shown.contacts) - 0.4, -0.6)
     ax.set_yticks(range(len(shown.contacts)), [item.name for item in shown.contacts])
@@ -318,20 +308,8 @@ def draw_timeline(
     return ax
 
 
-SHOWN = 6.0
-"""Slip speeds shown, in typical speeds of the law."""
-
-VANISHING = 1e-6
-"""A slope this small, in coefficients over the speeds shown, is none."""
-
-STEEP = 4.0
-"""A slope this many times above the usual ones is cut off."""
-
 SLOPE = "#9c4a1a"
 """Colour of the slope and of its axis."""
-
-FALLING = "#f3e3d6"
-"""Shade of the speeds at which friction falls."""
 
 
 def draw_friction(
@@ -342,7 +320,7 @@ def draw_friction(
     Where friction falls with the speed, and so feeds vibration, the ground is shaded. What a
     contact at rest can bear is a bar at zero speed.
     """
-    end = SHOWN * law.typical_speed if fastest is None else fastest
+    end = 6.0 * law.typical_speed if fastest is None else fastest
     if not (np.isfinite(end) and end > 0):
         raise InputError(f"fastest = {fastest} m/s is no speed; give a positive number")
     speeds = _speeds(end)
@@ -352,9 +330,9 @@ def draw_friction(
         speeds,
         0,
         1,
-        where=slope < -VANISHING * coefficient.max() / end,
+        where=slope < -1e-6 * coefficient.max() / end,
         transform=ax.get_xaxis_transform(),
-        color=FALLING,
+        color="#f3e3d6",
         linewidth=0,
         zorder=0,
     )
@@ -377,7 +355,7 @@ def _draw_slope(ax: Axes, speeds: Array, slope: Array) -> None:
     low, high = min(float(slope.min()), 0.0), max(float(slope.max()), 0.0)
     # The rise of a regularised law would dwarf all else: what few speeds reach is cut off.
     usual = np.quantile(np.interp(np.linspace(0, speeds[-1], 401), speeds, slope), 0.95)
-    if high > STEEP * max(usual, -low):
+    if high > 4.0 * max(usual, -low):
         high = max(2 * float(usual), -low)
     margin = 0.1 * (high - low) or 0.1
     beside.set_ylim(low - margin, high + margin)

@@ -13,10 +13,6 @@ from slipfold.results.attractors import BasinFractions
 from slipfold.results.thresholds import Design
 from slipfold.results.uncertainty import WAYS, ThresholdUncertainty
 
-NAMED = 6
-"""Attractors that the legend names, those with the largest fractions: chaos and windows have many.
-"""
-
 NOTHING = {UNDECIDED: ("0.65", "undecided"), ENDED: ("0.35", "ended")}
 """Colours and names of what came to no attractor."""
 
@@ -30,7 +26,8 @@ def draw_basin_fractions(
     ax = axes_or_new(ax)
     kinds = {number: kind_of(next(iter(found.along(number).values()))) for number in found.numbers}
     often = Counter(kinds.values())
-    largest = sorted(kinds, key=lambda number: -np.nanmax(found.share(number).value))[:NAMED]
+    # Chaos and windows have many attractors; those with the largest fractions have names.
+    largest = sorted(kinds, key=lambda number: -np.nanmax(found.share(number).value))[:6]
     drawn = []
     for number, colour in zip(kinds, palette(len(kinds)), strict=True):
         kind = kinds[number]

@@ -22,9 +22,6 @@ DIRECTIONS = (90, 45, 135, 0, 180, -45, -135, -90, 67, 113, 22, 158, -22, -158, 
 LEADER = 8.0
 """A text farther away than this gets a thin line to its point."""
 
-MARGIN = 1.0
-"""Free margin around a text in points."""
-
 NEIGHBOURHOOD = 6.0
 """Lines of another colour this near, in points, make a text ambiguous."""
 
@@ -174,7 +171,7 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     offsets, radii, habit = _candidates(half, label)
     places = canvas.places(label.anchors)
     centres = (places[:, None] + offsets).reshape(-1, 2)
-    cost = canvas.cost(centres - half - MARGIN, centres + half + MARGIN, label.colour)
+    cost = canvas.cost(centres - half - 1.0, centres + half + 1.0, label.colour)
     near = canvas.foreign_near(places, label.colour)
     liking = np.tile(0.4 * radii + habit, len(places)) + np.repeat(near, len(offsets))
     if label.leader:

@@ -127,10 +127,6 @@ def mark_style(type_: str) -> dict[str, Any]:
     }
 
 
-SAME = 1e-4
-"""Points of one type this near, over the range of each parameter, are one point of two loci."""
-
-
 @dataclass(frozen=True)
 class LocusMark:
     """A marked point."""
@@ -151,7 +147,8 @@ def locus_marks(
     for mark in (mark for locus in loci for mark in _of_locus(locus, lowest)):
         if not any(
             mark.type == other.type
-            and np.all(np.abs(np.subtract(mark.values, other.values)) < SAME * size)
+            # Points of one type closer than a line is wide are one point of two loci.
+            and np.all(np.abs(np.subtract(mark.values, other.values)) < 1e-4 * size)
             for other in found
         ):
             found.append(mark)
@@ -192,9 +189,6 @@ def _value(locus: Locus, index: int) -> str:
 SIZE = 7.5
 """Font size in points."""
 
-COLUMN_WIDTH = 1.9
-"""Width of a column of the legend in inches."""
-
 MARK_NAMES = {
     "MIN": "extremum of a locus",
     "LIMIT": "limit of the model",
@@ -212,7 +206,8 @@ def legend_options(
     """Return what a legend shows, with lines, markers and shades in a column each if they fit."""
     groups = [_lines(diagrams, colours), _marks(diagrams), _shades(diagrams) if regions else []]
     groups = [group for group in groups if group]
-    columns = max(int(min(width / COLUMN_WIDTH, len(groups))), 1)
+    # A column is 1.9 inches wide.
+    columns = max(int(min(width / 1.9, len(groups))), 1)
     if columns == len(groups):
         rows = max(map(len, groups), default=0)
         groups = [group + [_nothing()] * (rows - len(group)) for group in groups]
@@ -280,9 +275,6 @@ def _shades(diagrams: Sequence[HasLoci]) -> list[Artist]:
     told = [shade for item in diagrams if item.regions for shade in motion_shades(item.regions)]
     return [*shades, *{str(shade.get_label()): shade for shade in told}.values()]
 
-
-ANCHORS = 60
-"""Places along each locus where its name may stand."""
 
 ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
 """From the lowest to the topmost line."""
@@ -388,4 +380,4 @@ def _anchors(locus: Locus) -> Array:
     if not points:
         return np.zeros((0, 2))
     together = np.concatenate(points)
-    return together[np.linspace(0, len(together) - 1, ANCHORS).astype(int)]
+    return together[np.linspace(0, len(together) - 1, 60).astype(int)]

@@ -43,9 +43,6 @@ STICKS: Mapping[str, str] = MappingProxyType(
 )
 """How a region is marked in which contacts of stable responses stop."""
 
-GOLDEN = 0.6180339887498949
-"""Turn of the hue, in circles, that never comes back to where it was."""
-
 
 def region_colour(stable: tuple[int, ...]) -> str:
     """Return the colour of regions with these stable responses, the same in every figure.
@@ -58,7 +55,8 @@ def region_colour(stable: tuple[int, ...]) -> str:
     rank = _rank(stable)
     if rank < len(OTHERS):
         return OTHERS[rank]
-    return to_hex(hsv_to_rgb(rank * GOLDEN % 1, 0.22, 0.95 - 0.03 * (rank % 4)))
+    # The golden section of the circle of hues never returns to where it was.
+    return to_hex(hsv_to_rgb(rank * 0.6180339887498949 % 1, 0.22, 0.95 - 0.03 * (rank % 4)))
 
 
 def _rank(stable: tuple[int, ...]) -> int:
@@ -155,13 +153,6 @@ PIXELS = (1000, 800)
 PICTURE = "regions"
 """Name of the picture among what is drawn in the axes."""
 
-BESIDE_LINE = 3.0
-"""Cells of the map this near to a line, in cells, may belong to its other side: a strip of that
-width has no cells of its own."""
-
-ANCHORS = 300
-"""Places in a region where its name may stand."""
-
 
 def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
     """Paint regions below everything else, within the limits of the axes."""
@@ -244,7 +235,8 @@ def _sharpened(
         return labels
     # Distances in cells of the map.
     sampling = [pixel[1] / _spacing(second), pixel[0] / _spacing(first)]
-    sure = ndimage.distance_transform_edt(~barrier, sampling=sampling) > BESIDE_LINE
+    # A strip three cells wide has no cells of its own: these may belong to the other side.
+    sure = ndimage.distance_transform_edt(~barrier, sampling=sampling) > 3.0
     labels = _spread(labels, sure, ~(sure | barrier))
     nearest = ndimage.distance_transform_edt(barrier, return_distances=False, return_indices=True)
     return np.asarray(labels[tuple(nearest)])
@@ -348,7 +340,7 @@ def _places(mask: Mask, width: int, height: int) -> Array:
         + sums[:-height, :-width]
     )
     row, column = np.nonzero(inside == width * height)
-    chosen = np.linspace(0, len(row) - 1, min(len(row), ANCHORS)).astype(int)
+    chosen = np.linspace(0, len(row) - 1, min(len(row), 300)).astype(int)
     centres = np.column_stack([column + width // 2, row + height // 2])[chosen]
     # The roomiest first: it is taken where nothing else speaks against it.
     room = ndimage.distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1][*centres.T[::-1]]

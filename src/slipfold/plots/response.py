@@ -41,9 +41,6 @@ from slipfold.results.measured import Fit, MeasurementPlan
 from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
 
-ANCHORS = 40
-"""Places along each branch where its name may stand."""
-
 READ = "#c2410c"
 """Colour of measurements: of no branch, and darker than paper in grey."""
 
@@ -205,7 +202,7 @@ def _anchors(diagram: HasBranches, output: str, measure: str) -> Array:
     for branch in diagram.branches:
         lines = branch_segments(branch, output, measure)
         points = np.concatenate([np.column_stack([item.parameter, item.value]) for item in lines])
-        chosen.append(points[np.linspace(0, len(points) - 1, ANCHORS).astype(int)])
+        chosen.append(points[np.linspace(0, len(points) - 1, 40).astype(int)])
     return np.concatenate(chosen)
 
 

@@ -40,9 +40,6 @@ Motion = Trajectory | PeriodicOrbit
 FIRST, BETWEEN = "black", "#2166ac"
 """Colours of the multiples of the first frequency, and of the other lines."""
 
-NAMED = 8
-"""Lines of a torus that are named, the tallest."""
-
 COLOURS = {UP: "#2166ac", DOWN: "#c0392b"}
 """Colours of sweeps; motions from many starts are grey."""
 
@@ -53,9 +50,6 @@ STROBE = "strobe"
 
 SIZE = 1.1
 """Size of a dot in points."""
-
-SAMPLES = 48
-"""Samples in a forcing period, from which extremes are interpolated."""
 
 
 def draw_timeseries(
@@ -238,7 +232,8 @@ def draw_torus_spectrum(
         _draw_lines(ax, frequency[own], amplitude[own], colour, name)
     ax.legend()
     settle(ax)
-    highest = np.flatnonzero(shown)[np.argsort(amplitude[shown])[::-1][:NAMED]]
+    # The tallest lines have names.
+    highest = np.flatnonzero(shown)[np.argsort(amplitude[shown])[::-1][:8]]
     place_labels(
         ax,
         [
@@ -333,7 +328,8 @@ def dots_of(sweep: Sweep, run: int, output: str, measure: str) -> tuple[Array, A
     rows = [states[place, : count or None] for place, count in zip(known, repeats, strict=True)]
     counts = [len(each) for each in rows]
     at = np.repeat(sweep.values[known], counts)
-    samples = sampled_outputs(sweep.model, sweep.vary, at, np.concatenate(rows), SAMPLES)
+    # Extremes are interpolated between 48 samples of a forcing period.
+    samples = sampled_outputs(sweep.model, sweep.vary, at, np.concatenate(rows), 48)
     places, heights = list[Array](), list[Array]()
     parts = np.split(samples[:, :, column], np.cumsum(counts)[:-1])
     for place, count, own in zip(known, repeats, parts, strict=True):

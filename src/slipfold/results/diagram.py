@@ -35,9 +35,6 @@ from slipfold.text.printed_table import PrintedTable, with_unit
 from slipfold.text.stability import outside, stability_word, turns_text
 from slipfold.tori.torus_branch import TorusBranch
 
-SHOWN = 2
-"""States shown where nobody says which."""
-
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
 """What the column that asks whether an orbit is stable says."""
 
@@ -122,9 +119,7 @@ class Labelled(NamedTuple):
 class Branches(Part):
     """Branches as an attribute of a diagram."""
 
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return "The branches; the first is the response of period 1."
+    doc = "The branches; the first is the response of period 1."
 
     def curves(self, result: Any) -> Curves:
         """Return what is said of branches and of their points."""
@@ -276,7 +271,7 @@ class Diagram(Result):
 
     def _cells(self, outputs: Sequence[str] | None) -> PrintedTable:
         states = [state.name for state in self.model.states]
-        names = states[:SHOWN] if outputs is None else list(outputs)
+        names = states[:2] if outputs is None else list(outputs)
         known = [*states, *(output.name for output in self.model.outputs())]
         for name in names:
             if name not in known:

@@ -271,6 +271,9 @@ class Declared(Protocol):
 class Part:
     """How one attribute of a result is written as arrays, and read back from them."""
 
+    doc = ""
+    """What a docstring says of the attribute."""
+
     def variables(self, result: Any, key: str) -> Mapping[str, Variable]:
         """Return the arrays of an attribute."""
         return {}
@@ -292,8 +295,8 @@ class Part:
         return None
 
     def described(self) -> str:
-        """Return what a docstring says of the attribute; nothing where the name says it all."""
-        return ""
+        """Return what a docstring says of the attribute."""
+        return self.doc
 
 
 @cache
@@ -446,10 +449,6 @@ class Items(Part):
     """What a docstring says of them."""
     owner: tuple[str, str, str] | None = None
     """What owns items, what the number of an owner is, and an attribute as long as the owners."""
-
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return self.doc
 
     def table(self, result: Declared) -> Table:
         """Return what is said of an item."""

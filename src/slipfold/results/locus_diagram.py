@@ -146,9 +146,7 @@ class LabelledLocus(NamedTuple):
 class Loci(Part):
     """Loci as an attribute of a diagram."""
 
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return "The loci, in the order in which they were followed."
+    doc = "The loci, in the order in which they were followed."
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the arrays of loci."""

@@ -234,9 +234,7 @@ ROWS = (
 class Readings(Part):
     """A measurement as an attribute."""
 
-    def described(self) -> str:
-        """Return what a docstring says of it."""
-        return "What was measured."
+    doc = "What was measured."
 
     def names(self, key: str) -> set[str]:
         """Return the names of its arrays."""

@@ -18,9 +18,6 @@ from slipfold.results.tables import LabelledTable, frame_of
 
 SCHEMA = "slipfold.orbit/1"
 
-SAMPLES = 256
-"""Samples a forcing period."""
-
 NODES = Table(
     ("node",),
     (Column("nodes", meaning="states that the orbit is computed from", dimensions=("state",)),),
@@ -90,6 +87,6 @@ def _quantities(model: Model) -> list[State | Output]:
 
 
 def _sampled(orbit: PeriodicOrbit) -> dict[str, NDArray[np.float64]]:
-    time, values = orbit._outputs(SAMPLES * orbit.period)
+    time, values = orbit._outputs(256 * orbit.period)
     quantities = zip(_quantities(orbit.model), values.T, strict=True)
     return {"time": time, **{item.name: column for item, column in quantities}}

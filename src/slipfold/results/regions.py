@@ -83,9 +83,7 @@ def _cells(model: Model, vary: tuple[str, str]) -> tuple[Table, ...]:
 class Regions(Part):
     """The regions of a plane as an attribute, which may be None."""
 
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return "Which stable responses exist where; None if that was not requested."
+    doc = "Which stable responses exist where; None if that was not requested."
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the regions with their names, units and meanings."""

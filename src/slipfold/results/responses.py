@@ -37,9 +37,7 @@ class Found(NamedTuple):
 class Diagrams(Part):
     """Diagrams of many cases, each in a group of the file."""
 
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return "One a case; None where there is none."
+    doc = "One a case; None where there is none."
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Diagram | None, ...]:
         """Return the diagrams."""

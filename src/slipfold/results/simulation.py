@@ -133,10 +133,6 @@ def stick_text(last: LastRound, unit: str) -> str:
     return f"{'; '.join(parts)} ({unit} from its start)"
 
 
-HIGHEST = 3
-"""Multiples of the forcing frequency shown."""
-
-
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Simulation(Trajectory, Result):
     """A motion over many forcing periods, with its input; frozen.
@@ -292,7 +288,8 @@ class Simulation(Trajectory, Result):
         if period is None or self.settlement.kind == "equilibrium":
             return None
         spectrum = self.spectrum(period)
-        count = HIGHEST * spectrum.periods + 1
+        # Up to three times the forcing frequency.
+        count = 3 * spectrum.periods + 1
         names = [state.name for state in self.model.states]
         amplitudes = {name: spectrum.of(name)[:count] for name in names}
         return spectrum.frequency[:count], amplitudes

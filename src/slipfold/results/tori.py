@@ -129,9 +129,7 @@ def _resonances(vary: str, unit: str) -> Table:
 class Tori(Part):
     """Branches of tori as an attribute of a diagram."""
 
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return "Branches of quasi-periodic tori from Neimark-Sacker points, if they were requested."
+    doc = "Branches of quasi-periodic tori from Neimark-Sacker points, if they were requested."
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the arrays of tori; none if there are no tori."""

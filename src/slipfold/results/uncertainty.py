@@ -51,9 +51,7 @@ SCATTERS = Items("scattered", Scatter, (
 class Indices(Part):
     """Sobol's indices as an attribute, which may be None."""
 
-    def described(self) -> str:
-        """Return what a docstring says of them."""
-        return "Sobol's indices; None if they were not requested or cannot be computed."
+    doc = "Sobol's indices; None if they were not requested or cannot be computed."
 
     def names(self, key: str) -> set[str]:
         """Return the names of the arrays."""
