@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from slipfold.branches.branch import Branch as Branch
-    from slipfold.branches.event import Event as Event
+    from slipfold.branches.settings import Event as Event
     from slipfold.branches.settings import Settings as Settings
     from slipfold.branches.special_point import SpecialPoint as SpecialPoint
     from slipfold.computations.loci import bifurcation_set as bifurcation_set
@@ -130,8 +130,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "slipfold.branches.branch": ("Branch",),
-    "slipfold.branches.event": ("Event",),
-    "slipfold.branches.settings": ("Settings",),
+    "slipfold.branches.settings": ("Event", "Settings"),
     "slipfold.branches.special_point": ("SpecialPoint",),
     "slipfold.computations.loci": ("bifurcation_set", "locus"),
     "slipfold.computations.long_term": (

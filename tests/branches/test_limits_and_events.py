@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from slipfold.branches.event import Event
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
+from slipfold.branches.settings import Event, Settings
 from slipfold.continuation.settings import Newton, Steps
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator

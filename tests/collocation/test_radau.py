@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.method import forced_orbits
 from slipfold.branches.settings import Settings
+from slipfold.branches.start import forced_orbits
 from slipfold.collocation_points import radau_points
 from slipfold.continuation.newton import correct
 from slipfold.loci import start as given_point

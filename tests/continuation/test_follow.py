@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.continuation.algebraic_curve import AlgebraicCurve
+from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import LostCurveError, locate

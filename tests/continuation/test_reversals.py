@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from slipfold.continuation.algebraic_curve import AlgebraicCurve
-from slipfold.continuation.follow import follow
+from slipfold.continuation.curve import AlgebraicCurve
+from slipfold.continuation.follow import follow, unexplained_reversal
 from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.reversals import unexplained_reversal
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.trail import Sight
 

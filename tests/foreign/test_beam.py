@@ -195,7 +195,7 @@ def test_its_cost_says_what_makes_it_less():
 
 def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
     """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
-    from slipfold.branches.one_branch import trace_branch
+    from slipfold.branches.response import trace_branch
     from slipfold.branches.settings import Settings
     from slipfold.branches.start import equilibrium_start
 

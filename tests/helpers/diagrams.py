@@ -3,8 +3,7 @@
 import numpy as np
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.event import Event
-from slipfold.branches.settings import Settings
+from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.continuation.settings import Steps

@@ -7,8 +7,8 @@ import pytest
 from helpers.bifurcation_sets import bifurcations, response
 from helpers.textbook_models import Duffing, Mathieu, Torus
 from helpers.toy_models import Falling
-from slipfold.branches.event import Event
 from slipfold.branches.response import trace_response
+from slipfold.branches.settings import Event
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import slipfold as sf
-import slipfold.branches.event
+import slipfold.branches.settings
 from helpers.duffing_text import TEXT
 from slipfold.errors import InputError
 

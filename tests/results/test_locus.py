@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.locus_diagrams import assert_same
-from slipfold.branches.event import Event
-from slipfold.branches.settings import Settings
+from slipfold.branches.settings import Event, Settings
 from slipfold.computations.loci import bifurcation_set, locus
 from slipfold.computations.response import response
 from slipfold.continuation.settings import Steps

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.branches.event import Event
-from slipfold.branches.settings import Settings
+from slipfold.branches.settings import Event, Settings
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.models import SlidingOscillator, model_named

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
-from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import hermite
@@ -19,6 +18,7 @@ from slipfold.continuation.locate import BLURRED, LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.unseen import contracts_between
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED
 from slipfold.orbits.uncertainty import recomputed

@@ -9,10 +9,10 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.branches.bifurcations import TURNING
 from slipfold.branches.branch_point import Crossing, find_crossing
-from slipfold.branches.event import Event
 from slipfold.branches.events import Happened
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.branches.seams import FoundTouch
+from slipfold.branches.settings import Event
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE

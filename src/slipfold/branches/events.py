@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.event import Event
+from slipfold.branches.settings import Event
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.monitor import Zeros

@@ -13,15 +13,17 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
     APART,
+    Vanishing,
     ahead_of,
+    beyond_vanishing,
     locate_ahead,
     locate_fold,
     locate_loss,
     locate_seam,
+    locate_vanishing,
 )
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
-from slipfold.continuation.vanishing import Vanishing, beyond_vanishing, locate_vanishing
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.grazing import GrazingShooting, MarginalShooting

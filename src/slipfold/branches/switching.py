@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
 from slipfold.branches.homoclinic import snakes_about
-from slipfold.branches.method import method_for
 from slipfold.branches.settings import Settings
+from slipfold.branches.start import method_for
 from slipfold.continuation.atlas import Chart, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS

@@ -17,7 +17,7 @@ GRACE = 0.4
 
 KEEPING = frozenset(
     {
-        "slipfold.branches.complete.complete_branches",
+        "slipfold.branches.make_branch.complete_branches",
         "slipfold.branches.make_branch.describe_in_turn",
         "slipfold.checks.curves.check_some",
         "slipfold.checks.motions.check_motion",

@@ -17,8 +17,7 @@ from slipfold.errors import InputError
 from slipfold.options import Option
 
 if TYPE_CHECKING:
-    from slipfold.branches.event import Event
-    from slipfold.branches.settings import Settings
+    from slipfold.branches.settings import Event, Settings
     from slipfold.models.friction import FrictionLaw
     from slipfold.models.model import Model
 
@@ -483,7 +482,7 @@ def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event
     >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
     Event(name='Vrel', value=0.2, measure='min', stop=False)
     """
-    from slipfold.branches.event import Event
+    from slipfold.branches.settings import Event
     from slipfold.models.quantity import parse_quantity
     from slipfold.models.suggestion import suggest
 

@@ -68,7 +68,7 @@ def response(
     Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
     followed to its end, 130 interrupted.
     """
-    from slipfold.branches.complete import complete_branches
+    from slipfold.branches.make_branch import complete_branches
     from slipfold.computations.response import response as compute
 
     events = [parse_event(text, model, varied[0]) for text in event or ()]

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.event import Event
 from slipfold.branches.progress import branch_progress, searching
 from slipfold.branches.response import measured_over, trace_response
-from slipfold.branches.settings import Settings
+from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
 from slipfold.checks.checked import Checked

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Generic
 
+from slipfold.continuation.curve import P
 from slipfold.continuation.end import End
-from slipfold.continuation.point import P
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Trail, joined
 

@@ -1,17 +1,58 @@
-"""What the engine asks of the equations whose solutions it follows."""
+"""The equations whose solutions are followed, and their points."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, Generic
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import Correction, Linearised
-from slipfold.continuation.point import P
+from slipfold.continuation.newton import Correction, Linearised, correct
+from slipfold.continuation.whole_matrix import WholeMatrix
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """An accepted solution with what continuation needs to know of it."""
+
+    z: NDArray[np.float64]  # the unknown
+    tangent: NDArray[np.float64]  # unit tangent of the curve, in the direction of travel
+    arclength: float  # position on the curve
+    tests: dict[str, float]  # functions that change sign at special points, by name
+    # Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch point
+    # and not at a fold. Zero where it is not known.
+    orientation: int
+    residual: float  # how far the solution fails to meet the equations
+    # Logarithm of that determinant's size; minus infinity where it is not known
+    volume: float = -np.inf
+    # Derivatives of the equations there; None where they are not known any more
+    linearisation: Any = None
+    # On which smooth piece of a curve it lies; the same for all where the curve is smooth
+    piece: Any = None
+    # Says what the unknown means, where that changes along a curve; None where it does not
+    curve: Any = None
+
+    @cached_property
+    def values(self) -> NDArray[np.float64]:
+        """The test functions in their order."""
+        return np.array(list(self.tests.values()))
+
+    @property
+    def growth(self) -> float:
+        """Upper bound of what is zero where something may happen; infinite where none is known.
+
+        Where it is below zero nothing does.
+        """
+        return np.inf
+
+
+P = TypeVar("P", bound=Point)
+"""Kind of the points of a curve."""
 
 
 class Curve(ABC, Generic[P]):
@@ -78,3 +119,56 @@ class Curve(ABC, Generic[P]):
             },
             orientation=-point.orientation,
         )
+
+
+class AlgebraicCurve(Curve[Point]):
+    """Equations given with their whole Jacobian."""
+
+    @abstractmethod
+    def jacobian(self, z: Array) -> Array:
+        """Return the derivatives of the defect, shape (n - 1, n)."""
+
+    def tests(self, z: Array, tangent: Array) -> dict[str, float]:
+        """Return the functions that change sign at special points, by name."""
+        return {}
+
+    def linearise(self, z: Array) -> _Dense:
+        """Return the defect with its derivatives."""
+        return _Dense(self.defect(z), self.jacobian(z))
+
+    def point(self, correction: Correction, arclength: float) -> Point:
+        """Return a converged correction as a point, with its test functions."""
+        z, bordered = correction.z, correction.bordered
+        tangent = bordered.tangent()
+        tests = self.tests(z, tangent)
+        return Point(
+            z,
+            tangent,
+            arclength,
+            tests,
+            bordered.sign,
+            correction.residual,
+            volume=bordered.volume,
+        )
+
+    def begin(self, guess: Array, row: Array) -> Point:
+        """Return the point nearest a guess in a hyperplane; the curve goes on along its normal."""
+        correction = correct(self, np.asarray(guess, dtype=float), np.asarray(row, dtype=float))
+        if not correction.converged:
+            raise ArithmeticError(correction.failure)
+        return self.point(correction, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Dense:
+    """Defect and Jacobian."""
+
+    defect: Array
+    jacobian: Array
+
+    @property
+    def is_finite(self) -> bool:
+        return bool(np.isfinite(self.defect).all() and np.isfinite(self.jacobian).all())
+
+    def bordered(self, row: Array) -> WholeMatrix:
+        return WholeMatrix(np.vstack([self.jacobian, row]))

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.curve import Curve
+from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.newton import Linearised, length_of
-from slipfold.continuation.point import P, Point
 
 POINTS = 3
 """Points a curve is extrapolated from: more gain little and overshoot when steps change."""

@@ -9,7 +9,7 @@ from typing import Generic
 
 import numpy as np
 
-from slipfold.continuation.curve import Curve
+from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import (
     POINTS,
     SPACING,
@@ -19,7 +19,6 @@ from slipfold.continuation.interpolation import (
     well_spaced,
 )
 from slipfold.continuation.newton import correct
-from slipfold.continuation.point import P
 from slipfold.errors import breakdown
 
 CLOSE = 1e-12

@@ -7,8 +7,7 @@ from math import isfinite
 from typing import Protocol, TypeVar
 
 from slipfold.arrays import Array
-from slipfold.continuation.curve import Curve
-from slipfold.continuation.point import P, Point
+from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.search import Found, Watch, locate_test, search_between
 from slipfold.continuation.trail import Sight, Stretch
 

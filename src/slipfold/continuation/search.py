@@ -10,10 +10,9 @@ from typing import Generic
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.curve import Curve
+from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import well_spaced
 from slipfold.continuation.locate import insert, locate, point_at
-from slipfold.continuation.point import P
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 
 DEPTH = 7

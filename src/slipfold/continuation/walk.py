@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.contraction import contraction_drift
-from slipfold.continuation.curve import Curve
+from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import (
     POINTS,
     angle_between,
@@ -19,7 +18,6 @@ from slipfold.continuation.interpolation import (
     lagrange,
 )
 from slipfold.continuation.newton import Correction, Linearised, correct, length_of
-from slipfold.continuation.point import P
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
     HARDER,
@@ -32,6 +30,7 @@ from slipfold.continuation.step_length import (
     shortened,
     shortened_where_lost,
 )
+from slipfold.continuation.unseen import contraction_drift
 from slipfold.errors import BREAKDOWNS, breakdown
 
 Bound = tuple[int, float, float]

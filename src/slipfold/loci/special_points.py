@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
 from slipfold.branches.closed_branches import asymmetry, has_copy
-from slipfold.continuation.contraction import contracts_between
 from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
 from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.unseen import contracts_between
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.critical import crossing_gap

@@ -12,10 +12,9 @@ from typing import Any, Self
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.continuation.curve import Curve
+from slipfold.continuation.curve import Curve, Point
 from slipfold.continuation.interpolation import POINTS, arc_between
 from slipfold.continuation.newton import Correction, correct
-from slipfold.continuation.point import Point
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model

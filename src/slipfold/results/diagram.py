@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.event import Event
-from slipfold.branches.settings import Settings
+from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import BIFURCATIONS, LOCUS_TYPES, SpecialPoint, sensitive_to
 from slipfold.checks.checked import Checked
 from slipfold.continuation.end import End

@@ -10,10 +10,9 @@ from typing import Any, Self
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.continuation.curve import Curve
+from slipfold.continuation.curve import Curve, Point
 from slipfold.continuation.interpolation import POINTS
 from slipfold.continuation.newton import Correction, correct
-from slipfold.continuation.point import Point
 from slipfold.continuation.whole_matrix import FactoredMatrix
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants, power_of_two
