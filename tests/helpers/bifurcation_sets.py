@@ -22,6 +22,7 @@ from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import coefficient_at
 from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
+from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits
 
 PLANES = {
@@ -216,6 +217,19 @@ def passes(branch, orbit, value):
             if found.converged and np.linalg.norm(found.z - target) < PASSES:
                 return True
     return False
+
+
+def orbits_at(branch, value):
+    """Nodes of all orbits of a branch at a value of its parameter."""
+    problem, spline = _branch_curve(branch)
+    gaps = branch.parameter - value
+    for i in np.flatnonzero((gaps[:-1] > 0) != (gaps[1:] > 0)):
+        a, b = branch.arclength[i : i + 2]
+        guess = spline(a + gaps[i] / (gaps[i] - gaps[i + 1]) * (b - a))
+        guess[-1] = value / problem.width
+        found = correct(problem, guess, hold_parameter(problem.size), iterations=20)
+        if found.converged:
+            yield problem.nodes(found.z)
 
 
 @dataclass(frozen=True)
