@@ -217,6 +217,39 @@ def test_tori_of_two_modes_begin_at_their_double_hopf_point():
         assert b == pytest.approx(slope * a, abs=1e-9)
 
 
+def test_two_modes_in_bent_coordinates_have_the_coefficients_of_their_form():
+    # r1' = r1 (a - r1^2 - 0.6 r2^2) turns at 1.5, r2' = r2 (b - 0.4 r1^2 - r2^2) at 1; each mode is
+    # seen with squares of the other. The critical vectors are (1, -i)/sqrt(2): twice the numbers.
+    model = sf.System({
+        "name": "bent",
+        "parameters": {"a": -0.5, "b": -0.3},
+        "formulas": {
+            "u": "x - 0.3*z*w + 0.2*z^2",
+            "v": "y - 0.4*w^2",
+            "p": "z - 0.5*u*v",
+            "q": "w + 0.3*u^2 - 0.2*v^2",
+            "du": "u*(a - u^2 - v^2 - 0.6*(p^2 + q^2)) - 1.5*v",
+            "dv": "v*(a - u^2 - v^2 - 0.6*(p^2 + q^2)) + 1.5*u",
+            "dp": "p*(b - 0.4*(u^2 + v^2) - p^2 - q^2) - q",
+            "dq": "q*(b - 0.4*(u^2 + v^2) - p^2 - q^2) + p",
+            "dz": "dp + 0.5*(du*v + u*dv)",
+            "dw": "dq - 0.6*u*du + 0.4*v*dv",
+        },
+        "states": {
+            "x": "du + 0.3*(dz*w + z*dw) - 0.4*z*dz",
+            "y": "dv + 0.8*w*dw",
+            "z": "dz",
+            "w": "dw",
+        },
+    })  # fmt: skip
+    hopf = points_of(model, "a", (-0.5, 0.5), "HB")
+    found = sf.locus(hopf, ("a", "b"), ((-1, 1), (-1, 1)), switch=False)
+    (double,) = found.loci[0].special
+    assert (double.type, double.values) == ("HH", pytest.approx((0, 0), abs=1e-9))
+    expected = {"p11": -2, "p12": -1.2, "p21": -0.8, "p22": -2}
+    assert double.coefficients == pytest.approx(expected, rel=1e-7)
+
+
 @pytest.mark.parametrize(("s", "e"), [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)])
 def test_tori_begin_at_a_zero_hopf_point_by_its_signs(s, e):
     # Kuznetsov, Elements of Applied Bifurcation Theory, section 8.5, without what breaks the

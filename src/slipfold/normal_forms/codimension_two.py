@@ -209,8 +209,42 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
     }
 
 
+def _double_hopf(field: FieldMap) -> dict[str, float]:
+    """Real parts of the cubic coefficients of both pairs, the faster one first (section 8.6)."""
+    matrix, identity = field.jacobian, np.eye(len(field.jacobian))
+    values = np.linalg.eigvals(matrix)
+    upper = values[values.imag > 0]
+    pairs = sorted(upper[np.abs(upper.real).argsort(kind="stable")[:2]], key=lambda w: -w.imag)
+    (u, p), (v, r) = (eigenvectors(matrix, complex(value)) for value in pairs)
+    first, second = (1j * value.imag for value in pairs)
+    uu, vv, u_u, v_v, uv, u_v = field.second(
+        [(u, u), (v, v), (u, u.conj()), (v, v.conj()), (u, v), (u, v.conj())]
+    )
+
+    def solved(value: complex, side: Vector) -> Vector:
+        return np.linalg.solve(value * identity - matrix, side)
+
+    still = solved(0, u_u), solved(0, v_v)
+    both, apart = solved(first + second, uv), solved(first - second, u_v)
+    mixed = field.second(
+        [
+            *((u, still[1]), (v, apart), (v.conj(), both)),
+            *((v, still[0]), (u, apart.conj()), (u.conj(), both)),
+        ]
+    )
+    by_other = third_form(field, u, v, v.conj()) + sum(mixed[:3])
+    by_first = third_form(field, u, u.conj(), v) + sum(mixed[3:])
+    return {
+        "p11": pair_cubic(field, u, p, still[0], solved(2 * first, uu)).real,
+        "p12": float(np.vdot(p, by_other).real),
+        "p21": float(np.vdot(r, by_first).real),
+        "p22": pair_cubic(field, v, r, still[1], solved(2 * second, vv)).real,
+    }
+
+
 _EQUILIBRIUM_FORMS: dict[str, Callable[[FieldMap], dict[str, float]]] = {
     "CP": lambda field: cusp_form(field, field.jacobian),
     "BT": _bogdanov_takens,
     "ZH": _zero_hopf,
+    "HH": _double_hopf,
 }
