@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property, lru_cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import heyoka as hy
 import numpy as np
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.output import Expression
+
+if TYPE_CHECKING:
+    from slipfold.models.model import Kind, Model
 
 
 def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expression]) -> Any:
@@ -48,48 +50,6 @@ gain nothing."""
 def carried_whole(states: int) -> bool:
     """Return whether all derivatives of a motion ride along with it at once."""
     return states <= WHOLE
-
-
-class Model(Protocol):
-    """What is asked of a model here."""
-
-    @property
-    def states(self) -> tuple[State, ...]:
-        """Names of the states."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Names of the parameters."""
-
-    @property
-    def vector(self) -> Array:
-        """Values of the parameters, in their order."""
-
-    @property
-    def kind(self) -> Kind:
-        """What models with the same equations share."""
-
-    def coefficients(self, p: Symbols) -> Symbols:
-        """Return what depends on parameters alone, by name."""
-
-    def rates(self, q: Symbols, c: Symbols, phase: Expression) -> Symbols:
-        """Return the time derivatives of the states, by name."""
-
-    def period(self, p: Symbols) -> Expression:
-        """Return the forcing period in seconds."""
-
-    def outputs(self) -> Sequence[Output]:
-        """Return the quantities of interest."""
-
-
-class Kind(Protocol):
-    """What models with the same equations share."""
-
-    def __hash__(self) -> int:
-        """Return the same number for the same equations."""
-
-    def make(self) -> Model:
-        """Make a model of this kind."""
 
 
 class Evaluation:

@@ -89,9 +89,17 @@ class Parameter:
         return value
 
 
-DURATION = Parameter(
-    "duration", 1.0, "s", "period of a cycle; elsewhere a unit of time", 0, lower_open=True
-)
+def positive(name: str, default: float, unit: str, doc: str = "", symbol: str = "") -> Parameter:
+    """Describe a parameter that must be > 0."""
+    return Parameter(name, default, unit, doc, 0, lower_open=True, symbol=symbol)
+
+
+def nonnegative(name: str, default: float, unit: str, doc: str = "", symbol: str = "") -> Parameter:
+    """Describe a parameter that must be >= 0."""
+    return Parameter(name, default, unit, doc, 0, symbol=symbol)
+
+
+DURATION = positive("duration", 1.0, "s", "period of a cycle; elsewhere a unit of time")
 """What every autonomous model has besides its own parameters; it takes the place of the period."""
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, Self
 
 import heyoka as hy
@@ -26,7 +27,7 @@ from slipfold.models.output import (
     friction_name,
     normal_name,
 )
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.structures.component import cos_sin
 from slipfold.models.unforced import Unforced
 
@@ -43,149 +44,154 @@ def spring_length_squared(q: Symbols) -> Expression:
     return height * height + q["x"] * q["x"]
 
 
-def _spring_length(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return hy.sqrt(spring_length_squared(q))
-
-
-def _normal_force(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    if normal_name(TIP) in q:
-        return q[normal_name(TIP)]
-    return c["Ns"] + c["Nd"] * hy.cos(2 * math.pi * phase)
-
-
-def relative_velocity(q: Symbols, c: Symbols) -> tuple[Expression, Expression]:
-    """Return the velocity of the plate relative to the tip."""
-    return c["L"] * (c["plate_x"] - q["vx"]), c["L"] * (c["plate_y"] - q["vy"])
-
-
-def _relative_speed(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    slip_x, slip_y = relative_velocity(q, c)
-    return hy.sqrt(slip_x * slip_x + slip_y * slip_y)
-
-
-def _relative_speed_ratio(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    return _relative_speed(q, c, phase) / c["Vd"]
-
-
 def law_parameters(law: FrictionLaw, c: Symbols) -> Symbols:
     """Return the law's parameters by their own names."""
     return {item.name: c[f"{LAW_PREFIX}{item.name}"] for item in law.parameters}
 
 
-def _power_damping(q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    lost_y = c["m1"] * c["damping1"] * q["vy"] * q["vy"]
-    lost_x = c["m2"] * c["damping2"] * q["vx"] * q["vx"]
-    return c["L"] * c["L"] * (lost_x + lost_y)
+class _TipState:
+    """Forces, slip and powers at a state; the friction is Coulomb's with ``mu`` without a law."""
 
-
-class _TipContact:
-    """The friction force under a law, Coulomb's with the coefficient ``mu`` if None, and powers."""
-
-    def __init__(self, law: FrictionLaw | None) -> None:
-        self.law = law
-        self.memory = () if law is None else tuple(state.name for state in law.memory(2))
+    def __init__(self, law: FrictionLaw | None, q: Symbols, c: Symbols, phase: Expression) -> None:
+        self.law, self.q, self.c = law, q, c
+        self.pulsing = c["Nd"] * hy.cos(2 * math.pi * phase)
+        self.slip = (c["L"] * (c["plate_x"] - q["vx"]), c["L"] * (c["plate_y"] - q["vy"]))
+        self.given = normal_name(TIP) in q
+        self.normal = q[normal_name(TIP)] if self.given else c["Ns"] + self.pulsing
 
     @property
-    def losses(self) -> str:
-        """What becomes of the power that slip puts into the contact."""
-        stored = " and stored in the contact" if self.memory else ""
-        return f"power lost to friction heat{stored}"
+    def speed(self) -> Expression:
+        x, y = self.slip
+        return hy.sqrt(x * x + y * y)
 
-    def force(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Expression, Expression]:
-        if normal_name(TIP) in q:
-            return q[friction_name(TIP, 0)], q[friction_name(TIP, 1)]
-        slip_x, slip_y = relative_velocity(q, c)
-        normal = _normal_force(q, c, phase)
+    @property
+    def force(self) -> tuple[Expression, ...]:
+        if self.given:
+            return self.q[friction_name(TIP, 0)], self.q[friction_name(TIP, 1)]
         if self.law is None:
-            size, speed = c["mu"] * normal, _relative_speed(q, c, phase)
-            return size * slip_x / speed, size * slip_y / speed
-        memory = [q[name] for name in self.memory]
-        x, y = self.law.force((slip_x, slip_y), normal, memory, law_parameters(self.law, c))
-        return x, y
+            size, speed = self.c["mu"] * self.normal, self.speed
+            return tuple(size * part / speed for part in self.slip)
+        memory = [self.q[state.name] for state in self.law.memory(2)]
+        return self.law.force(self.slip, self.normal, memory, law_parameters(self.law, self.c))
 
-    def friction_x(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        return self.force(q, c, phase)[0]
-
-    def friction_y(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        return self.force(q, c, phase)[1]
-
-    def friction_direction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+    @property
+    def direction(self) -> Expression:
         # Without memory the force lies along the slip, which takes less to compute.
-        given = self.memory or normal_name(TIP) in q
-        x, y = self.force(q, c, phase) if given else relative_velocity(q, c)
+        remembers = self.law is not None and self.law.memory(2)
+        x, y = self.force if self.given or remembers else self.slip
         return hy.atan2(y, x)
 
-    def power_plate(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        return c["L"] * (
-            self.friction_x(q, c, phase) * c["plate_x"]
-            + self.friction_y(q, c, phase) * c["plate_y"]
-        )
+    @property
+    def power_plate(self) -> Expression:
+        x, y = self.force
+        return self.c["L"] * (x * self.c["plate_x"] + y * self.c["plate_y"])
 
-    def power_friction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        if self.law is None and normal_name(TIP) not in q:
-            return c["mu"] * _normal_force(q, c, phase) * _relative_speed(q, c, phase)
-        (x, y), (slip_x, slip_y) = self.force(q, c, phase), relative_velocity(q, c)
+    @property
+    def power_friction(self) -> Expression:
+        if self.law is None and not self.given:
+            return self.c["mu"] * self.normal * self.speed
+        (x, y), (slip_x, slip_y) = self.force, self.slip
         return x * slip_x + y * slip_y
 
-    def power_structure(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        return c["L"] * (
-            self.friction_x(q, c, phase) * q["vx"] + self.friction_y(q, c, phase) * q["vy"]
-        )
+    @property
+    def power_structure(self) -> Expression:
+        x, y = self.force
+        return self.c["L"] * (x * self.q["vx"] + y * self.q["vy"])
 
-    def power_pulsation(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        pulsing = c["Nd"] * hy.cos(2 * math.pi * phase)
-        return self.power_structure(q, c, phase) * pulsing / _normal_force(q, c, phase)
+    @property
+    def power_damping(self) -> Expression:
+        q, c = self.q, self.c
+        lost_y = c["m1"] * c["damping1"] * q["vy"] * q["vy"]
+        lost_x = c["m2"] * c["damping2"] * q["vx"] * q["vx"]
+        return c["L"] * c["L"] * (lost_x + lost_y)
 
 
 def sliding_outputs(law: FrictionLaw | None = None) -> tuple[Output, ...]:
     """Return the outputs of the oscillator under a friction law."""
-    contact = _TipContact(law)
-    return (
-        Output("N", _normal_force, "N", "normal force", "$N$ (N)"),
-        Output(
+    stored = " and stored in the contact" if law is not None and law.memory(2) else ""
+    pulsation = "share of power_structure due to the pulsing part of the normal force"
+    rows: tuple[tuple[str, Callable[[_TipState], Expression], str, str, str], ...] = (
+        ("N", lambda tip: tip.normal, "N", "normal force", "$N$ (N)"),
+        (
             "Vrel",
-            _relative_speed,
+            lambda tip: tip.speed,
             "m/s",
             "speed of the plate relative to the tip",
             "$V_{rel}$ (m/s)",
         ),
-        Output(
+        (
             "Vrel_ratio",
-            _relative_speed_ratio,
+            lambda tip: tip.speed / tip.c["Vd"],
             "",
             "relative speed over plate speed",
             "$V_{rel}/V_d$",
         ),
-        Output("l", _spring_length, "", "length of the spring over L", "$l/L$"),
-        Output("Fx", contact.friction_x, "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
-        Output("Fy", contact.friction_y, "N", "friction force on the tip, vertical", "$F_y$ (N)"),
-        Output(
+        (
+            "l",
+            lambda tip: hy.sqrt(spring_length_squared(tip.q)),
+            "",
+            "length of the spring over L",
+            "$l/L$",
+        ),
+        ("Fx", lambda tip: tip.force[0], "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
+        ("Fy", lambda tip: tip.force[1], "N", "friction force on the tip, vertical", "$F_y$ (N)"),
+        (
             "friction_direction",
-            contact.friction_direction,
+            lambda tip: tip.direction,
             "rad",
             "direction of the friction force from the x axis",
             r"$\arg F$ (rad)",
         ),
-        Output(
-            "power_plate", contact.power_plate, "W", "power put in by the plate's drive", "$P$ (W)"
+        (
+            "power_plate",
+            lambda tip: tip.power_plate,
+            "W",
+            "power put in by the plate's drive",
+            "$P$ (W)",
         ),
-        Output("power_friction", contact.power_friction, "W", contact.losses, "$P$ (W)"),
-        Output(
+        (
+            "power_friction",
+            lambda tip: tip.power_friction,
+            "W",
+            f"power lost to friction heat{stored}",
+            "$P$ (W)",
+        ),
+        (
             "power_structure",
-            contact.power_structure,
+            lambda tip: tip.power_structure,
             "W",
             "power friction puts into the structure: plate less heat",
             "$P$ (W)",
         ),
-        Output(
+        (
             "power_pulsation",
-            contact.power_pulsation,
+            lambda tip: tip.power_structure * tip.pulsing / tip.normal,
             "W",
-            "share of power_structure due to the pulsing part of the normal force",
+            pulsation,
             "$P$ (W)",
         ),
-        Output("power_damping", _power_damping, "W", "power lost to structural damping", "$P$ (W)"),
+        (
+            "power_damping",
+            lambda tip: tip.power_damping,
+            "W",
+            "power lost to structural damping",
+            "$P$ (W)",
+        ),
     )
+    return tuple(
+        Output(name, partial(_output, value, law), unit, doc, label)
+        for name, value, unit, doc, label in rows
+    )
+
+
+def _output(
+    value: Callable[[_TipState], Expression],
+    law: FrictionLaw | None,
+    q: Symbols,
+    c: Symbols,
+    phase: Expression,
+) -> Expression:
+    return value(_TipState(law, q, c, phase))
 
 
 class SlidingOscillator(Model):
@@ -241,38 +247,18 @@ class SlidingOscillator(Model):
         State("vy", "1/s", "rate of y/L", r"$\dot y/L$ (1/s)"),
     )
     parameters = (
-        Parameter("k1", 317.98, "N/m", "vertical stiffness", 0, lower_open=True, symbol="$k_1$"),
-        Parameter("zeta1", 0.006, "", "vertical damping ratio", 0, symbol=r"$\zeta_1$"),
-        Parameter(
-            "f1",
-            6.12,
-            "Hz",
-            "vertical natural frequency without the spring",
-            0,
-            lower_open=True,
-            symbol="$f_1$",
-        ),
-        Parameter("k2", 362.58, "N/m", "horizontal stiffness", 0, lower_open=True, symbol="$k_2$"),
-        Parameter("zeta2", 0.0057, "", "horizontal damping ratio", 0, symbol=r"$\zeta_2$"),
-        Parameter(
-            "f2",
-            6.59,
-            "Hz",
-            "horizontal natural frequency without the spring",
-            0,
-            lower_open=True,
-            symbol="$f_2$",
-        ),
-        Parameter("kext", 1000.0, "N/m", "stiffness of the coupling spring", 0, symbol="$k_{ext}$"),
-        Parameter(
-            "L", 5e-3, "m", "length of the unstretched spring", 0, lower_open=True, symbol="$L$"
-        ),
-        Parameter(
-            "f", 12.5, "Hz", "frequency of the normal force", 0, lower_open=True, symbol="$f$"
-        ),
-        Parameter("Nd", 0.0, "N", "amplitude of the normal force's pulsation", 0, symbol="$N_d$"),
-        Parameter("Ns", 1.0, "N", "static normal force", 0, lower_open=True, symbol="$N_s$"),
-        Parameter("mu", 0.5, "", "friction coefficient", 0, symbol=r"$\mu$"),
+        positive("k1", 317.98, "N/m", "vertical stiffness", "$k_1$"),
+        nonnegative("zeta1", 0.006, "", "vertical damping ratio", r"$\zeta_1$"),
+        positive("f1", 6.12, "Hz", "vertical natural frequency without the spring", "$f_1$"),
+        positive("k2", 362.58, "N/m", "horizontal stiffness", "$k_2$"),
+        nonnegative("zeta2", 0.0057, "", "horizontal damping ratio", r"$\zeta_2$"),
+        positive("f2", 6.59, "Hz", "horizontal natural frequency without the spring", "$f_2$"),
+        nonnegative("kext", 1000.0, "N/m", "stiffness of the coupling spring", "$k_{ext}$"),
+        positive("L", 5e-3, "m", "length of the unstretched spring", "$L$"),
+        positive("f", 12.5, "Hz", "frequency of the normal force", "$f$"),
+        nonnegative("Nd", 0.0, "N", "amplitude of the normal force's pulsation", "$N_d$"),
+        positive("Ns", 1.0, "N", "static normal force", "$N_s$"),
+        nonnegative("mu", 0.5, "", "friction coefficient", r"$\mu$"),
         Parameter(
             "alpha",
             math.pi / 3,
@@ -280,7 +266,7 @@ class SlidingOscillator(Model):
             "direction of the plate's motion from the x axis",
             symbol=r"$\alpha$",
         ),
-        Parameter("Vd", 0.6, "m/s", "speed of the plate", 0, symbol="$V_d$"),
+        nonnegative("Vd", 0.6, "m/s", "speed of the plate", "$V_d$"),
     )
     limits = (
         Limit(
@@ -472,12 +458,13 @@ class SlidingOscillator(Model):
         if not law.sticks:
             return ()
         own = {"mu_s": c["mu"], "mu_k": c["mu"]} if self._law is None else law_parameters(law, c)
+        tip = _TipState(self._law, q, c, phase)
         return (
             Contact(
                 TIP,
-                relative_velocity(q, c),
+                tip.slip,
                 (c["L"] * c["plate_x"], c["L"] * c["plate_y"]),
-                c["Ns"] + c["Nd"] * hy.cos(2 * math.pi * phase),
+                c["Ns"] + tip.pulsing,
                 friction=lambda speed: law.formula(speed, own),
                 holding=law.holding(own),
                 limits=("stick",),

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
-from slipfold.models.definitions.declared_contacts import contacts_at_rest, contacts_of_system
 from slipfold.models.definitions.definition import WatchedValue
 from slipfold.models.definitions.source import source_of_file, source_of_tables, source_of_text
 from slipfold.models.model import Model
@@ -220,12 +219,12 @@ class System(Model):
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the contacts of the definition."""
-        return contacts_of_system(self._built.equations, q, c, phase)
+        return tuple(item.contact(q, c, phase) for item in self._built.contacts)
 
     @property
     def resting(self) -> tuple[str, ...]:
         """Names of the contacts whose counter-bodies are at rest."""
-        return contacts_at_rest(self._built.equations, self._values)
+        return tuple(i.own.name for i in self._built.contacts if i.rests(self._values))
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period in seconds; of an autonomous system the ``duration``."""

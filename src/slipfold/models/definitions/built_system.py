@@ -16,9 +16,9 @@ from functools import lru_cache, partial
 from slipfold.errors import InputError
 from slipfold.models.definitions.arrays import without_arrays
 from slipfold.models.definitions.declared_contacts import (
+    DeclaredContact,
     check_contacts,
-    contact_limits,
-    contact_outputs,
+    declared_contacts,
 )
 from slipfold.models.definitions.definition import Definition, read_definition, write_definition
 from slipfold.models.definitions.equations import (
@@ -150,6 +150,7 @@ class BuiltSystem:
     definition: Definition  # names, formulas and their meaning
     text: str  # the definition as TOML, always the same for the same definition
     equations: SystemEquations  # the formulas taken apart
+    contacts: tuple[DeclaredContact, ...]  # where friction acts
     # Whether forcing and angles repeat whatever the parameters; else each set is to be checked
     repeats: bool
     outputs: tuple[Output, ...]  # quantities of interest
@@ -210,10 +211,11 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
         Output(item.name, partial(_output, equations, item.name), item.unit, item.doc, item.label)
         for item in definition.outputs
     )
-    outputs += contact_outputs(equations)
-    limits = (*definition.limits, *contact_limits(equations))
+    contacts = declared_contacts(equations)
+    outputs += tuple(output for item in contacts for output in item.outputs)
+    limits = (*definition.limits, *(limit for item in contacts for limit in item.limits))
     text, repeats = write_definition(definition), always_repeats(definition, equations)
-    return BuiltSystem(definition, text, equations, repeats, outputs, limits)
+    return BuiltSystem(definition, text, equations, contacts, repeats, outputs, limits)
 
 
 @lru_cache(maxsize=256)

@@ -16,6 +16,7 @@ from slipfold.models.definitions.source import Source
 from slipfold.models.definitions.tables import Entries, type_name
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME
 from slipfold.models.friction.record import law_record
+from slipfold.models.model import Model
 from slipfold.models.output import Limit
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.suggestion import suggest
@@ -78,44 +79,9 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
 
 _TAKEN = frozenset(
     (
-        # Attributes of every model, where a parameter of that name would be hidden ...
-        *(
-            "name",
-            "title",
-            "states",
-            "parameters",
-            "limits",
-            "quiet",
-            "outputs",
-            "period",
-            "duration",
-        ),
-        *(
-            "coefficients",
-            "rates",
-            "declared_scales",
-            "found_sizes",
-            "measured_in",
-            "state_scales",
-            "unit_scales",
-            "quiet_scales",
-            "check",
-            "structure",
-            "kind",
-            "values",
-        ),
-        *("vector", "parameter", "parameter_index", "replace", "evaluate"),
-        *("variable_parameter", "variable_parameters", "varied_first"),
-        *(
-            "events",
-            "contacts",
-            "resting",
-            "whole_turns",
-            "forced",
-            "start",
-            "from_toml",
-            "to_toml",
-        ),
+        # Attributes of models, which would hide a parameter of that name ...
+        *(name for name in (*dir(Model), *Model.__annotations__) if not name.startswith("_")),
+        *("events", "resting", "from_toml", "to_toml"),
         # ... and arguments of what takes parameters by name.
         *(
             "self",
@@ -129,7 +95,7 @@ _TAKEN = frozenset(
             "settings",
         ),
         *("observer", "plane", "window", "types", "regions", "regimes", "periods", "state"),
-        *("tolerance", "settled", "search", "tori", "gradients"),
+        *("tolerance", "settled", "search", "tori", "gradients", "duration"),
     )
 )
 
@@ -270,8 +236,7 @@ def _parameter(source: Source, name: str, value: Any) -> Parameter:
     table = value if isinstance(value, Mapping) else {"value": value}
     known = ("value", "unit", "min", "max", "above", "below", "doc", "symbol")
     entries = Entries(source, path, table, known)
-    if "value" not in entries:
-        raise source.error(path, f"the parameter {name} has no value; give e.g. value = 1.0")
+    entries.need("value", f"the parameter {name} has no value; give e.g. value = 1.0")
     for closed, opened in (("min", "above"), ("max", "below")):
         if closed in entries and opened in entries:
             raise entries.error(
@@ -285,17 +250,9 @@ def _parameter(source: Source, name: str, value: Any) -> Parameter:
         raise source.error(
             path, f"no value of {name} is allowed from {lower:g} to {upper:g}; exchange the bounds"
         )
-    parameter = Parameter(
-        name,
-        entries.number("value", 0.0, unit),
-        unit,
-        entries.text("doc"),
-        lower,
-        upper,
-        lower_open,
-        upper_open,
-        entries.text("symbol"),
-    )
+    bounds = (lower, upper, lower_open, upper_open)
+    number, doc = entries.number("value", 0.0, unit), entries.text("doc")
+    parameter = Parameter(name, number, unit, doc, *bounds, entries.text("symbol"))
     try:
         parameter.check(parameter.default)
     except InputError as error:
@@ -310,8 +267,7 @@ def _state(source: Source, name: str, value: Any) -> StateFormula:
         raise entries.error("scale", f"the scale {scale:g} of {name} is not positive; give e.g. 1")
     unit, doc, label = (entries.text(key) for key in ("unit", "doc", "label"))
     state = State(name, unit, doc, label, entries.flag("angle"))
-    rate = entries.text("rate", lines=True)
-    size = None if math.isnan(scale) else scale
+    rate, size = entries.text("rate", lines=True), None if math.isnan(scale) else scale
     return StateFormula(state, rate, size, entries.number("start", 0.0, unit))
 
 
@@ -332,8 +288,7 @@ def _formula_entries(
         )
     table = value if isinstance(value, Mapping) else {key: value}
     entries = Entries(source, path, table, (key, "unit", "doc", "label", *more))
-    if key not in entries:
-        raise source.error(path, f'{path[1]} has no {key}; give e.g. {key} = "2*q"')
+    entries.need(key, f'{path[1]} has no {key}; give e.g. {key} = "2*q"')
     return entries
 
 
@@ -352,9 +307,8 @@ def _number_as_text(source: Source, path: tuple[str, str], value: Any) -> Any:
 
 def _formula(source: Source, name: str, value: Any) -> tuple[str, str]:
     if not isinstance(value, str):
-        raise source.error(
-            ("formulas", name), f"{name} is {type_name(value)}; give the formula in quotes"
-        )
+        message = f"{name} is {type_name(value)}; give the formula in quotes"
+        raise source.error(("formulas", name), message)
     return name, value
 
 
@@ -363,12 +317,11 @@ def _forcing(source: Source) -> tuple[str | None, str | None]:
         return None, None
     table = source.tables["forcing"]
     entries = Entries(source, ("forcing",), table, ("period", "quiet"))
-    if "period" not in entries:
-        raise source.error(
-            ("forcing",),
-            'the table [forcing] has no period; give it in seconds, e.g. period = "2*pi/W", or '
-            "leave the table out for an autonomous system",
-        )
+    entries.need(
+        "period",
+        'the table [forcing] has no period; give it in seconds, e.g. period = "2*pi/W", or leave '
+        "the table out for an autonomous system",
+    )
     period = _number_as_text(source, ("forcing", "period"), table["period"])
     if not isinstance(period, str):
         raise entries.error(
@@ -381,8 +334,7 @@ def _limit(source: Source, name: str, value: Any) -> Limit:
     path = ("limits", name)
     entries = Entries(source, path, value, ("output", "bound", "reason"))
     for key in ("output", "bound"):
-        if key not in entries:
-            raise source.error(path, f"the limit {name[:60]!r} has no {key}; give output and bound")
+        entries.need(key, f"the limit {name[:60]!r} has no {key}; give output and bound")
     _check_title(source, path)
     output, bound = entries.text("output"), entries.number("bound", 0.0)
     default = f"{name}: {output} fell to {{value:.3g}}; the model ends at {bound:g}"
@@ -397,21 +349,15 @@ def _limit(source: Source, name: str, value: Any) -> Limit:
 def _event(source: Source, name: str, value: Any) -> WatchedValue:
     path = ("events", name)
     entries = Entries(source, path, value, ("output", "value", "measure", "stop"))
-    if "value" not in entries:
-        raise source.error(path, f"the event {name[:60]!r} has no value; give e.g. value = 1.0")
+    entries.need("value", f"the event {name[:60]!r} has no value; give e.g. value = 1.0")
     _check_title(source, path)
     measure = entries.text("measure", "max")
     if measure not in MEASURES:
         raise entries.error(
             "measure", f"measure {measure[:80]!r} is unknown; give one of {', '.join(MEASURES)}"
         )
-    return WatchedValue(
-        name,
-        entries.text("output", name),
-        entries.number("value", 0.0),
-        measure,
-        entries.flag("stop"),
-    )
+    output, number = entries.text("output", name), entries.number("value", 0.0)
+    return WatchedValue(name, output, number, measure, entries.flag("stop"))
 
 
 def _check_title(source: Source, path: tuple[str, str]) -> None:
@@ -455,14 +401,9 @@ def _check_output(
         )
 
 
-Value = str | float | bool
-
-
 def write_definition(definition: Definition) -> str:
-    """Write a definition as TOML.
+    """Write a definition as TOML, always the same for the same definition.
 
-    >>> from slipfold.models import State
-    >>> from slipfold.models.definitions.definition import StateFormula
     >>> print(write_definition(Definition("decay", states=(StateFormula(State("q"), "-q"),))))
     name = "decay"
     <BLANKLINE>
@@ -470,28 +411,60 @@ def write_definition(definition: Definition) -> str:
     q = "-q"
     <BLANKLINE>
     """
-    head = {key: text for key in ("name", "title") if (text := getattr(definition, key))}
-    tables = [
-        _table("parameters", {item.name: _parameter_entry(item) for item in definition.parameters}),
-        _table("formulas", {name: {"formula": text} for name, text in definition.formulas}),
-        _table("states", {item.state.name: _state_entry(item) for item in definition.states}),
-        _contacts_entry(definition),
-        _forcing_entry(definition),
-        _table("outputs", {item.name: _output_entry(item) for item in definition.outputs}),
-        _table("limits", {item.name: _limit_entry(item) for item in definition.limits}),
-        _table("events", {item.name: _event_entry(item) for item in definition.events}),
-    ]
-    return "\n\n".join([_lines(head), *(table for table in tables if table)]) + "\n"
+    tables: dict[str, dict[str, Any]] = {
+        "": _given(name=definition.name, title=definition.title),
+        "parameters": {item.name: _parameter_entry(item) for item in definition.parameters},
+        "formulas": {name: {"formula": text} for name, text in definition.formulas},
+        "states": {item.state.name: _state_entry(item) for item in definition.states},
+        "contacts": {item.name: _contact_entry(item) for item in definition.contacts},
+        "forcing": {} if definition.period is None else {"period": definition.period},
+        "outputs": {item.name: _output_entry(item) for item in definition.outputs},
+        "limits": {
+            item.name: {"output": item.output, "bound": item.bound, "reason": item.reason}
+            for item in definition.limits
+        },
+        "events": {
+            item.name: {key: getattr(item, key) for key in ("output", "value", "measure", "stop")}
+            for item in definition.events
+        },
+    }
+    if definition.quiet is not None:
+        tables["forcing"]["quiet"] = definition.quiet
+    return "\n\n".join(_table(name, table) for name, table in tables.items() if table) + "\n"
 
 
-def _lines(values: Mapping[str, Value]) -> str:
-    return "\n".join(f"{_key(key)} = {_value(value)}" for key, value in values.items())
+def _table(name: str, entries: Mapping[str, Any]) -> str:
+    """Write a table; an entry with nothing but its first value is written as that value."""
+    lines = [f"[{name}]"] if name else []
+    for key, value in entries.items():
+        single = isinstance(value, dict) and len(value) == 1
+        lines.append(
+            f"{_key(key)} = {toml_value(*value.values()) if single else toml_value(value)}"
+        )
+    return "\n".join(lines)
 
 
-def _contacts_entry(definition: Definition) -> str:
-    entries = {item.name: _contact_entry(item) for item in definition.contacts}
-    lines = [f"{_key(name)} = {toml_value(entry)}" for name, entry in entries.items()]
-    return "\n".join(["[contacts]", *lines]) if lines else ""
+def _given(**values: Any) -> dict[str, Any]:
+    """Return the values that say something."""
+    return {key: value for key, value in values.items() if value}
+
+
+def _parameter_entry(item: Parameter) -> dict[str, Any]:
+    bounds = {}
+    if math.isfinite(item.lower):
+        bounds["above" if item.lower_open else "min"] = item.lower
+    if math.isfinite(item.upper):
+        bounds["below" if item.upper_open else "max"] = item.upper
+    words = _given(unit=item.unit, doc=item.doc)
+    return {"value": item.default, **words, **bounds, **_given(symbol=item.symbol)}
+
+
+def _state_entry(item: StateFormula) -> dict[str, Any]:
+    state = item.state
+    words = _given(unit=state.unit, doc=state.doc, label=state.label)
+    return (
+        {"rate": item.rate} | words | _given(scale=item.scale, angle=state.angle, start=item.start)
+    )
 
 
 def _contact_entry(item: ContactFormulas) -> dict[str, Any]:
@@ -500,66 +473,13 @@ def _contact_entry(item: ContactFormulas) -> dict[str, Any]:
     return {"slip": slip, "normal": item.normal, "friction": law}
 
 
-def _forcing_entry(definition: Definition) -> str:
-    given = {"period": definition.period, "quiet": definition.quiet}
-    texts: dict[str, Value] = {key: text for key, text in given.items() if text is not None}
-    return f"[forcing]\n{_lines(texts)}" if texts else ""
-
-
-def _table(name: str, entries: Mapping[str, Mapping[str, Value]]) -> str:
-    lines = [f"{_key(key)} = {_entry(values)}" for key, values in entries.items()]
-    return "\n".join([f"[{name}]", *lines]) if lines else ""
-
-
-def _entry(values: Mapping[str, Value]) -> str:
-    """An entry with nothing but its first value is written as that value."""
-    if len(values) == 1:
-        return _value(*values.values())
-    return "{ " + ", ".join(f"{key} = {_value(value)}" for key, value in values.items()) + " }"
-
-
-def _parameter_entry(item: Parameter) -> dict[str, Value]:
-    values: dict[str, Value] = {"value": item.default, **_words(item.unit, item.doc)}
-    if math.isfinite(item.lower):
-        values["above" if item.lower_open else "min"] = item.lower
-    if math.isfinite(item.upper):
-        values["below" if item.upper_open else "max"] = item.upper
-    return {**values, "symbol": item.symbol} if item.symbol else values
-
-
-def _state_entry(item: StateFormula) -> dict[str, Value]:
-    values: dict[str, Value] = {"rate": item.rate}
-    values |= _words(item.state.unit, item.state.doc, item.state.label)
-    values |= {"scale": item.scale} if item.scale is not None else {}
-    values |= {"angle": True} if item.state.angle else {}
-    return values | ({"start": item.start} if item.start else {})
-
-
-def _output_entry(item: OutputFormula) -> dict[str, Value]:
-    return {"formula": item.formula, **_words(item.unit, item.doc, item.label)}
-
-
-def _limit_entry(item: Limit) -> dict[str, Value]:
-    return {"output": item.output, "bound": item.bound, "reason": item.reason}
-
-
-def _event_entry(item: WatchedValue) -> dict[str, Value]:
-    return {
-        "output": item.output,
-        "value": item.value,
-        "measure": item.measure,
-        "stop": item.stop,
-    }
-
-
-def _words(unit: str, doc: str, label: str = "") -> dict[str, Value]:
-    words = {"unit": unit, "doc": doc, "label": label}
-    return {key: text for key, text in words.items() if text}
+def _output_entry(item: OutputFormula) -> dict[str, Any]:
+    return {"formula": item.formula, **_given(unit=item.unit, doc=item.doc, label=item.label)}
 
 
 def _key(name: str) -> str:
     plain = name.isascii() and name.replace("_", "a").isalnum()
-    return name if plain else _value(name)
+    return name if plain else toml_value(name)
 
 
 def toml_value(value: Any) -> str:
@@ -573,13 +493,10 @@ def toml_value(value: Any) -> str:
         return f"{{ {entries} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(toml_value(item) for item in value)}]"
-    return _value(float(value) if isinstance(value, int) and not isinstance(value, bool) else value)
-
-
-def _value(value: Value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         # JSON escapes a string as TOML does, but for one character.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    number = float(value)
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)

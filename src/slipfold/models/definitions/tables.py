@@ -51,6 +51,11 @@ class Entries:
     def __contains__(self, key: str) -> bool:
         return key in self._table
 
+    def need(self, key: str, message: str) -> None:
+        """Refuse a table without an entry."""
+        if key not in self._table:
+            raise self._source.error(self._path, message)
+
     def error(self, key: str, message: str) -> InputError:
         """Return the error about an entry."""
         return self._source.error((*self._path, key), message)
@@ -130,7 +135,6 @@ def read_part(
     kinds: Mapping[str, type],
     key: str,
     readers: Mapping[str, Reader] | None = None,
-    fields: Mapping[str, str] | None = None,
 ) -> Any:
     """Make an object of a table that says which class and with which arguments."""
     table = {key: value} if isinstance(value, str) else value
@@ -140,8 +144,7 @@ def read_part(
             f'{path[-1]} is {type_name(value)}; give a table with {key} = "{next(iter(kinds))}"',
         )
     cls = kinds[_kind_name(source, path, table, kinds, key)]
-    called = {argument: entry for entry, argument in (fields or {}).items()}
-    known = {called.get(item.name, item.name): item for item in dataclasses.fields(cls)}
+    known = {_entry_name(item): item for item in dataclasses.fields(cls)}
     entries = Entries(source, path, table, (key, *known), cls.__name__)
     arguments = {}
     for entry, item in known.items():
@@ -161,6 +164,17 @@ def read_part(
         words = str(error).removeprefix("the ").split(" ")
         where = (*path, words[0]) if words[0] in known else path
         raise source.error(where, str(error)) from None
+
+
+def part_table(part: Any, key: str, write: Callable[[Any], Any]) -> dict[str, Any]:
+    """Return the table of which `read_part` makes a part again."""
+    values = {_entry_name(item): getattr(part, item.name) for item in dataclasses.fields(part)}
+    given = {name: write(value) for name, value in values.items() if value not in (None, "")}
+    return {key: type(part).__name__, **given}
+
+
+def _entry_name(item: dataclasses.Field[Any]) -> str:
+    return str(item.metadata.get("entry", item.name))
 
 
 def _kind_name(

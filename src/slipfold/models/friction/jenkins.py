@@ -22,7 +22,7 @@ from slipfold.models.friction.quantities import (
     sqrt,
 )
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.parameter import Parameter, State, positive
 
 _CREEP = 1e-4
 """Share of the fading that is there at any deflection: with it alone does a contact on a body at
@@ -89,9 +89,7 @@ class Jenkins(MemoryLaw):
     meaning: ClassVar[str] = "friction force over its limit"
 
     mu_k: float = described(replace(KINETIC, default=0.5, lower_open=True))
-    kt: float = described(
-        Parameter("kt", 1e3, "N/m", "stiffness of the contact", 0, lower_open=True, symbol="$k_t$")
-    )
+    kt: float = described(positive("kt", 1e3, "N/m", "stiffness of the contact", "$k_t$"))
 
     e: float = described(
         replace(

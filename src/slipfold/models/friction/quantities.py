@@ -11,7 +11,7 @@ import numpy as np
 
 from slipfold.errors import InputError
 from slipfold.models.output import Expression
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import Parameter, nonnegative, positive
 
 
 def is_symbolic(*values: Any) -> bool:
@@ -44,33 +44,17 @@ def _plain(value: Any) -> Any:
     return value.item() if np.ndim(value) == 0 else value
 
 
-STATIC = Parameter(
-    "mu_s", 0.5, "", "static friction coefficient, reached at rest", 0, symbol=r"$\mu_s$"
+STATIC = nonnegative("mu_s", 0.5, "", "static friction coefficient, reached at rest", r"$\mu_s$")
+KINETIC = nonnegative("mu_k", 0.3, "", "kinetic friction coefficient", r"$\mu_k$")
+STRIBECK_SPEED = positive("vs", 0.1, "m/s", "speed over which friction falls", "$v_s$")
+VISCOUS = nonnegative(
+    "s2", 0.0, "s/m", "viscous friction: coefficient per slip speed", r"$\sigma_2$"
 )
-KINETIC = Parameter("mu_k", 0.3, "", "kinetic friction coefficient", 0, symbol=r"$\mu_k$")
-STRIBECK_SPEED = Parameter(
-    "vs", 0.1, "m/s", "speed over which friction falls", 0, lower_open=True, symbol="$v_s$"
+BRISTLE_STIFFNESS = positive(
+    "s0", 1e4, "1/m", "stiffness of the contact over the normal force", r"$\sigma_0$"
 )
-VISCOUS = Parameter(
-    "s2", 0.0, "s/m", "viscous friction: coefficient per slip speed", 0, symbol=r"$\sigma_2$"
-)
-BRISTLE_STIFFNESS = Parameter(
-    "s0",
-    1e4,
-    "1/m",
-    "stiffness of the contact over the normal force",
-    0,
-    lower_open=True,
-    symbol=r"$\sigma_0$",
-)
-REST_SPEED = Parameter(
-    "e",
-    1e-4,
-    "m/s",
-    "speed below which |v| is rounded off to sqrt(v^2 + e^2)",
-    0,
-    lower_open=True,
-    symbol=r"$\varepsilon$",
+REST_SPEED = positive(
+    "e", 1e-4, "m/s", "speed below which |v| is rounded off to sqrt(v^2 + e^2)", r"$\varepsilon$"
 )
 
 

@@ -24,7 +24,7 @@ from slipfold.models.friction.quantities import (
     sqrt,
 )
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import Parameter, nonnegative, positive
 
 
 @dataclass(frozen=True)
@@ -172,13 +172,8 @@ class LuGre(_Bristles):
     vs: float = described(STRIBECK_SPEED)
     s0: float = described(BRISTLE_STIFFNESS)
     s1: float = described(
-        Parameter(
-            "s1",
-            0.1,
-            "s/m",
-            "damping of the bristles over the normal force",
-            0,
-            symbol=r"$\sigma_1$",
+        nonnegative(
+            "s1", 0.1, "s/m", "damping of the bristles over the normal force", r"$\sigma_1$"
         )
     )
     s2: float = described(VISCOUS)
@@ -265,12 +260,10 @@ class BoucWen(MemoryLaw):
     unit: ClassVar[str] = ""
 
     A: float = described(
-        Parameter(
-            "A", 1e4, "1/m", "stiffness of the contact over the normal force", 0, lower_open=True
-        )
+        positive("A", 1e4, "1/m", "stiffness of the contact over the normal force")
     )
     b: float = described(
-        Parameter("b", 2e4, "1/m", "shape of the loop: share that depends on |v|", 0)
+        nonnegative("b", 2e4, "1/m", "shape of the loop: share that depends on |v|")
     )
     c: float = described(Parameter("c", 2e4, "1/m", "shape of the loop: share that depends on v"))
     e: float = described(REST_SPEED)

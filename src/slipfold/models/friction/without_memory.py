@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
 from slipfold.errors import InputError
@@ -23,7 +23,7 @@ from slipfold.models.friction.quantities import (
     tanh,
 )
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import Parameter, nonnegative, positive
 from slipfold.models.suggestion import suggest
 
 
@@ -217,13 +217,8 @@ class RationalStribeck(FrictionLaw):
 
     mu_s: float = described(STATIC)
     d: float = described(
-        Parameter(
-            "d",
-            3.0,
-            "s/m",
-            "inverse of the speed at which friction is halved",
-            0,
-            symbol=r"$\delta$",
+        nonnegative(
+            "d", 3.0, "s/m", "inverse of the speed at which friction is halved", r"$\delta$"
         )
     )
 
@@ -274,13 +269,9 @@ class CubicStribeck(FrictionLaw):
 
     mu_s: float = described(STATIC)
     mu_m: float = described(
-        Parameter("mu_m", 0.3, "", "smallest friction coefficient", 0, symbol=r"$\mu_m$")
+        nonnegative("mu_m", 0.3, "", "smallest friction coefficient", r"$\mu_m$")
     )
-    vm: float = described(
-        Parameter(
-            "vm", 0.5, "m/s", "speed of the smallest friction", 0, lower_open=True, symbol="$v_m$"
-        )
-    )
+    vm: float = described(positive("vm", 0.5, "m/s", "speed of the smallest friction", "$v_m$"))
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse ``mu_s < mu_m``."""
@@ -357,17 +348,11 @@ class Regularised(FrictionLaw):
     title: ClassVar[str] = "regularised"
     sticks: ClassVar[bool] = False
 
-    law: FrictionLaw
+    law: FrictionLaw = field(metadata={"entry": "of"})
     shape: str = "tanh"
     e: float = described(
-        Parameter(
-            "e",
-            1e-3,
-            "m/s",
-            "slip speed over which friction rises from zero",
-            0,
-            lower_open=True,
-            symbol=r"$\varepsilon$",
+        positive(
+            "e", 1e-3, "m/s", "slip speed over which friction rises from zero", r"$\varepsilon$"
         )
     )
 

@@ -19,7 +19,7 @@ from slipfold.models.output import (
     friction_name,
     normal_name,
 )
-from slipfold.models.parameter import DURATION, Parameter, State
+from slipfold.models.parameter import DURATION, Parameter, State, positive
 from slipfold.models.structures.component import (
     Component,
     Direction,
@@ -37,7 +37,7 @@ from slipfold.models.structures.reduction import Reduced, static_errors
 LARGEST = 200
 """Most degrees of freedom of a model: beyond it a flow takes minutes to compile and to run."""
 
-FREQUENCY = Parameter("f", 1.0, "Hz", "forcing frequency", 0, lower_open=True, symbol="$f$")
+FREQUENCY = positive("f", 1.0, "Hz", "forcing frequency", "$f$")
 LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in time")
 
 GENERAL = ("energy", "power_damping", "power_forcing", "power_contacts")

@@ -221,6 +221,10 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
 """Names of degrees of freedom and components, so that they can be written anywhere."""
 
 
+Forces = tuple[Expression | None, ...]
+"""Forces along the directions of a component in N; None where there is none."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """How the structure moves where a component acts; symbols."""
@@ -285,9 +289,7 @@ class Component(Parametric, ABC):
         """Where the component acts; None stands for all degrees of freedom with the weight 1."""
 
     @abstractmethod
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """Forces on the structure along the directions, in N; None where there is none.
 
         Parameters

@@ -15,10 +15,11 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.quantities import declared, described
 from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.output import Contact, Expression, Limit, Symbols
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.structures.component import (
     Component,
     Direction,
+    Forces,
     Measure,
     Motion,
     Parametric,
@@ -31,7 +32,7 @@ from slipfold.models.structures.component import (
     wave,
 )
 
-_STATIC = Parameter("Ns", 1.0, "N", "static normal force", 0, lower_open=True, symbol="$N_s$")
+_STATIC = positive("Ns", 1.0, "N", "static normal force", "$N_s$")
 
 LOST = 1e-9
 """Normal force in N at which a branch ends: a contact cannot pull."""
@@ -155,7 +156,7 @@ class ModulatedLoad(NormalLoad):
 
     Ns: float = described(_STATIC)
     Nd: float = described(
-        Parameter("Nd", 0.0, "N", "amplitude of the normal force's pulsation", 0, symbol="$N_d$")
+        nonnegative("Nd", 0.0, "N", "amplitude of the normal force's pulsation", "$N_d$")
     )
     harmonic: int = 1
 
@@ -227,12 +228,8 @@ class ContactLoad(NormalLoad):
 
     normal: Any
     Ns: float = described(_STATIC)
-    kn: float = described(
-        Parameter("kn", 1.0, "N/m", "normal stiffness of a contact", 0, symbol="$k_n$")
-    )
-    cn: float = described(
-        Parameter("cn", 0.0, "N s/m", "normal damping of a contact", 0, symbol="$c_n$")
-    )
+    kn: float = described(nonnegative("kn", 1.0, "N/m", "normal stiffness of a contact", "$k_n$"))
+    cn: float = described(nonnegative("cn", 0.0, "N s/m", "normal damping of a contact", "$c_n$"))
 
     def prepare(self) -> None:
         """Refuse a load without a direction."""
@@ -311,11 +308,9 @@ class FrictionContact(Component):
     title: ClassVar[str] = "friction contact"
 
     along: Any
-    law: FrictionLaw = field(default_factory=Coulomb)
+    law: FrictionLaw = field(default_factory=Coulomb, metadata={"entry": "friction"})
     load: Any = field(default_factory=ConstantLoad)
-    Vd: float = described(
-        Parameter("Vd", 1.0, "m/s", "speed of the counter-body", 0, symbol="$V_d$")
-    )
+    Vd: float = described(nonnegative("Vd", 1.0, "m/s", "speed of the counter-body", "$V_d$"))
     alpha: float = described(
         Parameter(
             "alpha",
@@ -450,9 +445,7 @@ class FrictionContact(Component):
         slip, normal = self._slip(motion, c), self._normal(motion, c, phase)
         return self.law.force(slip, normal, motion.memory, c)
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """Friction along the slip, and the normal force."""
         friction = self._friction(motion, c, phase)
         if self.load.direction is None:

@@ -12,7 +12,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.friction.quantities import described
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import Parameter, nonnegative
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import Parametric, shown
 from slipfold.models.structures.matrices import lowest_modes
@@ -59,10 +59,10 @@ class ProportionalDamping(Damping):
     title: ClassVar[str] = "proportional damping"
 
     alpha_M: float = described(
-        Parameter("alpha_M", 0.0, "1/s", "damping over mass", 0, symbol=r"$\alpha_M$")
+        nonnegative("alpha_M", 0.0, "1/s", "damping over mass", r"$\alpha_M$")
     )
     beta_K: float = described(
-        Parameter("beta_K", 0.0, "s", "damping over stiffness", 0, symbol=r"$\beta_K$")
+        nonnegative("beta_K", 0.0, "s", "damping over stiffness", r"$\beta_K$")
     )
 
     @classmethod
@@ -134,8 +134,8 @@ class ModalDamping(Damping):
 
     ratios: Any
 
-    _RATIO: ClassVar[Parameter] = Parameter(
-        "zeta", 0.01, "", "damping ratio of all modes", 0, symbol=r"$\zeta$"
+    _RATIO: ClassVar[Parameter] = nonnegative(
+        "zeta", 0.01, "", "damping ratio of all modes", r"$\zeta$"
     )
 
     def prepare(self) -> None:

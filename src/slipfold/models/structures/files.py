@@ -13,7 +13,14 @@ import numpy as np
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Keys, Source
-from slipfold.models.definitions.tables import Entries, Reader, plain, read_part, type_name
+from slipfold.models.definitions.tables import (
+    Entries,
+    Reader,
+    part_table,
+    plain,
+    read_part,
+    type_name,
+)
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
 from slipfold.models.model import Model
@@ -296,9 +303,7 @@ def _component(
 ) -> Component:
     samples = partial(read_samples_entry, folder=folder)
     readers: dict[str, Reader] = {"friction": read_law, "load": _load, "samples": samples}
-    component: Component = read_part(
-        source, path, table, kinds, "type", readers, {"friction": "law"}
-    )
+    component: Component = read_part(source, path, table, kinds, "type", readers)
     _check_directions(source, path, component, names)
     return component
 
@@ -384,13 +389,7 @@ def _has_whole_triangle(definition: Definition) -> bool:
 
 
 def _part(part: Any) -> dict[str, Any]:
-    """A part by the name of its class, with the arguments that make it again."""
-    arguments = {
-        "friction" if isinstance(value, FrictionLaw) else item.name: _plain(value)
-        for item in dataclasses.fields(part)
-        if (value := getattr(part, item.name)) is not None and value != ""
-    }
-    return {"type": type(part).__name__, **arguments}
+    return part_table(part, "type", _plain)
 
 
 def _plain(value: Any) -> Any:

@@ -19,6 +19,7 @@ from slipfold.models.structures.component import (
     HIGHEST,
     Component,
     Direction,
+    Forces,
     Motion,
     OneDirection,
     as_direction,
@@ -76,9 +77,7 @@ class HarmonicForce(OneDirection):
         cos, sin = cos_sin(p["phi"])
         return {"cos": p["F"] * cos, "sin": p["F"] * sin}
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``F cos(2 pi h f t + phi)``."""
         return (_harmonic(self.harmonic, c, phase),)
 
@@ -176,9 +175,7 @@ class MultiHarmonicForce(OneDirection):
                 result[f"sin{h}"] = p[f"F{h}"] * sin
         return result
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``sum F_h cos(2 pi h f t + phi_h)``."""
         terms = []
         for h, _, _ in self.harmonics:
@@ -247,9 +244,7 @@ class BaseMotion(Component):
         size = p["A"] * rate * rate
         return {"cos": size * cos, "sin": size * sin}
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``A (2 pi h f)^2 cos(2 pi h f t + phi)``, to be multiplied with the masses."""
         return (_harmonic(self.harmonic, c, phase),)
 
@@ -342,9 +337,7 @@ class TabulatedForce(OneDirection):
         """``factor``."""
         return ("factor",)
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """Return the Fourier series times the factor."""
         terms = []
         for h, a, b in self.series:

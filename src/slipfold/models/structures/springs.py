@@ -13,11 +13,12 @@ from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
 from slipfold.models.friction.quantities import described
 from slipfold.models.output import Expression, Limit, Symbols
-from slipfold.models.parameter import Parameter
+from slipfold.models.parameter import Parameter, nonnegative, positive
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
     Component,
     Direction,
+    Forces,
     Measure,
     Motion,
     OneDirection,
@@ -56,11 +57,9 @@ class LinearSpring(OneDirection):
     title: ClassVar[str] = "linear spring"
 
     k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", symbol="$k$"))
-    c: float = described(Parameter("c", 0.0, "N s/m", "damping beside a spring", 0, symbol="$c$"))
+    c: float = described(nonnegative("c", 0.0, "N s/m", "damping beside a spring", "$c$"))
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``-(k u + c v)``."""
         (u,), (v,) = motion.displacement, motion.velocity
         return (-(c["k"] * u + c["c"] * v),)
@@ -99,9 +98,7 @@ class CubicSpring(OneDirection):
 
     k3: float = described(Parameter("k3", 0.0, "N/m^3", "cubic stiffness", symbol="$k_3$"))
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``-k3 u^3``."""
         (u,) = motion.displacement
         return (-c["k3"] * whole_power(u, 3),)
@@ -175,9 +172,7 @@ class PolynomialSpring(OneDirection):
         """The spring with all coefficients zero."""
         return replace(self, stiffness=tuple((n, 0.0) for n, _ in self.stiffness))
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``-sum kn u^n``."""
         (u,) = motion.displacement
         return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
@@ -196,14 +191,8 @@ _SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}
 """Signs of the displacements at which the spring is touched."""
 
 
-_ROUNDING = Parameter(
-    "e",
-    1.0,
-    "m",
-    "length over which the touch of a stop is rounded off",
-    0,
-    lower_open=True,
-    symbol=r"$\varepsilon$",
+_ROUNDING = positive(
+    "e", 1.0, "m", "length over which the touch of a stop is rounded off", r"$\varepsilon$"
 )
 
 
@@ -248,9 +237,7 @@ class GapSpring(OneDirection):
 
     title: ClassVar[str] = "gap spring"
 
-    k: float = described(
-        Parameter("k", 1.0, "N/m", "stiffness of a stop", 0, lower_open=True, symbol="$k$")
-    )
+    k: float = described(positive("k", 1.0, "N/m", "stiffness of a stop", "$k$"))
     gap: float = described(Parameter("gap", 0.0, "m", "gap before a stop", symbol="$g$"))
     e: Any = field(default=None, metadata={"parameter": _ROUNDING})
     side: Any = "above"
@@ -274,9 +261,7 @@ class GapSpring(OneDirection):
         """Half the stiffness, the gap, and the square of the rounding."""
         return {"half": 0.5 * p["k"], "gap": p["gap"], "square": p["e"] * p["e"], "e": p["e"]}
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``-k s(u - gap)``, and its mirror image."""
         (u,) = motion.displacement
         parts = []
@@ -338,13 +323,9 @@ class GeometricSpring(Component):
 
     at: Any
     axis: Any
-    k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", 0, symbol="$k$"))
-    L: float = described(
-        Parameter("L", 1.0, "m", "unstretched length of a spring", 0, lower_open=True, symbol="$L$")
-    )
-    stretch: float = described(
-        Parameter("stretch", 1.0, "", "length of a spring at rest over L", 0, lower_open=True)
-    )
+    k: float = described(nonnegative("k", 1.0, "N/m", "stiffness of a spring", "$k$"))
+    L: float = described(positive("L", 1.0, "m", "unstretched length of a spring", "$L$"))
+    stretch: float = described(positive("stretch", 1.0, "", "length of a spring at rest over L"))
 
     def prepare(self) -> None:
         """Read the directions and the axis."""
@@ -395,9 +376,7 @@ class GeometricSpring(Component):
     def _length(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
         return hy.sqrt(total([part * part for part in self._arrow(motion, c)]))
 
-    def forces(
-        self, motion: Motion, c: Symbols, phase: Expression
-    ) -> tuple[Expression | None, ...]:
+    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``-k (l - L) r/l``."""
         arrow = self._arrow(motion, c)
         inverse_length = total([part * part for part in arrow]) ** -0.5
