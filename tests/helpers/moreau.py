@@ -31,7 +31,7 @@ class Contact:
     """A place that rubs: rows of W, one on a line, two in the plane."""
 
     rows: np.ndarray  # shape (k, n)
-    plate: np.ndarray  # velocity of the counter-body, shape (..., k)
+    plate: np.ndarray  # velocity of the moving surface, shape (..., k)
     load: Callable  # (time, q) -> normal force
     coefficient: Callable  # of the slip speed
     static: np.ndarray | float = 0.0  # coefficient up to which it sticks

@@ -59,7 +59,7 @@ def test_what_is_written_is_read_back_to_the_last_digit(tmp_path):
         ("f [Hz],max y\n1,inf\n", "is not a finite number"),
         ("f [Hz],max y\n,2\n", "line 2 of .* has no value of f"),
         ("f [Hz],max y,error of max y\n1,2,0\n", "line 2 of .* error that is not above zero"),
-        ("f [Hz],max y,sweep\n1,2,left\n", "'left' is no direction of a sweep"),
+        ("f [Hz],max y,sweep\n1,2,left\n", "'left' is not a direction of a sweep"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_place(tmp_path, text, words):

@@ -83,7 +83,7 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
         ({"values": [-1.0]}, "W = -1"),
         ({"quantities": []}, "no quantity is measured"),
         ({"quantities": ["q"]}, "does not say what is measured"),
-        ({"sweep": "left"}, "is no direction"),
+        ({"sweep": "left"}, "is not a direction"),
         ({"errors": -1.0}, "are no standard deviations"),
         ({"errors": [0.1, 0.2]}, "are not 1 numbers"),
     ],

@@ -121,14 +121,14 @@ MISTAKES = {
     "index is a parameter": ({"v[i=2:n]": "v[k=2:n]"}, ["k is an index here and stands in [param"]),
     "size is a parameter": ({"n = 50": "n = 50\nk = 2"}, ["k is in [sizes] and [parameters]"]),
     "no whole number": ({"n = 50": "n = 5.5"}, ["n is a number", "whole number"]),
-    "unknown index": ({"x[i+1])": "x[m+1])"}, ["m is no index", "known here: n, i", "x[m+1]"]),
+    "unknown index": ({"x[i+1])": "x[m+1])"}, ["m is not an index", "known here: n, i", "x[m+1]"]),
     "never closed": ({"x[i+1])": "x[i+1"}, ["this [ is never closed"]),
     "too many": ({"n = 50": "n = 1001"}, ["more than 1000"]),
     "far too many": ({"n = 50": "n = 99999"}, ["more than 1000"]),
     "sum without a range": ({"sum(i=1:n, v[i]^2)": "sum(v[1])"}, ["no function 'sum'", "range"]),
     "sum without a term": ({"sum(i=1:n, v[i]^2)": "sum(i=1:n)"}, ["a range and a term"]),
     "lists of another length": ({'"x[n+1]" = "0"': '"y[i=1:3]" = ["0", "1"]'}, ["2 items for 3"]),
-    "half an index": ({"x[i+1])": "x[i/2])"}, ["i/2 is no index"]),
+    "half an index": ({"x[i+1])": "x[i/2])"}, ["i/2 is not an index"]),
     "negative index": ({"x[i-1]": "x[i-9]"}, ["the index i-9 is -7; give one from 0"]),
 }  # fmt: skip
 

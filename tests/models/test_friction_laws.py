@@ -166,7 +166,7 @@ def test_equality_needs_class_structure_and_values():
         (lambda: Regularised(Coulomb(), e=-1e-3), "e must be > 0 m/s"),
         (lambda: Regularised(Coulomb(), "tan"), "shape = 'tan' is not known; did you mean"),
         (lambda: Regularised(LuGre()), "LuGre does not jump at zero slip"),
-        (lambda: Regularised(0.3), "0.3 is no friction law"),
+        (lambda: Regularised(0.3), "0.3 is not a friction law"),
         (lambda: Dahl(mu_k=0), "mu_k must be > 0"),
         (lambda: LuGre(e=0), "e must be > 0 m/s"),
         (lambda: LuGre(s0=0), "s0 must be > 0 1/m"),

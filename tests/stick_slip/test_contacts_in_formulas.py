@@ -214,5 +214,5 @@ def test_orbits_are_not_followed_on_a_wall():
         sf.System.from_toml(BELT).replace(Vd=0.0),
         sf.System.from_toml(BELT.replace("Vd - v", "-v")),
     ):
-        with pytest.raises(sf.InputError, match="the counter-body of the contact F is at rest"):
+        with pytest.raises(sf.InputError, match="the moving surface of the contact F is at rest"):
             sf.response(model, "mu", (0.1, 0.2))

@@ -26,7 +26,7 @@ def test_the_memory_sees_the_normal_motion_and_its_acceleration():
 
 
 def test_an_elastic_contact_loses_the_energy_of_its_closed_form():
-    # A mass on a counter-body at rest, driven hard enough for the contact to give way. Whatever the
+    # A mass on a surface at rest, driven hard enough for the contact to give way. Whatever the
     # motion does between its two turning points, the sharp element loses 4 mu N (a - mu N/kt).
     law = sf.Jenkins(mu_k=0.5, kt=20.0, exponent=16)
     model = sf.Structure(

@@ -83,8 +83,8 @@ def files(path):
 
 
 @pytest.mark.parametrize(("name", "part"), [
-    ("missing.npz", "does not exist or is no file"),
-    ("folder.npz", "does not exist or is no file"),
+    ("missing.npz", "does not exist or is not a file"),
+    ("folder.npz", "does not exist or is not a file"),
     ("matrix.txt", "ends in .txt, which is not known for matrices; give a file that ends in .npz"),
     ("nothing", "ends in nothing"),
     ("other.npz", "holds no K, but stiff, mess; call the matrix K or stiffness there"),

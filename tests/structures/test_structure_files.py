@@ -187,7 +187,7 @@ def test_matrices_lie_beside_the_file(kind, file):
         ("diagonal", "diag", "line 3, column 7: M has no entry 'diag'; did you mean diagonal?"),
         ("{ diagonal = [1, 2] }", "[[1, 1], [1, 1]]", "column 5: M is singular or not positive"),
         ("{ diagonal = [1, 2] }", "{}", "column 5: M is an empty table; give rows"),
-        ("{ diagonal = [1, 2] }", '"M.npz"', "M.npz does not exist or is no file"),
+        ("{ diagonal = [1, 2] }", '"M.npz"', "M.npz does not exist or is not a file"),
         ("{ diagonal = [1, 2] }", '"frame.toml"', "frame.toml ends in .toml, which is not known"),
         ("{ diagonal = [1, 2] }", "true", "column 5: M is true or false, no matrix; give rows"),
         ("[[200, -100], [-100, 100]]", "[[200, -100], [-100]]", "column 19: row 2 of K has 1 numb"),

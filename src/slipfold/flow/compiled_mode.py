@@ -63,7 +63,7 @@ class CompiledMode:
         # What follows the outcome of an event, of a contact along a line that is the only one
         self.follows = _follows(self.events) if count == 1 else {}
         self.held = [equations.names.index(name) for name in mode.held]
-        # Whether what contacts hold stays as it is: on counter-bodies at a constant speed
+        # Whether what contacts hold stays as it is: on moving surfaces at a constant speed
         self.rests = mode.slow is None and all(
             is_zero(equations.field[place]) for place in self.held
         )

@@ -114,10 +114,10 @@ class ContactPiece:
 
     status: Status
     phase: Array  # since the start, shape (m,)
-    slip: Array  # velocity of the counter-body relative to the body in m/s, shape (m, d)
+    slip: Array  # velocity of the moving surface relative to the body in m/s, shape (m, d)
     friction: Array  # force on the body in N, shape (m, d)
     normal: Array  # normal force in N, shape (m,)
-    plate: Array  # velocity of the counter-body in m/s, shape (m, d)
+    plate: Array  # velocity of the moving surface in m/s, shape (m, d)
     # How far the body is from its place in m, shape (m, d); NaN where the equations do not tell
     displacement: Array
 

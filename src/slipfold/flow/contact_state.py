@@ -94,7 +94,7 @@ class ContactsNow(NamedTuple):
     They are few numbers, of which a list is quicker than an array.
     """
 
-    slip: Numbers  # velocity of the counter-bodies relative to the bodies, m of them
+    slip: Numbers  # velocity of the moving surfaces relative to the bodies, m of them
     free: Numbers  # its rate without any force in a contact, m
     by_friction: list[Numbers]  # change of that rate with each component of friction, m rows of m
     by_normal: list[Numbers]  # and with each normal force, m rows of k
@@ -102,7 +102,7 @@ class ContactsNow(NamedTuple):
     kinetic: Numbers  # friction in slip at the present speed, k
     starting: Numbers  # friction in slip at no speed yet, k
     holding: Numbers  # friction up to which contacts stick, k
-    plate: Numbers  # velocity of the counter-bodies, m
+    plate: Numbers  # velocity of the moving surfaces, m
 
 
 class ContactQuantities:

@@ -16,7 +16,7 @@ from slipfold.models.turns import without_turns
 
 
 def check_followed(model: Model) -> None:
-    """Refuse values at which there is motion but no orbit in slip: no counter-body moves on.
+    """Refuse values at which there is motion but no orbit in slip: no moving surface moves on.
 
     >>> from slipfold.models import SlidingOscillator
     >>> check_followed(SlidingOscillator(Vd=0))
@@ -31,8 +31,8 @@ def check_followed(model: Model) -> None:
             raise InputError(f"{error} but to simulate") from None
     for name in model.resting if isinstance(model, System) else ():
         raise InputError(
-            f"the counter-body of the contact {name} is at rest or swings, so nothing slides on it "
-            "steadily; let it move at a constant speed, or simulate"
+            f"the moving surface of the contact {name} is at rest or swings, so nothing slides on "
+            "it steadily; let it move at a constant speed, or simulate"
         )
 
 
@@ -78,7 +78,7 @@ def damped_newton(
         with np.errstate(over="ignore"):  # what is tried may be anywhere
             shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
         states[active] = at + shares[:, None] * steps
-        # Beside fast modes rounding alone may make a longer step: then it does not shrink.
+        # With fast modes rounding alone may make a longer step: then it does not shrink.
         done = (lengths <= TOLERANCE) | ((lengths <= FULL_STEP) & (lengths > 0.5 * before[active]))
         before[active] = lengths
         found[active[done]] = states[active[done]]
@@ -168,7 +168,7 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     """Return an equilibrium near a state, None if there is none to be found.
 
     Newton's method may be stuck where it begins, as on the axis of a symmetry or at the top of a
-    parabola, or run into a singularity. Then it is begun anew all around, at the same places
+    parabola, or run into a singularity. Then it starts again all around, at the same places
     every time: nearby first, and of what is found from one distance the nearest is taken.
 
     Shapes: start (n_states,).

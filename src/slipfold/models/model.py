@@ -50,7 +50,7 @@ class Model(ABC):
     """Name of the parameter that switches the forcing off when it is zero."""
     _values: Mapping[str, float]
     _sizes: NDArray[np.float64] | None = None
-    """Typical sizes of the states that were found; they are no part of what the model is."""
+    """Typical sizes of the states that were found; they are not part of what the model is."""
 
     def __init__(self, **values: float | str) -> None:
         known = {parameter.name: parameter for parameter in self.parameters}
@@ -106,7 +106,7 @@ class Model(ABC):
         return self.quiet
 
     def outputs(self) -> tuple[Output, ...]:
-        """Quantities of interest besides the states."""
+        """Quantities of interest in addition to the states."""
         return ()
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:

@@ -62,6 +62,29 @@ class Limit:
     reason: str
 
 
+STICK = 0.01
+"""Slip speed over the speed of the moving surface at which a branch in slip ends."""
+
+STICK_LIMIT = Limit(
+    "stick",
+    "Vrel_ratio",
+    STICK,
+    "stick: the relative speed fell to {value:.3g} of Vd; the sliding model ends here, raise Vd or "
+    "stay below this value",
+)
+# A contact cannot pull: the branch ends just before the normal force vanishes.
+PULSATING_LIMIT = Limit(
+    "lost contact", "N", 1e-9, "lost contact: the normal force fell to {value:.3g} N; keep Nd < Ns"
+)
+# Where the length vanishes, the force of the spring has no direction.
+COLLAPSE_LIMIT = Limit(
+    "spring collapse",
+    "l",
+    1e-4,
+    "spring collapsed: l/L fell to {value:.3g}; the model ends here, stay below this value",
+)
+
+
 def normal_name(contact: str) -> str:
     """Return the name under which equations look for a normal force that is given."""
     return f"normal force of {contact}"
@@ -81,8 +104,8 @@ class Contact:
     """
 
     name: str
-    # Velocity of the counter-body relative to the body in m/s, linear in the states, and that of
-    # the counter-body; one or two components
+    # Velocity of the moving surface relative to the body in m/s, linear in the states, and that of
+    # the moving surface; one or two components
     slip: tuple[Expression, ...]
     plate: tuple[Expression, ...]
     normal: Expression  # normal force in N

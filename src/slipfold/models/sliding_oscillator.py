@@ -19,9 +19,11 @@ from slipfold.models.friction import Coulomb, FrictionLaw
 from slipfold.models.linear_modes import Modes, find_modes
 from slipfold.models.model import Model
 from slipfold.models.output import (
+    COLLAPSE_LIMIT,
+    PULSATING_LIMIT,
+    STICK_LIMIT,
     Contact,
     Expression,
-    Limit,
     Output,
     Symbols,
     friction_name,
@@ -268,27 +270,7 @@ class SlidingOscillator(Model):
         ),
         nonnegative("Vd", 0.6, "m/s", "speed of the plate", "$V_d$"),
     )
-    limits = (
-        Limit(
-            "stick",
-            "Vrel_ratio",
-            0.01,
-            "stick: the relative speed fell to {value:.3g} of Vd; the sliding model ends here, "
-            "raise Vd or stay below this value",
-        ),
-        Limit(
-            "lost contact",
-            "N",
-            1e-9,
-            "lost contact: the normal force fell to {value:.3g} N; keep Nd < Ns",
-        ),
-        Limit(
-            "spring collapse",
-            "l",
-            1e-4,
-            "spring collapsed: l/L fell to {value:.3g}; the model ends here, stay below this value",
-        ),
-    )
+    limits = (STICK_LIMIT, PULSATING_LIMIT, COLLAPSE_LIMIT)
 
     _law: FrictionLaw | None
     """The friction law with default values; None for Coulomb's with ``mu``."""

@@ -195,7 +195,7 @@ class _Terms:
 def _checked(model: Model) -> str:
     """Return the name of the parameter that switches the forcing off."""
     if not isinstance(model, Model):
-        raise InputError(f"{model!r} is no model; give one such as SlidingOscillator()")
+        raise InputError(f"{model!r} is not a model; give one such as SlidingOscillator()")
     if not model.forced:
         raise InputError(
             f"{model.name} is autonomous already; its steady states are followed as they are"

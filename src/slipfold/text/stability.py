@@ -54,7 +54,7 @@ def multipliers_text(multipliers: Multipliers, *, cycle: bool) -> str:
 
 
 def turns_text(turns: Mapping[str, int]) -> str:
-    """Say how often angles turn round in a period; empty where none does.
+    """Say how many revolutions angles make in a period; empty where none does.
 
     >>> turns_text({"phi": -1, "psi": 0, "theta": 2})
     'phi turns round once, backwards; theta turns round 2 times'

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
 from slipfold.models.definitions.tables import type_name
 from slipfold.models.formulas.grammar import (
     LONGEST_FORMULA,
@@ -26,8 +26,6 @@ from slipfold.models.formulas.grammar import (
 LARGEST_INDEX = 100_000
 """A number beyond is a slip of the pen; tables hold a thousand entries."""
 
-MOST_TERMS = 1000
-"""Terms of a sum."""
 
 _WORD = re.compile(r"\s+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[A-Za-z_]\w*|.", re.ASCII | re.DOTALL)
 _RANGE = re.compile(r"\s*([A-Za-z_]\w*)\s*=([^:]*):([^:]*)", re.ASCII | re.DOTALL)
@@ -73,8 +71,8 @@ def whole_number(text: str, numbers: Mapping[str, int], offset: int = 0) -> int:
             return {"+": left + right, "-": left - right, "*": left * right}[node.operator]
         known = ", ".join(numbers) or "none"
         raise FormulaError(
-            f"{format_tree(node)[:40]} is no index; give whole numbers with + - * and the names of "
-            f"indices and sizes, known here: {known}",
+            f"{format_tree(node)[:40]} is not an index; give whole numbers with + - * and the "
+            f"names of indices and sizes, known here: {known}",
             getattr(node, "place", 0),
         )
 
@@ -97,9 +95,11 @@ def index_range(text: str, numbers: Mapping[str, int], offset: int = 0) -> tuple
     first, last = (
         whole_number(match[part], numbers, offset + match.start(part)) for part in (2, 3)
     )
-    if last - first >= MOST_TERMS:
+    if last - first >= MOST_ENTRIES:
         raise FormulaError(
-            f"{match[1]} takes {last - first + 1} values, more than {MOST_TERMS}", offset, len(text)
+            f"{match[1]} takes {last - first + 1} values, more than {MOST_ENTRIES}",
+            offset,
+            len(text),
         )
     return match[1], range(first, last + 1)
 
@@ -225,8 +225,6 @@ LABEL = {"parameters": "symbol", "states": "label", "outputs": "label"}
 
 _KEY = re.compile(r"\s*([A-Za-z_]\w*)\s*\[(.*)\]\s*", re.ASCII | re.DOTALL)
 
-MOST = 1000
-"""Entries of a table when written out."""
 
 Numbers = Mapping[str, int]
 
@@ -256,7 +254,7 @@ def _sizes(source: Source) -> dict[str, int]:
     for name, value in given.items():
         path = ("sizes", str(name))
         if not str(name).isidentifier():
-            raise source.error(path, f"{str(name)[:60]!r} is no name of a size; give letters")
+            raise source.error(path, f"{str(name)[:60]!r} is not the name of a size; give letters")
         if isinstance(value, bool) or not isinstance(value, int):
             raise source.error(path, f"{name} is {type_name(value)}; give a whole number, e.g. 50")
         if not 0 <= value <= LARGEST_INDEX:
@@ -283,8 +281,8 @@ def _table(
                 raise source.error(
                     path, f"{whole} is given twice; leave one of the entries out", key=True
                 )
-            if len(found) > MOST:
-                raise source.error((name,), f"[{name}] has more than {MOST} entries")
+            if len(found) > MOST_ENTRIES:
+                raise source.error((name,), f"[{name}] has more than {MOST_ENTRIES} entries")
             chosen = _value(source, path, value, element.numbers, element.picks)
             found[whole] = _labelled(name, match[1], element.indices, chosen)
             _note_places(places, path, (name, whole))

@@ -1,8 +1,8 @@
 """A system of equations, read and checked from beginning to end; all models of it share it.
 
 It must repeat after its forcing period, and after whole turns of its angles. Nothing else would
-notice: with a wrong period a search still ends at a motion that closes once, but does not go on
-like that.
+notice: with a wrong period a search still ends at a motion that closes once, but does not
+repeat.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from slipfold.models.turns import TURN
 SAMPLES = 6
 
 SIZES = (1.0, 1e-5, 0.0)
-"""Sizes of the states looked at: beside terms of states far larger than those of the model, a
+"""Sizes of the states looked at: next to terms of states far larger than those of the model, a
 forcing would be rounding."""
 
 TOLERANCE = 1e-8
@@ -235,7 +235,7 @@ def _unrepeated(definition: Definition, entry: tuple[str, str], period: float, a
     what = f"the rate of {name}" if table == "states" else f"the output {name}"
     return (
         f"{what} does not repeat after the forcing period {definition.period}, {period:.6g} s{at}; "
-        "give a period after which every term with t begins anew"
+        "give a period after which every term with t repeats"
     )
 
 

@@ -52,7 +52,7 @@ class ContactFormulas:
 
     @property
     def ratio_name(self) -> str:
-        """Name of the output that is the speed of slip over that of the counter-body."""
+        """Name of the output that is the speed of slip over that of the moving surface."""
         return f"{self.name}_ratio"
 
     @property

@@ -17,6 +17,7 @@ from slipfold.models.definitions.source import Source
 from slipfold.models.formulas.grammar import Name
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.output import (
+    STICK,
     Contact,
     Expression,
     Limit,
@@ -26,9 +27,6 @@ from slipfold.models.output import (
     normal_name,
 )
 from slipfold.models.parameter import DURATION
-
-STICK = 0.01
-"""Slip speed over the counter-body's speed at which a branch ends."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +115,7 @@ class DeclaredContact:
         doc = f"speed of slip in {own.name}"
         found.append(Output(own.speed_name, self.speed, doc=doc))
         if self.moves:
-            doc += " over that of its counter-body"
+            doc += " over that of its moving surface"
             found.append(Output(own.ratio_name, self.ratio, doc=doc))
         return tuple(found)
 
@@ -128,7 +126,7 @@ class DeclaredContact:
         if self.moves:
             reason = (
                 f"stick: the speed of slip in {own.name} fell to {{value:.3g}} of that of its "
-                "counter-body; orbits are followed in slip, stay below this value, or simulate"
+                "moving surface; orbits are followed in slip, stay below this value, or simulate"
             )
             found.append(Limit(f"stick of {own.name}", own.ratio_name, STICK, reason))
         if self.opens:

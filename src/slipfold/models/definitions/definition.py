@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.contacts import ContactFormulas, read_contact
-from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.source import MOST_ENTRIES, Source
 from slipfold.models.definitions.tables import Entries, type_name
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME
 from slipfold.models.friction.record import law_record
@@ -184,8 +184,6 @@ TABLES = (
 
 MEASURES = ("max", "min", "peak_to_peak", "parameter")
 
-MOST = 1000
-"""Entries of a table: a hundred degrees of freedom have two hundred states."""
 
 _BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
 """What a reason may hold: other braces would be looked up in Python objects."""
@@ -223,8 +221,8 @@ def _each(source: Source, name: str, read: Callable[[Source, str, Any], T]) -> t
     table = source.tables.get(name, {})
     if not isinstance(table, Mapping):
         raise source.error((name,), f"{name} is {type_name(table)}, not a table; write [{name}]")
-    if len(table) > MOST:
-        raise source.error((name,), f"[{name}] has {len(table)} entries, more than {MOST}")
+    if len(table) > MOST_ENTRIES:
+        raise source.error((name,), f"[{name}] has {len(table)} entries, more than {MOST_ENTRIES}")
     for key in table:
         if not isinstance(key, str):
             raise source.error((name,), f"the key {key!r} of {name} is no text; give names")
@@ -364,7 +362,9 @@ def _check_title(source: Source, path: tuple[str, str]) -> None:
     name = path[1]
     if not name.strip() or len(name) > 60 or not name.isprintable() or set(name) & set("{}"):
         raise source.error(
-            path, f"{name[:80]!r} is no name for one of the {path[0]}; give a few words", key=True
+            path,
+            f"{name[:80]!r} is not a name for one of the {path[0]}; give a few words",
+            key=True,
         )
 
 

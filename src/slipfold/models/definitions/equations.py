@@ -17,9 +17,7 @@ from slipfold.models.formulas.values import PHASE, CoefficientFinder, value_of
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import DURATION
 from slipfold.models.suggestion import suggest
-
-SHOWN = 20
-"""Names of each kind that a message lists."""
+from slipfold.text.one_line import listed
 
 
 @dataclass(frozen=True)
@@ -120,14 +118,9 @@ def _unknown(
         "the forces in contacts": contacts,
         "and": [*([TIME] if forced else []), *CONSTANTS],
     }
-    known = ", ".join(f"{what} {_some(names)}" for what, names in groups.items() if names)
+    known = ", ".join(f"{what} {listed(names)}" for what, names in groups.items() if names)
     near = suggest(name, [*states, *parameters, *formulas, *contacts])
     return f"there is no name {name[:80]!r}; {hint.get(name, '') or near}known are {known}"
-
-
-def _some(names: list[str]) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
 
 
 def _ordered(trees: Mapping[str, Tree], source: Source) -> dict[str, Tree]:

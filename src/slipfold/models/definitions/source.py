@@ -174,6 +174,9 @@ class _Scanner:
 LONGEST_FILE = 300_000
 """Characters of the longest file."""
 
+MOST_ENTRIES = 1000
+"""Entries of a table, elements of an array or terms of a sum: each is compiled."""
+
 WIDTH = 88
 """Characters of a line that a message shows."""
 

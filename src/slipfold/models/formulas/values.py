@@ -255,7 +255,7 @@ class CoefficientFinder:
             )
         if node.operator == "^" and right.varying is None and left.constant is not None:
             exponent = right.constant or ONE
-            # Other powers of a product are no product of powers where a factor is negative.
+            # Other powers of a product are not a product of powers where a factor is negative.
             if isinstance(exponent, Number) and exponent.value in WHOLE:
                 return _Product(
                     Binary("^", left.constant, exponent, node.place),

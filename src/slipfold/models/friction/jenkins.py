@@ -179,7 +179,7 @@ class Jenkins(MemoryLaw):
     def along(
         self, displacement: ArrayLike, normal: float = 1.0, force: float = 0.0
     ) -> NDArray[np.float64]:
-        """Return the force along a path of the counter-body on a line.
+        """Return the force along a path of the moving surface on a line.
 
         Parameters
         ----------
@@ -386,7 +386,7 @@ class Iwan(FrictionLaw):
         return sum(element.energy(amplitude, normal) for element in self.elements)
 
     def along(self, displacement: ArrayLike, normal: float = 1.0) -> NDArray[np.float64]:
-        """Return the force along a path of the counter-body on a line, from no force.
+        """Return the force along a path of the moving surface on a line, from no force.
 
         Parameters
         ----------

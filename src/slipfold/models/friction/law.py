@@ -26,24 +26,12 @@ from slipfold.models.suggestion import unknown
 
 @dataclass(frozen=True)
 class ContactState:
-    """The state of a contact in numbers, arrays or symbols.
+    """The state of a contact in numbers, arrays or symbols."""
 
-    Parameters
-    ----------
-    slip
-        Velocity of the counter-body relative to the body in m/s, one or two components.
-    memory
-        The contact's memory, if the law has one.
-    normal
-        Normal force in N.
-    normal_rate
-        Its rate in N/s.
-    """
-
-    slip: tuple[Expression, ...]
-    memory: tuple[Expression, ...] = ()
-    normal: Expression = 1.0
-    normal_rate: Expression = 0.0
+    slip: tuple[Expression, ...]  # velocity of the moving surface relative to the body in m/s
+    memory: tuple[Expression, ...] = ()  # as many components, if the law has a memory
+    normal: Expression = 1.0  # normal force in N
+    normal_rate: Expression = 0.0  # its rate in N/s
 
     @property
     def square(self) -> Expression:
@@ -55,7 +43,7 @@ class ContactState:
 class FrictionLaw(ABC):
     r"""Friction between two bodies that slip on each other; immutable, comparable, picklable.
 
-    The force on a body, pressed with the normal force N on a counter-body that moves relative to it
+    The force on a body, pressed with the normal force N on a surface that moves relative to it
     with the velocity v, is
 
     .. math::
@@ -66,7 +54,7 @@ class FrictionLaw(ABC):
     damping, too, are those of the force over N.
 
     A subclass is a frozen dataclass. It states `title`, declares its parameters with `described`
-    and implements `formula`. Fields that are no parameters (an exponent, a shape) tell equations
+    and implements `formula`. Fields that are not parameters (an exponent, a shape) tell equations
     apart.
 
     Raises
@@ -188,7 +176,7 @@ class FrictionLaw(ABC):
         Parameters
         ----------
         slip
-            Velocity of the counter-body relative to the body in m/s, one or two components.
+            Velocity of the moving surface relative to the body in m/s, one or two components.
         """
         return ()
 
@@ -338,7 +326,7 @@ class FrictionLaw(ABC):
         Parameters
         ----------
         slip
-            Velocity of the counter-body relative to the body in m/s, one or two components:
+            Velocity of the moving surface relative to the body in m/s, one or two components:
             numbers, arrays or symbols.
         normal
             Normal force in N.
@@ -392,7 +380,7 @@ class FrictionLaw(ABC):
         Parameters
         ----------
         slip
-            Velocity of the counter-body relative to the body in m/s, one or two components:
+            Velocity of the moving surface relative to the body in m/s, one or two components:
             numbers, arrays or symbols.
         memory
             The memory.

@@ -359,7 +359,7 @@ class Regularised(FrictionLaw):
     def check_structure(self) -> None:
         """Refuse laws that are smooth or no laws at all, and unknown shapes."""
         if not isinstance(self.law, FrictionLaw):
-            raise InputError(f"{self.law!r} is no friction law; give one such as Coulomb()")
+            raise InputError(f"{self.law!r} is not a friction law; give one such as Coulomb()")
         if not self.law.sticks:
             raise InputError(
                 f"{type(self.law).__name__} does not jump at zero slip; regularise a law that does"

@@ -173,14 +173,14 @@ class Assembly:
 
     @property
     def speeds(self) -> tuple[str, ...]:
-        """Names of the parameters that are speeds of counter-bodies."""
+        """Names of the parameters that are speeds of moving surfaces."""
         return tuple(
             item.component.called(name) for item in self.placed for name in item.component.speeds
         )
 
     @property
     def sliding_speeds(self) -> tuple[str, ...]:
-        """Those of counter-bodies on which nothing can slide steadily while they are at rest."""
+        """Those of moving surfaces on which nothing can slide steadily while they are at rest."""
         return tuple(
             item.component.called(name)
             for item in self.placed
@@ -325,7 +325,7 @@ class Assembly:
 
         None where the stiffness is as well applied without them. The inverse mass times the
         stiffness of a beam of many elements makes an acceleration of what rounding leaves of the
-        displacements that is no longer small beside that of the slow modes.
+        displacements that is no longer small compared with that of the slow modes.
 
         Shapes: (n,), (n, n), (n, n).
         """

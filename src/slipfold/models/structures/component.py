@@ -20,6 +20,7 @@ from slipfold.models.output import Expression, Limit, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
+from slipfold.text.one_line import listed
 
 LONGEST_LINE = 60
 
@@ -61,7 +62,7 @@ class Parametric:
         self.check(self.own_values)
 
     def prepare(self) -> None:
-        """Check and convert the fields that are no parameters; raise `InputError` if they fail."""
+        """Check and convert the fields that are not parameters; raise `InputError` if they fail."""
 
     def check(self, values: Mapping[str, float]) -> None:
         """Raise `InputError` if parameter values contradict each other.
@@ -118,10 +119,6 @@ def total(terms: list[Expression]) -> Expression:
     return hy.sum(terms) if terms else hy.expression(0.0)
 
 
-SHOWN = 12
-"""Names that a message lists before it breaks off."""
-
-
 @dataclass(frozen=True)
 class Direction:
     """A weighted sum of degrees of freedom: the displacement ``u = sum w_i q_i``.
@@ -167,8 +164,8 @@ def as_direction(value: Any, what: str) -> Direction:
         return Direction(((value, 1.0),))
     if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
         raise InputError(
-            f"{what} acts at {shown(value)}, which is no direction; give the name of a degree of "
-            'freedom, or weights by name such as {"x": 0.6, "y": 0.8}'
+            f"{what} acts at {shown(value)}, which is not a direction; give the name of a degree "
+            'of freedom, or weights by name such as {"x": 0.6, "y": 0.8}'
         )
     weights = {name: _weight(name, weight, what) for name, weight in value.items()}
     kept = tuple((name, weight) for name, weight in weights.items() if weight)
@@ -196,12 +193,6 @@ def as_directions(value: Any, what: str, most: int) -> tuple[Direction, ...]:
             "right angles"
         )
     return directions
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return names as a list that breaks off when it grows long."""
-    more = f", ... ({len(names)} in all)" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
 
 
 def _weight(name: str, weight: Any, what: str) -> float:
@@ -319,7 +310,7 @@ class Component(Parametric, ABC):
 
     @property
     def speeds(self) -> tuple[str, ...]:
-        """Names of the parameters that are speeds of a counter-body."""
+        """Names of the parameters that are speeds of a moving surface."""
         return ()
 
     @property

@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.quantities import declared, described
 from slipfold.models.friction.without_memory import Coulomb
-from slipfold.models.output import Contact, Expression, Limit, Symbols
+from slipfold.models.output import PULSATING_LIMIT, STICK_LIMIT, Contact, Expression, Limit, Symbols
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.structures.component import (
     Component,
@@ -34,9 +34,6 @@ from slipfold.models.structures.component import (
 
 _STATIC = positive("Ns", 1.0, "N", "static normal force", "$N_s$")
 
-LOST = 1e-9
-"""Normal force in N at which a branch ends: a contact cannot pull."""
-
 
 @dataclass(frozen=True)
 class NormalLoad(Parametric, ABC):
@@ -46,7 +43,7 @@ class NormalLoad(Parametric, ABC):
     ----------
     normal
         Degree of freedom, or weights by name, along which the force pushes the structure away from
-        the counter-body; None if the structure cannot move that way.
+        the moving surface; None if the structure cannot move that way.
     """
 
     title: ClassVar[str] = "normal load"
@@ -180,8 +177,7 @@ class ModulatedLoad(NormalLoad):
 
     def limits(self) -> tuple[Limit, ...]:
         """Return the limit at which contact is lost."""
-        reason = "lost contact: the normal force fell to {value:.3g} N; keep Nd < Ns"
-        return (Limit("lost contact", "N", LOST, reason),)
+        return (PULSATING_LIMIT,)
 
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
         """``Ns + Nd cos(2 pi h f t)``."""
@@ -202,7 +198,7 @@ class ContactLoad(NormalLoad):
     Parameters
     ----------
     normal
-        Degree of freedom, or weights by name: the direction away from the counter-body.
+        Degree of freedom, or weights by name: the direction away from the moving surface.
     Ns
         Normal force at zero displacement in N.
     kn
@@ -251,10 +247,10 @@ class ContactLoad(NormalLoad):
     def limits(self) -> tuple[Limit, ...]:
         """Return the limit at which contact is lost."""
         reason = (
-            "lost contact: the normal force fell to {value:.3g} N; simulate and response go on in "
-            "free flight, with an exact law of friction; press harder or stay below this value"
+            "lost contact: the normal force fell to {value:.3g} N; simulate and response continue "
+            "in free flight, with an exact law of friction; press harder or stay below this value"
         )
-        return (Limit("lost contact", "N", LOST, reason),)
+        return (replace(PULSATING_LIMIT, reason=reason),)
 
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
         """``Ns - kn u - cn v``."""
@@ -265,13 +261,9 @@ class ContactLoad(NormalLoad):
         return -c["kn"] * v - c["cn"] * a
 
 
-STICK = 0.01
-"""Slip speed over the counter-body's speed at which a branch ends, if the law sticks."""
-
-
 @dataclass(frozen=True)
 class FrictionContact(Component):
-    r"""A contact that slides on a counter-body: friction along the slip, and a normal force.
+    r"""A contact that slides on a moving surface: friction along the slip, and a normal force.
 
     .. math::
 
@@ -290,7 +282,7 @@ class FrictionContact(Component):
     load
         Normal force; a number in N is a constant one.
     Vd
-        Speed of the counter-body in m/s; 0 is a wall.
+        Speed of the moving surface in m/s; 0 is a wall.
     alpha
         Direction of its motion from the first direction towards the second, in rad; with one
         direction there is none.
@@ -310,13 +302,13 @@ class FrictionContact(Component):
     along: Any
     law: FrictionLaw = field(default_factory=Coulomb, metadata={"entry": "friction"})
     load: Any = field(default_factory=ConstantLoad)
-    Vd: float = described(nonnegative("Vd", 1.0, "m/s", "speed of the counter-body", "$V_d$"))
+    Vd: float = described(nonnegative("Vd", 1.0, "m/s", "speed of the moving surface", "$V_d$"))
     alpha: float = described(
         Parameter(
             "alpha",
             0.0,
             "rad",
-            "direction of the counter-body's motion from the first direction of the contact",
+            "direction of the moving surface's motion from the first direction of the contact",
             symbol=r"$\alpha$",
         )
     )
@@ -333,8 +325,8 @@ class FrictionContact(Component):
             object.__setattr__(self, "load", ConstantLoad(force))
         if not isinstance(self.load, NormalLoad):
             raise InputError(
-                f"load = {shown(self.load)} is no normal force; give a number in N, or one such as "
-                "ModulatedLoad(Ns=1, Nd=0.1)"
+                f"load = {shown(self.load)} is not a normal force; give a number in N, or one such "
+                "as ModulatedLoad(Ns=1, Nd=0.1)"
             )
         angle: Any = self.alpha
         straight = isinstance(angle, int | float) and angle == 0
@@ -361,7 +353,7 @@ class FrictionContact(Component):
 
     @property
     def own_parameters(self) -> tuple[Parameter, ...]:
-        """Those of the load, speed and direction of the counter-body, those of the law."""
+        """Those of the load, speed and direction of the moving surface, those of the law."""
         speed, angle = declared(FrictionContact)
         mine = (speed, angle) if self.planar else (speed,)
         return (*self.load.own_parameters, *mine, *self.law.parameters)
@@ -395,16 +387,16 @@ class FrictionContact(Component):
 
     @property
     def speeds(self) -> tuple[str, ...]:
-        """That of the counter-body."""
+        """That of the moving surface."""
         return ("Vd",)
 
     @property
     def sliding_speeds(self) -> tuple[str, ...]:
-        """That of the counter-body, if the law sticks where it is at rest."""
+        """That of the moving surface, if the law sticks where it is at rest."""
         return self.speeds if self.law.sticks else ()
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Parameters of load and law, and the velocity of the counter-body."""
+        """Parameters of load and law, and the velocity of the moving surface."""
         result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}
         if self.memory() and self.amplitudes:
             result["f"] = p["f"]
@@ -416,7 +408,7 @@ class FrictionContact(Component):
     # -- forces --------------------------------------------------------------------------------
 
     def _plate(self, c: Symbols) -> tuple[Expression, ...]:
-        """Return the velocity of the counter-body."""
+        """Return the velocity of the moving surface."""
         return (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
 
     def _slip(self, motion: Motion, c: Symbols) -> tuple[Expression, ...]:
@@ -462,7 +454,7 @@ class FrictionContact(Component):
         return self.law.memory_rates(self._slip(motion, c), motion.memory, c, normal, rate)
 
     def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the law's memory after a long slip; zero where the counter-body is at rest."""
+        """Return the law's memory after a long slip; zero where the moving surface is at rest."""
         states = self.memory()
         if not states or not values["Vd"]:
             return (0.0,) * len(states)
@@ -540,9 +532,9 @@ class FrictionContact(Component):
             doc = "friction force on the structure along the second direction"
             found.append(Measure("Fy", self._friction_y, "N", doc, "$F_y$ (N)"))
         if self.law.sticks:
-            doc = "slip speed over the counter-body's speed"
+            doc = "slip speed over the moving surface's speed"
             found.append(Measure("Vrel_ratio", self._speed_ratio, "", doc, "$V_{rel}/V_d$"))
-        doc = "power put in by the counter-body's drive"
+        doc = "power put in by the moving surface's drive"
         found.append(Measure("power_plate", self._power_plate, "W", doc, "$P$ (W)"))
         stored = " and stored in the contact" if self.memory() else ""
         doc = f"power lost to friction heat{stored}"
@@ -558,8 +550,4 @@ class FrictionContact(Component):
         return self.limits() if self.load.opens else self._stick()
 
     def _stick(self) -> tuple[Limit, ...]:
-        reason = (
-            "stick: the relative speed fell to {value:.3g} of Vd; the sliding model ends here, "
-            "raise Vd or stay below this value"
-        )
-        return (Limit("stick", "Vrel_ratio", STICK, reason),) if self.law.sticks else ()
+        return (STICK_LIMIT,) if self.law.sticks else ()

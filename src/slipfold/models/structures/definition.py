@@ -230,7 +230,7 @@ def checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
         return ()
     if not isinstance(watch, Mapping):
         raise InputError(
-            f"watch = {shown(watch)} is no mapping; give directions by the name of the output, "
+            f"watch = {shown(watch)} is not a mapping; give directions by the name of the output, "
             'such as {"u_tip": "tip"}'
         )
     for name in watch:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
 from slipfold.models.definitions.tables import (
     Entries,
     Reader,
@@ -43,7 +43,7 @@ from slipfold.models.structures.reduction import CraigBampton, ModalReduction, R
 
 FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "
-    ".mat or Matrix Market file beside this one"
+    ".mat or Matrix Market file in the same folder"
 )
 
 LARGEST = 1_000_000
@@ -172,8 +172,6 @@ TABLES = (
     "parameters",
 )
 
-MOST = 1000
-"""Elements, contacts or forces of a structure: their formulas are compiled one by one."""
 
 _DAMPING: dict[str, type] = {item.__name__: item for item in (ProportionalDamping, ModalDamping)}
 _REDUCTIONS: dict[str, type] = {item.__name__: item for item in (ModalReduction, CraigBampton)}
@@ -284,8 +282,8 @@ def _components(
         raise source.error(
             (what,), f"{what} is {type_name(tables)}; give each one a table, headed [[{what}]]"
         )
-    if len(tables) > MOST:
-        raise source.error((what,), f"there are {len(tables)} {what}, more than {MOST}")
+    if len(tables) > MOST_ENTRIES:
+        raise source.error((what,), f"there are {len(tables)} {what}, more than {MOST_ENTRIES}")
     kinds = {cls.__name__: cls for cls in _COMPONENTS[what]}
     return tuple(
         _component(source, (what, str(place)), table, kinds, names, folder)

@@ -111,14 +111,14 @@ class MultiHarmonicForce(OneDirection):
         """Read the direction and the harmonics."""
         super().prepare()
         given = self.harmonics
-        # A force that is made anew from its own fields has triples already.
+        # A force that is made again from its own fields has triples already.
         if isinstance(given, tuple) and all(
             isinstance(item, tuple) and len(item) == 3 for item in given
         ):
             given = {h: (size, phi) for h, size, phi in given}
         if not isinstance(given, Mapping) or not any(h != 0 for h in given):
             raise InputError(
-                f"harmonics = {shown(self.harmonics)} is no periodic force; give amplitudes by "
+                f"harmonics = {shown(self.harmonics)} is not a periodic force; give amplitudes by "
                 "harmonic, such as {1: 1.0, 3: (0.2, 0.5)}"
             )
         checked = []

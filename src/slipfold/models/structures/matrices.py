@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.structures.component import listed
+from slipfold.text.one_line import listed
 
 _LONG_NAMES = {"M": "mass", "C": "damping", "K": "stiffness"}
 
@@ -27,7 +27,9 @@ def read_matrix(path: Path, name: str) -> Any:
             f"that ends in {', '.join(_READERS)}"
         )
     if not path.is_file():
-        raise InputError(f"{path} does not exist or is no file; give the path of a matrix {name}")
+        raise InputError(
+            f"{path} does not exist or is not a file; give the path of a matrix {name}"
+        )
     try:
         return _READERS[ending](path, name)
     except InputError:
@@ -41,7 +43,7 @@ def read_matrix(path: Path, name: str) -> Any:
     except Exception as error:
         why = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise InputError(
-            f"{path} cannot be read as a {ending} file ({why}); save the matrix {name} anew"
+            f"{path} cannot be read as a {ending} file ({why}); save the matrix {name} again"
         ) from error
 
 
@@ -301,7 +303,7 @@ def _numbers(value: Any, name: str) -> Array:
         numbers = numbers.real
     if numbers.dtype.kind not in "fiub":
         raise InputError(
-            f"{name} is no matrix of numbers but {type(value).__name__}; give an array, a SciPy "
+            f"{name} is not a matrix of numbers but {type(value).__name__}; give an array, a SciPy "
             "sparse array, or the path of a .npz, .npy, .mat or Matrix Market file"
         )
     return numbers.astype(float)

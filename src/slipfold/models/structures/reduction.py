@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.structures.component import Direction, listed, shown
+from slipfold.models.structures.component import Direction, shown
 from slipfold.models.structures.matrices import Matrix, lowest_modes, require_symmetric, solver
 from slipfold.models.suggestion import suggest
-from slipfold.text.one_line import OneLine, number_text
+from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
 FREE = 1e-6

@@ -12,7 +12,7 @@ import heyoka as hy
 from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
 from slipfold.models.friction.quantities import described
-from slipfold.models.output import Expression, Limit, Symbols
+from slipfold.models.output import COLLAPSE_LIMIT, Expression, Limit, Symbols
 from slipfold.models.parameter import Parameter, nonnegative, positive
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
@@ -35,7 +35,7 @@ HIGHEST = 15
 
 @dataclass(frozen=True)
 class LinearSpring(OneDirection):
-    r"""A linear spring with a damper beside it: the force :math:`-(k u + c \dot u)`.
+    r"""A linear spring with a damper in parallel: the force :math:`-(k u + c \dot u)`.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class LinearSpring(OneDirection):
     title: ClassVar[str] = "linear spring"
 
     k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", symbol="$k$"))
-    c: float = described(nonnegative("c", 0.0, "N s/m", "damping beside a spring", "$c$"))
+    c: float = described(nonnegative("c", 0.0, "N s/m", "damping in parallel with a spring", "$c$"))
 
     def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """``-(k u + c v)``."""
@@ -136,7 +136,7 @@ class PolynomialSpring(OneDirection):
     def prepare(self) -> None:
         """Read the direction and the coefficients."""
         super().prepare()
-        # A spring that is made anew from its own fields has pairs already.
+        # A spring that is made again from its own fields has pairs already.
         own = isinstance(self.stiffness, tuple) and all(
             isinstance(item, tuple) and len(item) == 2 for item in self.stiffness
         )
@@ -145,7 +145,7 @@ class PolynomialSpring(OneDirection):
         powers = [n for n in given if isinstance(n, int) and 1 <= n <= HIGHEST]
         if not given or len(powers) != len(given):
             raise InputError(
-                f"stiffness = {shown(self.stiffness)} is no polynomial; give coefficients by "
+                f"stiffness = {shown(self.stiffness)} is not a polynomial; give coefficients by "
                 f"power, whole numbers from 1 to {HIGHEST}, such as {{1: -100.0, 3: 2e6}}"
             )
         checked = {
@@ -282,10 +282,6 @@ class GapSpring(OneDirection):
         return total(parts)
 
 
-COLLAPSE = 1e-4
-"""Length over unstretched length at which a branch ends: the direction of the force is lost."""
-
-
 @dataclass(frozen=True)
 class GeometricSpring(Component):
     r"""A linear spring between a fixed anchor and a point of the structure, geometrically exact.
@@ -394,7 +390,4 @@ class GeometricSpring(Component):
 
     def limits(self) -> tuple[Limit, ...]:
         """Return the limit at which the spring collapses."""
-        reason = (
-            "spring collapsed: l/L fell to {value:.3g}; the model ends here, stay below this value"
-        )
-        return (Limit("spring collapse", "l", COLLAPSE, reason),)
+        return (COLLAPSE_LIMIT,)

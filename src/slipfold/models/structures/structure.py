@@ -40,7 +40,7 @@ class LinearStructure(Model):
 
     @property
     def varied_first(self) -> str | None:
-        """What switches the forcing off; where nothing does, the speed of a counter-body."""
+        """What switches the forcing off; where nothing does, the speed of a moving surface."""
         return self.quiet or next(iter(self._assembly.speeds), None)
 
     @property
@@ -110,7 +110,7 @@ _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
     *("length_scale", "watch", "name", "title"),
 )
-"""Arguments of the constructor that are no parameter values, and attributes of a definition."""
+"""Arguments of the constructor that are not parameter values, and attributes of a definition."""
 
 MOST_PRODUCTS = 2_000_000
 """Products in the equations with derivatives at which compiling takes minutes and much memory."""
@@ -456,7 +456,7 @@ class Structure(LinearStructure):
         """Return the structure without what is periodic in time, as an autonomous model.
 
         Its equilibrium is steady sliding, to be followed with its Hopf points and their cycles. A
-        structure with nothing periodic in time is autonomous by itself and needs no such view.
+        structure with nothing periodic in time is autonomous and needs no such view.
 
         Parameters
         ----------
