@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from slipfold.branches.bifurcations import Bifurcations
 from slipfold.branches.closed_branches import Returns
-from slipfold.continuation.trail import Sight
+from slipfold.continuation.traced_curve import MonitorResult
 from slipfold.loci.special_points import SpecialPoints
 
 # Radius r of the cycles, or state x: p^2 + (r^2 - 4)^2/16 = 1/4, and p^2 + x^2 = 1/4.
@@ -48,7 +48,7 @@ def test_each_turn_of_a_branch_is_a_fold(kind, monkeypatch):
     assert [item.type for item in branch.special] == ["LP", "LP"]
     assert reversals(branch.parameter) == 2
     assert not branch.failed
-    monkeypatch.setattr(Bifurcations, "watch", lambda self, stretch: Sight())
+    monkeypatch.setattr(Bifurcations, "watch", lambda self, stretch: MonitorResult())
     branch = followed(kind)
     assert branch.special == ()
     assert branch.stopped.kind == "contradiction"
@@ -58,7 +58,7 @@ def test_each_turn_of_a_branch_is_a_fold(kind, monkeypatch):
 
 @pytest.mark.parametrize("kind", ["cycles", "equilibria"])
 def test_a_branch_that_repeats_itself_ends(kind, monkeypatch):
-    monkeypatch.setattr(Returns, "watch", lambda self, stretch: Sight())
+    monkeypatch.setattr(Returns, "watch", lambda self, stretch: MonitorResult())
     branch = followed(kind)
     assert [item.type for item in branch.special] == ["LP"] * 6  # three in each direction
     assert branch.stopped.kind == "contradiction"
@@ -74,7 +74,7 @@ def test_each_turn_of_a_locus_is_an_extremum(monkeypatch):
     (locus,) = sf.locus(branch.special[0], ("w", "h"), window, switch=False).loci
     assert [item.type for item in locus.special if item.type in ("MIN", "MAX")] == ["MIN"]
     assert (reversals(locus.values[:, 0]), reversals(locus.values[:, 1])) == (0, 1)
-    monkeypatch.setattr(SpecialPoints, "watch", lambda self, stretch: Sight())
+    monkeypatch.setattr(SpecialPoints, "watch", lambda self, stretch: MonitorResult())
     diagram = sf.locus(branch.special[0], ("w", "h"), window, switch=False)
     assert "contradiction" in (diagram.loci[0].begun.kind, diagram.loci[0].stopped.kind)
     assert diagram.failed

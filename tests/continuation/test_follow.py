@@ -8,7 +8,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.trail import Sight, Stop
+from slipfold.continuation.traced_curve import MonitorResult, Stop
 
 
 class Cubic(AlgebraicCurve):
@@ -38,9 +38,9 @@ class Reaches:
             return point.z[0] - self.value
 
         if gap(stretch.before) * gap(stretch.point) > 0:
-            return Sight()
+            return MonitorResult()
         at = locate(self.curve, stretch.known, stretch.before, stretch.point, gap)
-        return Sight(stop=Stop(at, End("reached", f"x is {self.value}", tuple(at.z))))
+        return MonitorResult(stop=Stop(at, End("reached", f"x is {self.value}", tuple(at.z))))
 
 
 def followed(curve, monitors, **options):
@@ -89,7 +89,7 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
             if length > 0.05:
                 lost.append(length)
                 raise LostCurveError("not found")
-            return Sight()
+            return MonitorResult()
 
     trail = followed(curve, [Loses()])
     assert lost

@@ -10,7 +10,7 @@ from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.continuation.follow import follow, unexplained_reversal
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.settings import Stepping, Steps
-from slipfold.continuation.trail import Sight
+from slipfold.continuation.traced_curve import MonitorResult
 
 
 class Polynomials(AlgebraicCurve):
@@ -36,7 +36,7 @@ class Sees:
     """Watches, and finds nothing."""
 
     def watch(self, stretch):
-        return Sight()
+        return MonitorResult()
 
 
 def followed(curve, monitors, largest=1.0):

@@ -32,11 +32,11 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import forced_orbits
 from slipfold.branches.switching import emanating_branch
-from slipfold.continuation import atlas
-from slipfold.continuation.atlas import Chart
+from slipfold.continuation import curve_set
+from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import LinearisedSteps, linearised_steps_of
 from slipfold.flow.flow import flow_of
@@ -108,20 +108,20 @@ class BatchedCase:
 
     def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
         """Return the branches as data, from the first value of the span."""
-        charts, leads = list[Chart[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
+        curves, leads = list[FollowedCurve[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
         for number, item in enumerate(self.branches, 1):
-            start = atlas.Start(
+            start = curve_set.Start(
                 item.orbits,
                 (item.points[0],),
                 departs=item.birth is not None,
                 parent=item.parent,
                 found=item.birth,
             )
-            trail = Trail(item.orbits, item.points, start.departs, item.found, item.stopped)
-            charts.append(Chart(number, start, trail, None))
+            traced = TracedCurve(item.orbits, item.points, start.departs, item.found, item.stopped)
+            curves.append(FollowedCurve(number, start, traced, None))
             if item.birth is not None:
                 leads.setdefault(item.birth, []).append(number)
-        return assemble(charts, leads, span_begin(vary, first))
+        return assemble(curves, leads, span_begin(vary, first))
 
 
 def follow_batch(

@@ -17,7 +17,7 @@ from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import BLURRED, LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.continuation.unseen import contracts_between
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED
@@ -77,13 +77,13 @@ class Bifurcations(Zeros[OrbitPoint]):
             values[level] = 0.0
         return values
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the bifurcations between two points; the first step of a branch has none."""
-        if stretch.leaves:
-            return Sight()
-        found = self.between(stretch.known, stretch.before, stretch.point)
-        ended = self._left(found, stretch) or self._closed(found, stretch)
-        return ended or self._repeated(found, stretch) or Sight(found)
+        if interval.leaves:
+            return MonitorResult()
+        found = self.between(interval.known, interval.before, interval.point)
+        ended = self._left(found, interval) or self._closed(found, interval)
+        return ended or self._repeated(found, interval) or MonitorResult(found)
 
     def between(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations between two points."""
@@ -95,7 +95,9 @@ class Bifurcations(Zeros[OrbitPoint]):
             if item.type != "LP" or all(abs(item.point.arclength - turn) > CLEAR for turn in turns)
         ]
 
-    def _left(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+    def _left(
+        self, found: list[Found], interval: Interval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint] | None:
         """Return where the branch leaves the span, if it turns back outside it."""
         low, high = min(self._span), max(self._span)
         value, on = self._orbits.value, EDGE * (high - low)
@@ -103,33 +105,35 @@ class Bifurcations(Zeros[OrbitPoint]):
         if not outside:
             return None
         bound = high if value(outside[0].z) > high else low
-        ends = stretch.before, outside[0]
-        at = locate(self._orbits, stretch.known, *ends, lambda item: value(item.z) - bound)
+        ends = interval.before, outside[0]
+        at = locate(self._orbits, interval.known, *ends, lambda item: value(item.z) - bound)
         before = [item for item in found if item.point.arclength < at.arclength]
-        return Sight(before, Stop(at, span_end(self._orbits, at)))
+        return MonitorResult(before, Stop(at, span_end(self._orbits, at)))
 
-    def _closed(self, found: list[Found], stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+    def _closed(
+        self, found: list[Found], interval: Interval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint] | None:
         """Return the branch point that the branch began at, if it comes to it again."""
-        if not stretch.trail.departs:
+        if not interval.traced.departs:
             return None
-        orbits, start = self._orbits, stretch.trail.points[0]
+        orbits, start = self._orbits, interval.traced.points[0]
         for place, item in enumerate(found):
             if item.type != "BP":
                 continue
             first = orbits.adopt(start.curve, start.z)
             if orbits.distance(first, item.point.z) < SAME_ORBIT:
                 end = End("closed", CLOSED, orbits.place(item.point.z))
-                return Sight(found[:place], Stop(item.point, end, closes=True))
+                return MonitorResult(found[:place], Stop(item.point, end, closes=True))
         return None
 
     def _repeated(
-        self, found: list[Found], stretch: Stretch[OrbitPoint]
-    ) -> Sight[OrbitPoint] | None:
+        self, found: list[Found], interval: Interval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint] | None:
         """Return where the branch comes to two special points again that it has passed already.
 
         A smooth curve does so only if it passes its first point as well.
         """
-        passed = [*stretch.trail.found, *found]
+        passed = [*interval.traced.found, *found]
         for place, item in enumerate(found):
             last = place + len(passed) - len(found)
             again = (
@@ -144,7 +148,9 @@ class Bifurcations(Zeros[OrbitPoint]):
                     "passed before: a step led onto another branch that comes very close; limit "
                     "the step"
                 )
-                return Sight(found[:place], Stop(item.point, End("contradiction", reason, values)))
+                return MonitorResult(
+                    found[:place], Stop(item.point, End("contradiction", reason, values))
+                )
         return None
 
     def _same(self, first: Found, second: Found) -> bool:

@@ -11,7 +11,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.stops import RESOLVED
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import by_collocation, through_stick
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
@@ -47,50 +47,50 @@ class Change:
         shot = type(curve.orbits.by) is Shooting
         return self._automatic and self._before is None and shot
 
-    def otherwise(self, trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
+    def otherwise(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
         """Return as what a branch that has ended goes on, and from where; None if it does not."""
-        end, last = trail.end, trail.points[-1]
+        end, last = traced.end, traced.points[-1]
         if not last.curve.orbits.by.smooth:
-            beyond = beyond_seam(trail)
+            beyond = beyond_seam(traced)
             if beyond is None:
-                self._say_of_stick(trail)
+                self._say_of_stick(traced)
             return beyond
         if end is not None and end.kind == "limit" and self._through_stick:
-            self._slipped = _Before(end, list(trail.points), list(trail.found))
-            before = trail.points[-2] if len(trail.points) > 1 else None
+            self._slipped = _Before(end, list(traced.points), list(traced.found))
+            before = traced.points[-2] if len(traced.points) > 1 else None
             return through_stick(last.curve, last, before)
         if end is None or end.kind not in ("failed", "unresolved", GROWS):
             return None
         if not self.may_come(last.curve):
-            self._restore(trail)
+            self._restore(traced)
             return None
-        self._before = _Before(end, list(trail.points), list(trail.found))
+        self._before = _Before(end, list(traced.points), list(traced.found))
         try:
             found = by_collocation(last.curve, last)
         except BREAKDOWNS:
             found = None
         return (last.curve, last) if found is None and end.kind == GROWS else found
 
-    def _say_of_stick(self, trail: Trail[OrbitPoint]) -> None:
+    def _say_of_stick(self, traced: TracedCurve[OrbitPoint]) -> None:
         """Go back to the limit of slip if nothing was found beyond it."""
-        before, end = self._slipped, trail.end
+        before, end = self._slipped, traced.end
         if before is None or end is None or end.kind != "failed":
             return
-        if len(trail.found) > len(before.found):
+        if len(traced.found) > len(before.found):
             return
         reason = f"{before.end.reason}; no orbit was found that goes on into stick"
-        trail.end = End("limit", reason, before.end.values)
-        trail.points, trail.found = before.points, before.found
-        trail.curve = before.points[-1].curve
+        traced.end = End("limit", reason, before.end.values)
+        traced.points, traced.found = before.points, before.found
+        traced.curve = before.points[-1].curve
 
-    def _restore(self, trail: Trail[OrbitPoint]) -> None:
+    def _restore(self, traced: TracedCurve[OrbitPoint]) -> None:
         """Go back to what shooting came to, if collocation came no farther."""
         before = self._before
         if before is None or before.end.kind == GROWS:
             return
-        if trail.points[-1].arclength < FARTHER * before.points[-1].arclength:
-            trail.end, trail.points, trail.found = before.end, before.points, before.found
-            trail.curve = before.points[-1].curve
+        if traced.points[-1].arclength < FARTHER * before.points[-1].arclength:
+            traced.end, traced.points, traced.found = before.end, before.points, before.found
+            traced.curve = before.points[-1].curve
 
 
 class Growing:
@@ -99,17 +99,17 @@ class Growing:
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point from which on they do."""
-        part = stretch.point.linearisation
+        part = interval.point.linearisation
         if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:
-            return Sight()
+            return MonitorResult()
         carried, largest = part.blocks[0], 0.0
         for block in part.blocks[1:]:
             largest = max(largest, float(np.abs(carried).max()))
             carried = block @ carried
         if largest <= RESOLVED:
-            return Sight()
+            return MonitorResult()
         reason = f"perturbations grow by {largest:.1e} within a round"
-        end = End(GROWS, reason, self._curve.place(stretch.point.z))
-        return Sight(stop=Stop(stretch.point, end))
+        end = End(GROWS, reason, self._curve.place(interval.point.z))
+        return MonitorResult(stop=Stop(interval.point, end))

@@ -13,7 +13,7 @@ from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
@@ -137,22 +137,22 @@ class MeetsCopy:
         self._curve = curve
         self._stop = stop
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last regular orbit before the curve meets its copy, if it does."""
-        before, point = stretch.before, stretch.point
-        if stretch.leaves or not _meets_its_copy(self._curve.orbits, before, point):
-            return Sight()
-        place, meeting = self._meeting(stretch)
-        last = self._last(stretch, place)
-        return Sight(stop=self._stop(*self._approached(stretch, last, meeting)))
+        before, point = interval.before, interval.point
+        if interval.leaves or not _meets_its_copy(self._curve.orbits, before, point):
+            return MonitorResult()
+        place, meeting = self._meeting(interval)
+        last = self._last(interval, place)
+        return MonitorResult(stop=self._stop(*self._approached(interval, last, meeting)))
 
-    def _meeting(self, stretch: Stretch[OrbitPoint]) -> tuple[float, Array]:
+    def _meeting(self, interval: Interval[OrbitPoint]) -> tuple[float, Array]:
         """Return where the halves of the interpolated orbit become the same."""
         from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
 
-        orbits, before, point = self._curve.orbits, stretch.before, stretch.point
+        orbits, before, point = self._curve.orbits, interval.before, interval.point
         direction = asymmetry(orbits, before.z)
-        near = well_spaced(stretch.known, before.arclength, point.arclength, POINTS)
+        near = well_spaced(interval.known, before.arclength, point.arclength, POINTS)
         place = point.arclength
         if direction @ asymmetry(orbits, point.z) < 0:
             place = brentq(
@@ -163,13 +163,13 @@ class MeetsCopy:
             )
         return place, hermite(near, place)[0]
 
-    def _last(self, stretch: Stretch[OrbitPoint], place: float) -> OrbitPoint:
-        orbits, before = self._curve.orbits, stretch.before
+    def _last(self, interval: Interval[OrbitPoint], place: float) -> OrbitPoint:
+        orbits, before = self._curve.orbits, interval.before
         direction = asymmetry(orbits, before.z)
         direction /= np.linalg.norm(direction)
         for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
             if back < place - before.arclength:
-                last = point_at(self._curve, stretch.known, place - back)
+                last = point_at(self._curve, interval.known, place - back)
                 # Newton's method may fall onto the parent, where the halves do not differ, or onto
                 # the copy, of which beside a Hopf point any phase is near.
                 if direction @ asymmetry(orbits, last.z) > 0.3 * back:
@@ -177,10 +177,10 @@ class MeetsCopy:
         return before
 
     def _approached(
-        self, stretch: Stretch[OrbitPoint], last: OrbitPoint, meeting: Array
+        self, interval: Interval[OrbitPoint], last: OrbitPoint, meeting: Array
     ) -> tuple[OrbitPoint, Array]:
         """Return an orbit so near to the meeting that nothing lies between, and where that is."""
-        known = [item for item in stretch.known if item.arclength < last.arclength] + [last]
+        known = [item for item in interval.known if item.arclength < last.arclength] + [last]
         for _ in range(NEARER):
             if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < NEAR_ONE:
                 break
@@ -279,23 +279,23 @@ class Returns:
         self._reason = reason
         self._first: tuple[OrbitPoint | None, Array | None] = None, None
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the step passed the first point again, if it did."""
-        before, point = stretch.before, stretch.point
-        if len(stretch.trail.points) < 4:
-            return Sight()
+        before, point = interval.before, interval.point
+        if len(interval.traced.points) < 4:
+            return MonitorResult()
         length = point.arclength - before.arclength
-        first = self._begun_alike(stretch.trail.points[0], before.z, length)
+        first = self._begun_alike(interval.traced.points[0], before.z, length)
         if first is None:
-            return Sight()
+            return MonitorResult()
         along = float((first - before.z) @ before.tangent)
         if not 0 < along < 1.5 * length or np.linalg.norm(first - before.z) > 1.5 * length:
-            return Sight()
-        passed = self._abeam(stretch.known[-3:], first, before.arclength + min(along, length))
+            return MonitorResult()
+        passed = self._abeam(interval.known[-3:], first, before.arclength + min(along, length))
         if passed is None:
-            return Sight()
+            return MonitorResult()
         end = End("closed", self._reason, self._curve.place(passed.z))
-        return Sight(stop=Stop(passed, end, closes=True))
+        return MonitorResult(stop=Stop(passed, end, closes=True))
 
     def _begun_alike(self, first: OrbitPoint, last: Array, length: float) -> Array | None:
         """Return the first orbit begun where it lies nearest to the last, None if it is far away.

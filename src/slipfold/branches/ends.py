@@ -23,7 +23,7 @@ from slipfold.continuation.newton import SINGULAR
 from slipfold.continuation.pieces import LOOKS
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.trail import Trail
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
@@ -71,26 +71,26 @@ class BranchEndings(Endings[OrbitPoint]):
         self._span = span
         self._settings = settings
 
-    def left(self, trail: Trail[OrbitPoint]) -> End:
+    def left(self, traced: TracedCurve[OrbitPoint]) -> End:
         """Return the end of a branch that reached the end of the span.
 
         On which side of a bifurcation at that very value the last orbit lies is rounding. Where
         several pairs are critical, nothing damps, and which of them crosses is not defined.
         """
-        *_, before, last = [*trail.points[-1:], *trail.points[-2:]]
+        *_, before, last = [*traced.points[-1:], *traced.points[-2:]]
         crossing = is_off_circle(before) and not is_off_circle(last)
         if crossing and count_on_circle(last) <= 2:
-            self._put_on_edge(trail)
-        return span_end(trail.curve, trail.points[-1])
+            self._put_on_edge(traced)
+        return span_end(traced.curve, traced.points[-1])
 
-    def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
+    def failed(self, traced: TracedCurve[OrbitPoint], failure: Failure) -> End:
         """Return the end of a branch that cannot be followed: there, or on the end of the span."""
-        orbits = trail.curve
-        if failure.kind == "failed" and self._put_on_edge(trail):
-            return span_end(orbits, trail.points[-1])
-        last, clause = trail.points[-1], nears_homoclinic(orbits, trail.points)
+        orbits = traced.curve
+        if failure.kind == "failed" and self._put_on_edge(traced):
+            return span_end(orbits, traced.points[-1])
+        last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
         kind, reason = failure_reason(orbits, last, failure)
-        if kind == "failed" and len(trail.points) == 1 and _is_one_of_several(last):
+        if kind == "failed" and len(traced.points) == 1 and _is_one_of_several(last):
             reason = SEVERAL
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
@@ -98,23 +98,23 @@ class BranchEndings(Endings[OrbitPoint]):
             reason = f"{reason}; {clause}"
         return End(kind, reason, orbits.place(last.z))
 
-    def _put_on_edge(self, trail: Trail[OrbitPoint]) -> bool:
+    def _put_on_edge(self, traced: TracedCurve[OrbitPoint]) -> bool:
         """End a branch with the bifurcation that lies on the end of the span, if one does."""
         try:
-            on_edge = _end_on_edge(trail.curve, trail, self._span, self._settings)
+            on_edge = _end_on_edge(traced.curve, traced, self._span, self._settings)
         except BREAKDOWNS:
             return False
         if on_edge is None:
             return False
-        trail.points, found = on_edge
-        sure = trail.points[-2].arclength
-        trail.found = [item for item in trail.found if item.point.arclength <= sure] + found
+        traced.points, found = on_edge
+        sure = traced.points[-2].arclength
+        traced.found = [item for item in traced.found if item.point.arclength <= sure] + found
         return True
 
-    def interrupted(self, trail: Trail[OrbitPoint]) -> End:
+    def interrupted(self, traced: TracedCurve[OrbitPoint]) -> End:
         """Return the end of a branch that whoever watches stopped."""
-        value = trail.curve.value(trail.points[-1].z)
-        reason = f"interrupted at {trail.curve.vary} = {value:.6g}; what was found before is kept"
+        value = traced.curve.value(traced.points[-1].z)
+        reason = f"interrupted at {traced.curve.vary} = {value:.6g}; what was found before is kept"
         return End("interrupted", reason, (value,))
 
 
@@ -187,7 +187,7 @@ def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
 
 def _end_on_edge(
     orbits: Orbits,
-    trail: Trail[OrbitPoint],
+    traced: TracedCurve[OrbitPoint],
     span: tuple[float, float],
     settings: Stepping,
 ) -> tuple[list[OrbitPoint], list[Found]] | None:
@@ -196,7 +196,7 @@ def _end_on_edge(
     With the parameter held Newton's method is singular at a branch point. So a step is taken over
     the end, and the bifurcation is located between.
     """
-    points = trail.points
+    points = traced.points
     edge = min(orbits.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
 
     def away(point: OrbitPoint) -> float:

@@ -14,7 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -83,13 +83,13 @@ class Events(Zeros[OrbitPoint]):
         return found
 
     def seen(
-        self, found: Sequence[Found[OrbitPoint]], stretch: Stretch[OrbitPoint]
-    ) -> Sight[OrbitPoint]:
+        self, found: Sequence[Found[OrbitPoint]], interval: Interval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint]:
         """Record the events; the first that is to stop the branch does."""
         for item in found:
             event = item.event if isinstance(item, Happened) else None
             if event is not None and event.stop:
                 reason = f"stopped as asked: {event.measure} of {event.name} is {event.value:g}"
                 end = End("event", reason, self._orbits.place(item.point.z))
-                return Sight(found, Stop(item.point, end))
-        return Sight(found)
+                return MonitorResult(found, Stop(item.point, end))
+        return MonitorResult(found)

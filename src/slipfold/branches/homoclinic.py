@@ -10,7 +10,7 @@ from slipfold.arrays import Array
 from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -51,10 +51,10 @@ class Homoclinic:
         self._orbits = orbits
         self._largest = largest
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point at which the branch has as good as come to its end."""
-        orbits, points = self._orbits, [*stretch.trail.points, stretch.point]
-        growth, value = _growth(orbits, points), orbits.value(stretch.point.z)
+        orbits, points = self._orbits, [*interval.traced.points, interval.point]
+        growth, value = _growth(orbits, points), orbits.value(interval.point.z)
         if _stands(orbits, points, STANDS_STILL) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
@@ -62,7 +62,7 @@ class Homoclinic:
                 f"at {value:.9g}: the cycle nears a homoclinic orbit",
                 (value,),
             )
-        elif self._snakes(stretch) and _passes_saddle(points[-1]):
+        elif self._snakes(interval) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
                 f"the last two folds lie within {SNAKES:g} of the span of each other, at "
@@ -86,12 +86,12 @@ class Homoclinic:
                 (value,),
             )
         else:
-            return Sight()
-        return Sight(stop=Stop(stretch.point, end))
+            return MonitorResult()
+        return MonitorResult(stop=Stop(interval.point, end))
 
-    def _snakes(self, stretch: Stretch[OrbitPoint]) -> bool:
+    def _snakes(self, interval: Interval[OrbitPoint]) -> bool:
         """Whether folds of ever longer cycles lie ever closer together."""
-        folds = [item.point for item in stretch.trail.found if item.type == "LP"][-2:]
+        folds = [item.point for item in interval.traced.found if item.type == "LP"][-2:]
         if not self._orbits.free_phase or len(folds) < 2:
             return False
         before, last = (point.z[-2] * point.curve.units[-2] for point in folds)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import bare, describe
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.continuation.atlas import Chart
+from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.flow.batches import LANES
@@ -21,48 +21,48 @@ from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import certain
 
-Tell = Callable[[Chart[OrbitPoint], Found, int], None]
-"""Called with what is described next, the chart that it is on, and how many are done."""
+Tell = Callable[[FollowedCurve[OrbitPoint], Found, int], None]
+"""Called with what is described next, the curve that it is on, and how many are done."""
 
-Told = Callable[[Chart[OrbitPoint], int], None]
-"""Called with the chart whose states are found, and of how many of its points they are."""
+Told = Callable[[FollowedCurve[OrbitPoint], int], None]
+"""Called with the curve whose states are found, and of how many of its points they are."""
 
 
-def _unwatched(chart: Chart[OrbitPoint], done: int) -> None:
+def _unwatched(followed: FollowedCurve[OrbitPoint], done: int) -> None:
     """Go on: nobody watches, or whoever does has stopped what came before."""
 
 
 def assemble(
-    charts: Sequence[Chart[OrbitPoint]],
+    curves: Sequence[FollowedCurve[OrbitPoint]],
     leads: Mapping[Found[OrbitPoint], Sequence[int]],
     begun: End,
-    tell: Tell = lambda chart, found, done: None,
+    tell: Tell = lambda followed, found, done: None,
     told: Told = _unwatched,
 ) -> tuple[Branch, ...]:
     """Return all branches as data, as far as their states are found before an interruption.
 
     Special points whose normal forms it leaves are bare.
     """
-    known = describe_in_turn(charts, tell)
-    if any(found not in known for chart in charts for found in chart.trail.found):
+    known = describe_in_turn(curves, tell)
+    if any(found not in known for followed in curves for found in followed.traced.found):
         told = _unwatched  # whoever interrupted is not asked again
     described: dict[Found, SpecialPoint] = {}
     branches = []
-    for chart in charts:
+    for followed in curves:
         own = []
-        for found in chart.trail.found:
+        for found in followed.traced.found:
             (leads_to,) = leads.get(found, [None])[-1:]
             described[found] = replace(known.get(found) or bare(found), leads_to=leads_to)
             own.append(described[found])
         first = begun
-        if chart.start.found is not None:
-            special = described[chart.start.found]
+        if followed.start.found is not None:
+            special = described[followed.start.found]
             born = f"born at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
             first = End("born", born, (special.value,))
-            if len(chart.start.points) > 1:  # it crosses its parent there
-                own.append(replace(special, arclength=0.0, leads_to=chart.start.parent))
+            if len(followed.start.points) > 1:  # it crosses its parent there
+                own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
         own.sort(key=lambda special: special.arclength)
-        branches.append(_branch(chart, first, own, told))
+        branches.append(_branch(followed, first, own, told))
         if branches[-1].stopped.kind == "interrupted":
             break  # where it ended so when it was followed, no other one follows
     return tuple(_without_lost(branch, len(branches)) for branch in branches)
@@ -79,13 +79,15 @@ def _without_lost(branch: Branch, kept: int) -> Branch:
     return replace(branch, special=tuple(special))
 
 
-def describe_in_turn(charts: Iterable[Chart[OrbitPoint]], tell: Tell) -> dict[Found, SpecialPoint]:
+def describe_in_turn(
+    curves: Iterable[FollowedCurve[OrbitPoint]], tell: Tell
+) -> dict[Found, SpecialPoint]:
     """Describe special points in their order, until whoever watches stops it."""
     known: dict[Found, SpecialPoint] = {}
     try:
-        for chart in charts:
-            for found in chart.trail.found:
-                tell(chart, found, len(known))
+        for followed in curves:
+            for found in followed.traced.found:
+                tell(followed, found, len(known))
                 known[found] = describe(found)
     except KeyboardInterrupt:
         pass
@@ -93,28 +95,28 @@ def describe_in_turn(charts: Iterable[Chart[OrbitPoint]], tell: Tell) -> dict[Fo
 
 
 def _branch(
-    chart: Chart[OrbitPoint], first: End, special: Sequence[SpecialPoint], told: Told
+    followed: FollowedCurve[OrbitPoint], first: End, special: Sequence[SpecialPoint], told: Told
 ) -> Branch:
     """Return a branch as data, up to where an interruption left its states unknown."""
-    trail = chart.trail
-    orbits, begun, stopped = trail.curve, chart.begun or first, trail.end
-    assert stopped is not None  # every trail ends
-    nodes, whole = _evenly_until_interrupted(trail.points, lambda done: told(chart, done))
-    points = trail.points[: len(nodes)]
+    traced = followed.traced
+    orbits, begun, stopped = traced.curve, followed.begun or first, traced.end
+    assert stopped is not None  # every curve ends
+    nodes, whole = _evenly_until_interrupted(traced.points, lambda done: told(followed, done))
+    points = traced.points[: len(nodes)]
     if not whole:
         reason = "interrupted before the states along the rest of the branch were found"
         stopped = End("interrupted", reason, orbits.place(points[-1].z))
-        begun = first if trail.closes else begun
+        begun = first if traced.closes else begun
         special = [point for point in special if point.arclength <= points[-1].arclength]
     durations, model = orbits.durations(points), orbits.model
     parameter = np.array([orbits.value(point.z) for point in points])
     if begun.kind == "span":
         parameter[0] = begun.value  # exactly, whatever its scale did
     return Branch(
-        id=chart.number,
+        id=followed.number,
         kind=orbits.kind,
         period=orbits.period,
-        parent=chart.start.parent,
+        parent=followed.start.parent,
         model=model if durations is None else model.replace(duration=float(durations[0])),
         vary=orbits.vary,
         parameter=parameter,

@@ -36,12 +36,12 @@ from slipfold.branches.start import (
 )
 from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
 from slipfold.branches.switching import Junction, find_meeting, junctions_on
-from slipfold.continuation.atlas import Atlas, Chart, Start
+from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow.flow import flow_of
@@ -96,7 +96,7 @@ def trace_response(
     )
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     told = branches.tell_described, branches.tell_found
-    return assemble(branches.charts, branches.leads, begun, *told)
+    return assemble(branches.curves, branches.leads, begun, *told)
 
 
 def _stuck(model: Model, value: float) -> Begin | None:
@@ -245,7 +245,7 @@ def span_begin(vary: str, first: float) -> End:
     return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
 
-class _Branches(Atlas[OrbitPoint]):
+class _Branches(CurveSet[OrbitPoint]):
     """Branches followed so far, and how they are followed."""
 
     def __init__(
@@ -265,7 +265,7 @@ class _Branches(Atlas[OrbitPoint]):
         self._observer = observer
         self._junctions: list[Junction] = []
 
-    def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
+    def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
         return trace_branch(
             start.curve,
@@ -279,17 +279,17 @@ class _Branches(Atlas[OrbitPoint]):
             through_stick=self._through_stick,
         )
 
-    def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+    def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the junctions of a branch; those that are known join it to other branches."""
         for item in self._junctions:
-            if any(item.birth is reached for reached in chart.trail.reached):
-                self.lead(item.found, chart.number)
-        new = junctions_on(chart, self._settings)
+            if any(item.birth is reached for reached in followed.traced.reached):
+                self.lead(item.found, followed.number)
+        new = junctions_on(followed, self._settings)
         for i, junction in enumerate(new):
             other = find_meeting(junction, [*self._junctions, *new[:i]])
             if other is not None and other.parent is not None:
                 self.lead(junction.found, other.parent)
-                self.lead(other.found, chart.number)
+                self.lead(other.found, followed.number)
         self._junctions += new
         return new
 
@@ -298,35 +298,38 @@ class _Branches(Atlas[OrbitPoint]):
         numbers = self.leads.get(start.found) if start.found is not None else None
         return numbers[-1] if numbers else None
 
-    def _tell(self, trail: Trail[OrbitPoint]) -> None:
+    def _tell(self, traced: TracedCurve[OrbitPoint]) -> None:
         if self._observer is None:
             return
-        period, value = trail.curve.period, trail.curve.value(trail.points[-1].z)
-        names = (*(name for chart in self.charts for name in _names(chart.trail)), *_names(trail))
-        at = len(self.charts) + 1, period, len(trail.points), value, names
+        period, value = traced.curve.period, traced.curve.value(traced.points[-1].z)
+        names = (
+            *(name for followed in self.curves for name in _names(followed.traced)),
+            *_names(traced),
+        )
+        at = len(self.curves) + 1, period, len(traced.points), value, names
         self._observer(branch_progress(self._parameter, *at))
 
-    def tell_described(self, chart: Chart[OrbitPoint], found: Found, done: int) -> None:
+    def tell_described(self, followed: FollowedCurve[OrbitPoint], found: Found, done: int) -> None:
         """Say which special point is described next; whoever interrupted is not asked again."""
         if self._observer is None or self.interrupted:
             return
-        total = sum(len(each.trail.found) for each in self.charts)
-        trail, value = chart.trail, found.point.curve.value(found.point.z)
-        at = chart.number, trail.curve.period, len(trail.points), value, _names(trail)
+        total = sum(len(each.traced.found) for each in self.curves)
+        traced, value = followed.traced, found.point.curve.value(found.point.z)
+        at = followed.number, traced.curve.period, len(traced.points), value, _names(traced)
         self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
 
-    def tell_found(self, chart: Chart[OrbitPoint], done: int) -> None:
+    def tell_found(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
         """Say of how many points of a branch all states are found."""
         if self._observer is None or self.interrupted:
             return
-        trail = chart.trail
-        total, value = len(trail.points), trail.curve.value(trail.points[done - 1].z)
-        at = chart.number, trail.curve.period, total, value, _names(trail)
+        traced = followed.traced
+        total, value = len(traced.points), traced.curve.value(traced.points[done - 1].z)
+        at = followed.number, traced.curve.period, total, value, _names(traced)
         self._observer(branch_progress(self._parameter, *at, "orbits", done, total))
 
 
-def _names(trail: Trail[OrbitPoint]) -> tuple[str, ...]:
-    return tuple(item.type for item in trail.found if not isinstance(item, Happened))
+def _names(traced: TracedCurve[OrbitPoint]) -> tuple[str, ...]:
+    return tuple(item.type for item in traced.found if not isinstance(item, Happened))
 
 
 def _crosses(junction: Junction) -> bool:
@@ -348,9 +351,9 @@ def trace_branch(
     departs: bool = False,
     births: Sequence[Birth] = (),
     events: Sequence[Event] = (),
-    watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
+    watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
-) -> Trail[OrbitPoint]:
+) -> TracedCurve[OrbitPoint]:
     """Follow a branch to its end."""
     change = Change(settings, through_stick=through_stick)
     return follow(

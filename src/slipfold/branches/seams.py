@@ -23,7 +23,7 @@ from slipfold.continuation.pieces import (
     locate_vanishing,
 )
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
@@ -81,18 +81,18 @@ class Seams:
         by = orbits.orbits.by
         self._slips_in_planes = isinstance(by, SwitchedShooting) and by.slips_in_planes
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last orbit with the modes of the piece, and the first with others."""
-        before, after = stretch.before, stretch.point
-        touch = self._touch(stretch)
+        before, after = interval.before, interval.point
+        touch = self._touch(interval)
         if touch is not None:
             return touch
         if before.piece == after.piece:
-            return Sight()
+            return MonitorResult()
         try:
-            seam = locate_seam(self._orbits, stretch.known, before, after)
+            seam = locate_seam(self._orbits, interval.known, before, after)
         except LostCurveError:
-            lost = self._lost(stretch)
+            lost = self._lost(interval)
             if lost is None:
                 raise
             return lost
@@ -100,20 +100,20 @@ class Seams:
         found = Found(kind, seam.before, float("inf"))
         end = _end(kind, self._orbits, seam.before)
         beyond = seam.after if seam.apart < APART else None
-        return Sight([found], Stop(seam.before, end, beyond=beyond))
+        return MonitorResult([found], Stop(seam.before, end, beyond=beyond))
 
-    def _lost(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+    def _lost(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
         """Return where orbits cease in the plane, where ever shorter steps come no farther.
 
         What follows a stop that only just happens goes as the square root of the way to its end.
         """
         if not self._slips_in_planes:
             return None
-        last = locate_loss(self._orbits, stretch.known, stretch.before, stretch.point)
+        last = locate_loss(self._orbits, interval.known, interval.before, interval.point)
         left = None if last is None else self._left(last)
         if last is None or (left is not None and left < NEAR):  # it vanishes: nearer it is seen
             return None
-        return Sight(stop=Stop(last, End("failed", CAUGHT, self._orbits.place(last.z))))
+        return MonitorResult(stop=Stop(last, End("failed", CAUGHT, self._orbits.place(last.z))))
 
     def _left(self, point: OrbitPoint) -> float | None:
         """Return what is left of slip, or of a stop, that vanishes; None where none is slow."""
@@ -121,9 +121,9 @@ class Seams:
         assert isinstance(orbits, Orbits)
         return orbits.left_to_touch(point)
 
-    def _touch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint] | None:
+    def _touch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
         """Return where slip in the plane begins or ceases to touch zero, if that is near."""
-        orbits, before, after = self._orbits, stretch.before, stretch.point
+        orbits, before, after = self._orbits, interval.before, interval.point
         if not isinstance(orbits, Orbits) or not self._slips_in_planes:
             return None
         start, ahead = before, 2 * (after.arclength - before.arclength)
@@ -145,32 +145,32 @@ class Seams:
         left = None if beyond is None else orbits.left_to_touch(beyond)
         if left is None or left > NEAR:  # it was caught for long: another orbit, apart from this
             beyond = None
-        return Sight([found], Stop(place.nearest, end, beyond=beyond))
+        return MonitorResult([found], Stop(place.nearest, end, beyond=beyond))
 
 
-def _fold(trail: Trail[OrbitPoint]) -> None:
+def _fold(traced: TracedCurve[OrbitPoint]) -> None:
     """Note where the branch turns back on another piece, if that is why it could not go on.
 
     Or where it goes on, but back in the states.
     """
-    last = trail.points[-1]
+    last = traced.points[-1]
     try:
         seam = locate_fold(last.curve, last) or locate_ahead(last.curve, last)
     except BREAKDOWNS:
         seam = None
     if seam is None:
         with suppress(*BREAKDOWNS):
-            _last_touch(trail)
+            _last_touch(traced)
         return
     kind = _kind(seam.before.piece, seam.after.piece)
-    trail.found.append(Found(kind, seam.met, float("inf")))
-    trail.points += [seam.before, seam.after] if seam.before is not last else [seam.after]
-    trail.end = _end(kind, last.curve, seam.before)
+    traced.found.append(Found(kind, seam.met, float("inf")))
+    traced.points += [seam.before, seam.after] if seam.before is not last else [seam.after]
+    traced.end = _end(kind, last.curve, seam.before)
 
 
-def _last_touch(trail: Trail[OrbitPoint]) -> None:
+def _last_touch(traced: TracedCurve[OrbitPoint]) -> None:
     """Note where the branch ends since slip that touches zero there is caught for good."""
-    last = trail.points[-1]
+    last = traced.points[-1]
     orbits = last.curve.orbits
     nodes, constants = orbits.nodes(last.z), orbits.constants(last.z)
     if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MarginalShooting):
@@ -186,8 +186,8 @@ def _last_touch(trail: Trail[OrbitPoint]) -> None:
     left = -value / float(np.concatenate(slopes) @ again.tangent)
     if 0 <= left <= NEARLY:
         point = replace(again, z=again.z + left * again.tangent, arclength=last.arclength + left)
-        trail.found.append(Found("GRAZE", point, float("inf")))
-        trail.end = _end("GRAZE", curve, point)
+        traced.found.append(Found("GRAZE", point, float("inf")))
+        traced.end = _end("GRAZE", curve, point)
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
@@ -198,22 +198,22 @@ def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
     return End(SEAM, reason, curve.place(point.z))
 
 
-def beyond_seam(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
+def beyond_seam(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
     """Return how a branch goes on beyond the end of a piece, None where no orbit does."""
-    if trail.end is not None and trail.end.kind == "failed" and len(trail.points) > 1:
-        _fold(trail)
-    if trail.end is None or trail.end.kind != SEAM:
+    if traced.end is not None and traced.end.kind == "failed" and len(traced.points) > 1:
+        _fold(traced)
+    if traced.end is None or traced.end.kind != SEAM:
         return None
-    beyond = _next_piece(trail)
+    beyond = _next_piece(traced)
     if beyond is None:
-        trail.end = End("limit", trail.end.reason, trail.end.values)
+        traced.end = End("limit", traced.end.reason, traced.end.values)
     return beyond
 
 
-def _next_piece(trail: Trail[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
-    after = trail.points[-1]
-    before = after if len(trail.points) == 1 else trail.points[-2]
-    if len(trail.points) > 1 and before.piece == after.piece:  # nothing is beyond
+def _next_piece(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
+    after = traced.points[-1]
+    before = after if len(traced.points) == 1 else traced.points[-2]
+    if len(traced.points) > 1 and before.piece == after.piece:  # nothing is beyond
         return None
     curve = after.curve
     found = ahead_of(curve, before, after)

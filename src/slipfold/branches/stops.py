@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
@@ -52,20 +52,20 @@ class Limits:
             self._known[point] = limit_margins(self._curve.orbits, point.z)
         return self._known[point]
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the first of the limits is broken."""
         curve, orbits, cuts = self._curve, self._curve.orbits, []
-        for index in np.flatnonzero(~(self._margins(stretch.point) > 0)):
+        for index in np.flatnonzero(~(self._margins(interval.point) > 0)):
             limit = orbits.model.limits[index]
 
             def margin(item: OrbitPoint, index: int = int(index)) -> float:
                 return float(self._margins(item)[index])
 
-            ends = stretch.before, stretch.point
-            at = locate(curve, stretch.known, *ends, margin, LIMIT_CLOSE)
+            ends = interval.before, interval.point
+            at = locate(curve, interval.known, *ends, margin, LIMIT_CLOSE)
             reason = limit.reason.format(value=margin(at) + limit.bound)
             cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
-        return Sight(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
+        return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
 
 
 class Unresolved:
@@ -83,20 +83,20 @@ class Unresolved:
         self._curve = curve
         self._clause = clause
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last point, if the next one is too unstable."""
-        largest = float(np.abs(stretch.point.multipliers).max(initial=0.0))
+        largest = float(np.abs(interval.point.multipliers).max(initial=0.0))
         if largest <= RESOLVED or self._curve.orbits.by.growing:
-            return Sight()
+            return MonitorResult()
         reason = (
             f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
             "could be missed beyond; the orbit is as good as unobservable there"
         )
-        clause = self._clause(stretch.trail.points)
+        clause = self._clause(interval.traced.points)
         kind = "homoclinic" if clause else "unresolved"
         reason = f"{clause}; {reason}" if clause else reason
-        end = End(kind, reason, self._curve.place(stretch.point.z))
-        return Sight(stop=Stop(stretch.before, end))
+        end = End(kind, reason, self._curve.place(interval.point.z))
+        return MonitorResult(stop=Stop(interval.before, end))
 
 
 class Undetermined:
@@ -109,19 +109,19 @@ class Undetermined:
     def __init__(self, orbits: Orbits) -> None:
         self._orbits = orbits
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the second orbit in a row that rounding may move far; a branch point is one."""
-        if stretch.leaves or not self._moves(stretch.before) > LOOSE:
-            return Sight()
-        moves = self._moves(stretch.point)
+        if interval.leaves or not self._moves(interval.before) > LOOSE:
+            return MonitorResult()
+        moves = self._moves(interval.point)
         if not moves > LOOSE:
-            return Sight()
+            return MonitorResult()
         reason = (
             f"an error of the equations moves the orbit by {moves:.0e} times as much: it is one of "
             "a family, with any phase, but for rounding; with a little damping there is one orbit"
         )
-        end = End("unresolved", reason, self._orbits.place(stretch.point.z))
-        return Sight(stop=Stop(stretch.point, end))
+        end = End("unresolved", reason, self._orbits.place(interval.point.z))
+        return MonitorResult(stop=Stop(interval.point, end))
 
     def _moves(self, point: OrbitPoint) -> float:
         """Return by how much errors of the equations move an orbit; 0 if by little."""
@@ -150,21 +150,21 @@ class Families:
     def __init__(self, orbits: Orbits) -> None:
         self._orbits = orbits
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point up to which the parameter stood still for long."""
-        orbits, points = self._orbits, [*stretch.trail.points, stretch.point][-FAMILY:]
+        orbits, points = self._orbits, [*interval.traced.points, interval.point][-FAMILY:]
         values = [point.z[-1] for point in points]
-        if len(stretch.trail.points) < FAMILY or max(values) - min(values) > STANDS_STILL:
-            return Sight()
+        if len(interval.traced.points) < FAMILY or max(values) - min(values) > STANDS_STILL:
+            return MonitorResult()
         if not _in_family(points):  # through a canard explosion the parameter stands still as well
-            return Sight()
+            return MonitorResult()
         value = orbits.value(points[-1].z)
         shown = 0.0 if abs(value) < STANDS_STILL * orbits.width else value
         reason = (
             f"{FAMILY} orbits have the same {orbits.vary} = {shown:.9g}: they are a family, as "
             "round a centre, that goes on; stop it at an amplitude by an event"
         )
-        return Sight(stop=Stop(stretch.point, End("family", reason, (value,))))
+        return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
 
 
 def _in_family(points: Sequence[OrbitPoint]) -> bool:

@@ -13,7 +13,7 @@ from slipfold.branches.closed_branches import SAME_ORBIT, Birth
 from slipfold.branches.homoclinic import snakes_about
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import method_for
-from slipfold.continuation.atlas import Chart, Start
+from slipfold.continuation.curve_set import FollowedCurve, Start
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
@@ -37,17 +37,17 @@ class Junction(Start[OrbitPoint]):
     birth: Birth | None = None  # the branch that begins there
 
 
-def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]:
+def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> list[Junction]:
     """Return the places of a branch at which others begin.
 
     What may end at a place of birth is followed once those are known: equilibria before cycles,
     orbits before those of longer period. Of a branch that snakes to a homoclinic orbit, which has
     infinitely many, those near its end are left out, and so are longer periods.
     """
-    junctions, trail = [], chart.trail
-    about = snakes_about(trail.found, chart.begun, trail.end)
+    junctions, traced = [], followed.traced
+    about = snakes_about(traced.found, followed.begun, traced.end)
     largest = min(settings.largest_period, settings.snaking_period if about else np.inf)
-    for found in trail.found:
+    for found in traced.found:
         orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]
         if min(left, default=np.inf) < TAIL:
             continue
@@ -62,15 +62,15 @@ def junctions_on(chart: Chart[OrbitPoint], settings: Settings) -> list[Junction]
         both = (start, curve.turned(start)) if found.type == "BP" else (start,)
         rank = (int(curve.kind != "equilibrium"), curve.period)
         junctions.append(
-            Junction(curve, both, rank, True, chart.number, found, orbits=orbits, birth=birth)
+            Junction(curve, both, rank, True, followed.number, found, orbits=orbits, birth=birth)
         )
-    if about and trail.end is not None:
+    if about and traced.end is not None:
         reason = (
-            f"{trail.end.reason}; what begins within {TAIL:g} of the span of that value, at one "
+            f"{traced.end.reason}; what begins within {TAIL:g} of the span of that value, at one "
             f"turn after the other, is not followed (a narrower span shows it), and no period "
             f"above {largest:g}"
         )
-        trail.end = replace(trail.end, reason=reason)
+        traced.end = replace(traced.end, reason=reason)
     return junctions
 
 

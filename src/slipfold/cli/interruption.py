@@ -21,7 +21,7 @@ KEEPING = frozenset(
         "slipfold.branches.make_branch.describe_in_turn",
         "slipfold.checks.curves.check_some",
         "slipfold.checks.motions.check_motion",
-        "slipfold.continuation.atlas.Atlas.births_until_interrupted",
+        "slipfold.continuation.curve_set.CurveSet.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.integrated",
         "slipfold.flow.simulate.simulate_switched",

@@ -6,6 +6,6 @@ monitors that say what is looked for along it:
 - `newton` solves equations with one linear constraint, `walk` takes one step after the other;
 - `search` and `locate` find what lies between two points, none missed;
 - `monitor` says what is watched and what a hit does: it is recorded, or the curve ends there;
-- `follow` brings one curve to its end, as a `Trail`;
-- `atlas` follows all that begin on one another, each once.
+- `follow` brings one curve to its end, as a `TracedCurve`;
+- `curve_set` follows all that begin on one another, each once.
 """

@@ -11,7 +11,7 @@ from slipfold.continuation.locate import LostCurveError, lost_reason
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.trail import Stop, Stretch, Trail
+from slipfold.continuation.traced_curve import Interval, Stop, TracedCurve
 from slipfold.continuation.walk import Bound, Failure, reaches, walk
 from slipfold.errors import BREAKDOWNS
 
@@ -34,30 +34,30 @@ EDGE = 1e-9
 class Endings(Generic[P]):
     """How the ends that come from following itself are put into words."""
 
-    def left(self, trail: Trail[P]) -> End:
+    def left(self, traced: TracedCurve[P]) -> End:
         """Return the end of a curve that reached a bound."""
-        return self._end(trail, "window", "reached the end of the window")
+        return self._end(traced, "window", "reached the end of the window")
 
-    def failed(self, trail: Trail[P], failure: Failure) -> End:
-        """Return the end of a curve that could not be followed; its trail may be amended."""
-        return self._end(trail, failure.kind, failure.reason)
+    def failed(self, traced: TracedCurve[P], failure: Failure) -> End:
+        """Return the end of a curve that could not be followed; what was traced may be amended."""
+        return self._end(traced, failure.kind, failure.reason)
 
-    def interrupted(self, trail: Trail[P]) -> End:
+    def interrupted(self, traced: TracedCurve[P]) -> End:
         """Return the end of a curve that whoever watches stopped."""
-        return self._end(trail, "interrupted", "interrupted; what was found before is kept")
+        return self._end(traced, "interrupted", "interrupted; what was found before is kept")
 
-    def contradicted(self, trail: Trail[P], extremum: P) -> End:
+    def contradicted(self, traced: TracedCurve[P], extremum: P) -> End:
         """Return the end of a curve along which a parameter turns and nothing was found there."""
-        assert trail.end is not None
-        place = ", ".join(f"{value:.9g}" for value in trail.curve.place(extremum.z))
+        assert traced.end is not None
+        place = ", ".join(f"{value:.9g}" for value in traced.curve.place(extremum.z))
         reason = (
-            f"{trail.end.reason}; but at {place} the direction of a parameter changes and nothing "
+            f"{traced.end.reason}; but at {place} the direction of a parameter changes and nothing "
             "was located, so other special points may be missing as well; limit the step"
         )
-        return End("contradiction", reason, trail.end.values)
+        return End("contradiction", reason, traced.end.values)
 
-    def _end(self, trail: Trail[P], kind: str, reason: str) -> End:
-        return End(kind, reason, trail.curve.place(trail.points[-1].z))
+    def _end(self, traced: TracedCurve[P], kind: str, reason: str) -> End:
+        return End(kind, reason, traced.curve.place(traced.points[-1].z))
 
 
 def follow(
@@ -71,49 +71,49 @@ def follow(
     first_step: float | Callable[[], float] | None = None,
     cap: Callable[[P], float] | None = None,
     endings: Endings[P] | None = None,
-    otherwise: Callable[[Trail[P]], tuple[Any, P] | None] = lambda trail: None,
-    watch: Callable[[Trail[P]], None] = lambda trail: None,
-) -> Trail[P]:
+    otherwise: Callable[[TracedCurve[P]], tuple[Any, P] | None] = lambda traced: None,
+    watch: Callable[[TracedCurve[P]], None] = lambda traced: None,
+) -> TracedCurve[P]:
     """Follow a curve to its end.
 
     Monitors may be given as what makes them of the curve, if its description changes on the way.
     Of a curve that has ended `otherwise` may say as what it goes on all the same, and from where.
     """
     settings, endings = settings or Stepping(), endings or Endings()
-    trail = Trail(curve, [start], departs)
+    traced = TracedCurve(curve, [start], departs)
     try:
         begun = first_step() if callable(first_step) else first_step
         step: float | None = begun or (BIRTH if departs else FIRST)
-        if _leaves_at_once(trail, step or 0.0, bounds, settings):
-            trail.end, step = endings.left(trail), None
+        if _leaves_at_once(traced, step or 0.0, bounds, settings):
+            traced.end, step = endings.left(traced), None
         while step is not None:
-            known, taken = trail.recent(MEMORY), len(trail.points) - 1
-            steps = walk(trail.curve, known, step, bounds, settings, cap, taken)
-            watching = monitors(trail.curve) if callable(monitors) else monitors
-            step = _advance(trail, steps, step, watching, bounds, settings, endings, watch)
-            other = otherwise(trail) if step is None else None
+            known, taken = traced.recent(MEMORY), len(traced.points) - 1
+            steps = walk(traced.curve, known, step, bounds, settings, cap, taken)
+            watching = monitors(traced.curve) if callable(monitors) else monitors
+            step = _advance(traced, steps, step, watching, bounds, settings, endings, watch)
+            other = otherwise(traced) if step is None else None
             if other is not None:
-                trail.curve, trail.points[-1] = other
-                trail.end = None
-                step = BIRTH if departs and len(trail.points) == 1 else FIRST
+                traced.curve, traced.points[-1] = other
+                traced.end = None
+                step = BIRTH if departs and len(traced.points) == 1 else FIRST
     except KeyboardInterrupt:
-        trail.end = endings.interrupted(trail)
-        return trail
-    extremum = unexplained_reversal(trail) if monitors else None
+        traced.end = endings.interrupted(traced)
+        return traced
+    extremum = unexplained_reversal(traced) if monitors else None
     if extremum is not None:
-        trail.end = endings.contradicted(trail, extremum)
-    return trail
+        traced.end = endings.contradicted(traced, extremum)
+    return traced
 
 
 def _advance(
-    trail: Trail[P],
+    traced: TracedCurve[P],
     steps: Iterator[P | Failure],
     begun: float,
     monitors: Sequence[Monitor[P]],
     bounds: Sequence[Bound],
     settings: Stepping,
     endings: Endings[P],
-    watch: Callable[[Trail[P]], None],
+    watch: Callable[[TracedCurve[P]], None],
 ) -> float | None:
     """Follow a curve until it ends; return None then.
 
@@ -122,55 +122,55 @@ def _advance(
     it was begun, even if it led farther, onto another curve. Where the curve is better described in
     another way from a point on, the next step is.
     """
-    first = trail.points[-1]
+    first = traced.points[-1]
     for item in steps:
         if isinstance(item, Failure):
-            trail.end = endings.failed(trail, item)
+            traced.end = endings.failed(traced, item)
             return None
-        before = trail.points[-1]
+        before = traced.points[-1]
         try:
-            _extend(trail, item, monitors)
+            _extend(traced, item, monitors)
         except BREAKDOWNS as error:
             taken = item.arclength - before.arclength
             step = RETREAT * (min(taken, begun) if before is first else taken)
             if step >= settings.steps.smallest:
                 return step
-            trail.end = endings.failed(trail, Failure("failed", lost_reason(error)))
+            traced.end = endings.failed(traced, Failure("failed", lost_reason(error)))
             return None
-        watch(trail)
-        if trail.end is not None and trail.end.kind == "closed":  # on what is known
+        watch(traced)
+        if traced.end is not None and traced.end.kind == "closed":  # on what is known
             return None
-        if trail.end is None and reaches(item, bounds):
+        if traced.end is None and reaches(item, bounds):
             break
         # Where a curve departs from another one, equations are singular.
-        points = trail.points[1:] if trail.departs else trail.points
-        renewed = trail.curve.renewed(points) if points else None
+        points = traced.points[1:] if traced.departs else traced.points
+        renewed = traced.curve.renewed(points) if points else None
         if renewed is not None:
-            trail.curve, points = renewed
-            trail.points[-len(points) :] = points
-        if trail.end is not None:
+            traced.curve, points = renewed
+            traced.points[-len(points) :] = points
+        if traced.end is not None:
             return None
         if renewed is not None:
             return item.arclength - before.arclength
-    trail.end = endings.left(trail)
+    traced.end = endings.left(traced)
     return None
 
 
 def _leaves_at_once(
-    trail: Trail[P], step: float, bounds: Sequence[Bound], settings: Stepping
+    traced: TracedCurve[P], step: float, bounds: Sequence[Bound], settings: Stepping
 ) -> bool:
     """Whether a curve that begins on a bound lies beyond it."""
-    start = trail.points[0]
+    start = traced.points[0]
     on = [(i, low, high) for i, low, high in bounds if _is_on(start.z[i], low, high)]
     if not on:
         return False
-    if not trail.departs:
+    if not traced.departs:
         return any(
             start.tangent[i] > EDGE if high - start.z[i] < EDGE else start.tangent[i] < -EDGE
             for i, low, high in on
         )
     # Where it departs, it may run along the bound at first.
-    first = next(iter(walk(trail.curve, [start], step, (), settings)))
+    first = next(iter(walk(traced.curve, [start], step, (), settings)))
     return isinstance(first, Failure) or any(not low <= first.z[i] <= high for i, low, high in on)
 
 
@@ -178,36 +178,36 @@ def _is_on(value: float, low: float, high: float) -> bool:
     return min(abs(value - low), abs(high - value)) <= EDGE
 
 
-def _extend(trail: Trail[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
+def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
     """Add a point and all that lies between it and the one before."""
-    stretch = Stretch(trail, point, MEMORY)
+    interval = Interval(traced, point, MEMORY)
     found: list[Found[P]] = []
     stop: Stop[P] | None = None
     for monitor in monitors:
-        if stretch.empty:
+        if interval.empty:
             break
-        sight = monitor.watch(stretch)
-        found += sight.found
-        if sight.stop is not None and (stop is None or _is_earlier(sight.stop, stretch)):
-            stop = sight.stop
-            stretch.cut(stop.point)
+        result = monitor.watch(interval)
+        found += result.found
+        if result.stop is not None and (stop is None or _is_earlier(result.stop, interval)):
+            stop = result.stop
+            interval.cut(stop.point)
     # Nothing is kept unless all of it was found.
-    last = stretch.point.arclength
+    last = interval.point.arclength
     within = [item for item in found if item.point.arclength <= last]
-    directions = 0 if stretch.leaves or not monitors else len(trail.curve.odd)
-    if goes_back(stretch.before, stretch.point, within, directions):
+    directions = 0 if interval.leaves or not monitors else len(traced.curve.odd)
+    if goes_back(interval.before, interval.point, within, directions):
         raise LostCurveError("the curve goes back from one point to the next")
-    trail.found += sorted(within, key=lambda item: item.point.arclength)
-    if not stretch.empty:
-        trail.points.append(stretch.point)
+    traced.found += sorted(within, key=lambda item: item.point.arclength)
+    if not interval.empty:
+        traced.points.append(interval.point)
     if stop is not None:
-        trail.end, trail.closes = stop.end, stop.closes
-        trail.reached = () if stop.reached is None else (stop.reached,)
-        trail.points += [] if stop.beyond is None else [stop.beyond]
+        traced.end, traced.closes = stop.end, stop.closes
+        traced.reached = () if stop.reached is None else (stop.reached,)
+        traced.points += [] if stop.beyond is None else [stop.beyond]
 
 
-def _is_earlier(stop: Stop[P], stretch: Stretch[P]) -> bool:
-    return stop.point.arclength < stretch.point.arclength
+def _is_earlier(stop: Stop[P], interval: Interval[P]) -> bool:
+    return stop.point.arclength < interval.point.arclength
 
 
 FLAT = 1e-7
@@ -225,20 +225,20 @@ def goes_back(before: P, after: P, found: Sequence[Found[P]], components: int) -
     return bool((against & (abs(moved) > FLAT)).any())
 
 
-def unexplained_reversal(trail: Trail[P]) -> P | None:
+def unexplained_reversal(traced: TracedCurve[P]) -> P | None:
     """Return the first point at which a parameter has an extremum and nothing was found.
 
     None where there is none. The parameters are the last components of an unknown, as many as there
     are test functions that change their sign with the direction of travel.
     """
-    points = list(trail.points)
-    if trail.end is not None and trail.end.kind == "closed" and not trail.closes:
+    points = list(traced.points)
+    if traced.end is not None and traced.end.kind == "closed" and not traced.closes:
         points.pop()  # where another curve begins: it is not computed along this one
-    for component in range(-len(trail.curve.odd), 0):
+    for component in range(-len(traced.curve.odd), 0):
         for before, extremum, after, rises in _reversals(points, component):
-            if trail.departs and before is points[0]:  # its first step is not searched
+            if traced.departs and before is points[0]:  # its first step is not searched
                 continue
-            found = (item.point for item in trail.found)
+            found = (item.point for item in traced.found)
             if not any(
                 before.arclength <= item.arclength <= after.arclength
                 and rises * (item.z[component] - extremum.z[component]) > -FLAT

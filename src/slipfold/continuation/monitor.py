@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.search import Found, Watch, locate_test, search_between
-from slipfold.continuation.trail import Sight, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult
 
 Q = TypeVar("Q", bound=Point)
 
@@ -21,7 +21,7 @@ class Monitor(Protocol[Q]):
     left, so that the earliest reason wins, and what was found beyond it is forgotten.
     """
 
-    def watch(self, stretch: Stretch[Q]) -> Sight[Q]:
+    def watch(self, interval: Interval[Q]) -> MonitorResult[Q]:
         """Return what lies between two neighbouring points.
 
         An error of numbers that break down undoes the step: a shorter one is taken.
@@ -41,14 +41,14 @@ class Zeros(Watch[P]):
         """Return the functions as the derivatives at points let expect them elsewhere."""
         return self.curve.foreseen(points, weights)
 
-    def watch(self, stretch: Stretch[P]) -> Sight[P]:
+    def watch(self, interval: Interval[P]) -> MonitorResult[P]:
         """Locate all zeros between two neighbouring points."""
-        found = search_between(self.curve, self, stretch.known, stretch.before, stretch.point)
-        return self.seen(found, stretch)
+        found = search_between(self.curve, self, interval.known, interval.before, interval.point)
+        return self.seen(found, interval)
 
-    def seen(self, found: Sequence[Found[P]], stretch: Stretch[P]) -> Sight[P]:
+    def seen(self, found: Sequence[Found[P]], interval: Interval[P]) -> MonitorResult[P]:
         """Return what the zeros mean: here they are recorded."""
-        return Sight(found)
+        return MonitorResult(found)
 
     def located(self, known: list[P], a: P, b: P) -> list[Found[P]]:
         """Return the genuine zeros where a function changes its sign between two points."""

@@ -15,12 +15,12 @@ from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.branches.stops import Limits, Unresolved
-from slipfold.continuation.atlas import Atlas, Chart, Start
+from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.locus import Locus, locus_title
@@ -59,9 +59,9 @@ def trace_locus(
     *,
     born: bool = False,
     first_step: float = FIRST,
-    watch: Callable[[Trail[OrbitPoint]], None] = lambda trail: None,
+    watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
-) -> Trail[OrbitPoint]:
+) -> TracedCurve[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
     orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
     return follow(
@@ -102,9 +102,9 @@ class _LocusEndings(Endings[OrbitPoint]):
         self._window = window
         self._settings = settings
 
-    def left(self, trail: Trail[OrbitPoint]) -> End:
+    def left(self, traced: TracedCurve[OrbitPoint]) -> End:
         """Return the end of a locus that left the window."""
-        curve, last = trail.curve, trail.points[-1]
+        curve, last = traced.curve, traced.points[-1]
         gaps = [
             min(abs(last.z[place] - low), abs(high - last.z[place]))
             for place, low, high in curve.orbits.bounds(*self._window)
@@ -114,13 +114,13 @@ class _LocusEndings(Endings[OrbitPoint]):
         reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {edge:g}"
         return End("window", reason, pair_of(curve, last))
 
-    def failed(self, trail: Trail[OrbitPoint], failure: Failure) -> End:
+    def failed(self, traced: TracedCurve[OrbitPoint], failure: Failure) -> End:
         """Return the end of a locus that could not be followed."""
-        curve, last = trail.curve, trail.points[-1]
+        curve, last = traced.curve, traced.points[-1]
         stop = ends_beside_parent(curve, last, self._settings)
         if stop is not None and stop.beyond is not None:
-            trail.points.append(stop.beyond)
-            trail.reached = (stop.reached,)
+            traced.points.append(stop.beyond)
+            traced.reached = (stop.reached,)
             return stop.end
         kind, reason = failure_reason(curve.orbits, last, failure)
         on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
@@ -211,9 +211,9 @@ def follow_found(
             break
     if work is None:
         return ()
-    if refusals and not work.charts:  # one point among many may be known too badly to start from
+    if refusals and not work.curves:  # one point among many may be known too badly to start from
         raise refusals[0]
-    return as_loci(work.charts, work.leads, work.tell_described)
+    return as_loci(work.curves, work.leads, work.tell_described)
 
 
 def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
@@ -239,7 +239,7 @@ def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window
             )
 
 
-class _Loci(Atlas[OrbitPoint]):
+class _Loci(CurveSet[OrbitPoint]):
     """Loci followed so far, and how they are followed."""
 
     def __init__(
@@ -296,11 +296,11 @@ class _Loci(Atlas[OrbitPoint]):
         except BREAKDOWNS:
             return refusal
 
-    def trail(self, start: Start[OrbitPoint], point: OrbitPoint) -> Trail[OrbitPoint]:
+    def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a locus in one direction."""
         assert isinstance(start, LocusStart)
         settings, born, watch = self._settings, start.departs, self._tell
-        trail = trace_locus(
+        traced = trace_locus(
             start.curve,
             point,
             self._window,
@@ -312,24 +312,24 @@ class _Loci(Atlas[OrbitPoint]):
         )
         self._lines += 1
         if start.crosses and point is start.points[0]:
-            trail.found[:0] = _crossed(trail, start.crosses)
-        return trail
+            traced.found[:0] = _crossed(traced, start.crosses)
+        return traced
 
-    def births(self, chart: Chart[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+    def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""
-        number = chart.number
-        if chart.interrupted or not self._types:
+        number = followed.number
+        if followed.interrupted or not self._types:
             return ()
         starts = [
             replace(start, found=found)
-            for found in chart.trail.found
-            for start in _starts(chart.trail.curve, found, self._types, self._settings)
+            for found in followed.traced.found
+            for start in _starts(followed.traced.curve, found, self._types, self._settings)
         ]
-        curve = chart.trail.curve
-        ends = [parents_of(curve, last, self._settings) for last in chart.trail.reached]
+        curve = followed.traced.curve
+        ends = [parents_of(curve, last, self._settings) for last in followed.traced.reached]
         starts += [start for start in ends if start is not None]
         return [
-            replace(start, rank=(*chart.start.rank, i), parent=number)
+            replace(start, rank=(*followed.start.rank, i), parent=number)
             for i, start in enumerate(filter(self._is_wanted, starts))
         ]
 
@@ -344,7 +344,7 @@ class _Loci(Atlas[OrbitPoint]):
         numbers = (self.passing(start.curve, z, start.doubled) for z in at)
         number = next((number for number in numbers if number is not None), None)
         if number is not None and start.doubled:
-            self._place_end(self.charts[number - 1], start)
+            self._place_end(self.curves[number - 1], start)
         return number
 
     def passing(
@@ -352,45 +352,50 @@ class _Loci(Atlas[OrbitPoint]):
     ) -> int | None:
         """Return the number of the locus that passes a place, if it was followed already."""
         meets = begins_or_ends_at if doubled else lies_on
-        for chart in self.charts:
-            own = chart.trail.curve
+        for followed in self.curves:
+            own = followed.traced.curve
             if _sort(own) != _sort(curve):
                 continue
-            if meets(chart.trail.points, curve.orbits, z):
-                return chart.number
+            if meets(followed.traced.points, curve.orbits, z):
+                return followed.number
         return None
 
-    def _place_end(self, chart: Chart[OrbitPoint], start: Start[OrbitPoint]) -> None:
+    def _place_end(self, followed: FollowedCurve[OrbitPoint], start: Start[OrbitPoint]) -> None:
         """Give a locus that ends on its parent the exact values of where it does."""
-        trail, z = chart.trail, start.points[0].z
+        traced, z = followed.traced, start.points[0].z
         place = start.curve.place(z)
-        if not trail.reached:
+        if not traced.reached:
             return
         orbits = start.curve.orbits
-        if chart.begun is not None and begins_or_ends_at(trail.points[:1], orbits, z):
-            chart.begun = End(chart.begun.kind, chart.begun.reason, place)
-        if trail.end is not None and begins_or_ends_at(trail.points[-1:], orbits, z):
-            trail.end = End(trail.end.kind, trail.end.reason, place)
+        if followed.begun is not None and begins_or_ends_at(traced.points[:1], orbits, z):
+            followed.begun = End(followed.begun.kind, followed.begun.reason, place)
+        if traced.end is not None and begins_or_ends_at(traced.points[-1:], orbits, z):
+            traced.end = End(traced.end.kind, traced.end.reason, place)
 
-    def tell_described(self, chart: Chart[OrbitPoint], point: OrbitPoint, done: int) -> None:
+    def tell_described(
+        self, followed: FollowedCurve[OrbitPoint], point: OrbitPoint, done: int
+    ) -> None:
         """Say which normal form is computed next; whoever interrupted is not asked again."""
         if self._observer is None or self.interrupted:
             return
-        total = sum(len(each.trail.points) + len(each.trail.found) for each in self.charts)
-        place, title = pair_of(chart.trail.curve, point), locus_title(*_sort(chart.trail.curve))
+        total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)
+        place, title = (
+            pair_of(followed.traced.curve, point),
+            locus_title(*_sort(followed.traced.curve)),
+        )
         self._observer(locus_progress("normal forms", done, total, place, title))
 
-    def _tell(self, trail: Trail[OrbitPoint]) -> None:
+    def _tell(self, traced: TracedCurve[OrbitPoint]) -> None:
         if self._observer is None:
             return
-        curve = trail.curve
-        names = "".join(f", {found.type}" for found in trail.found)
-        start, last = (pair_of(curve, point) for point in (trail.points[0], trail.points[-1]))
+        curve = traced.curve
+        names = "".join(f", {found.type}" for found in traced.found)
+        start, last = (pair_of(curve, point) for point in (traced.points[0], traced.points[-1]))
         condition, period, kind = _sort(curve)
         title = locus_title(condition, period, kind)
-        text = f"{title}, {len(trail.points)} points{names}"
+        text = f"{title}, {len(traced.points)} points{names}"
         line = LocusLine(self._lines, condition, period, start)
-        self._observer(locus_progress("loci", len(self.charts), None, last, text, line=line))
+        self._observer(locus_progress("loci", len(self.curves), None, last, text, line=line))
 
 
 def _sort(curve: LocusEquations) -> tuple[str, int, str]:
@@ -414,7 +419,7 @@ def _without_locus(point: SpecialPoint, vary: tuple[str, str], error: InputError
     return f"the {point.type} of what sticks at {at} was not followed: {error}"
 
 
-def _crossed(trace: Trail[OrbitPoint], kind: str) -> list[Found]:
+def _crossed(trace: TracedCurve[OrbitPoint], kind: str) -> list[Found]:
     """Return the point of codimension two that a locus was started from, as found on it."""
     if len(trace.points) < 2:
         return []

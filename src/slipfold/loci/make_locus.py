@@ -9,10 +9,10 @@ import numpy as np
 
 from slipfold.branches.make_branch import evenly, stuck_fractions
 from slipfold.branches.seams import NAMES as SEAMS
-from slipfold.continuation.atlas import Chart
+from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
@@ -121,7 +121,7 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
 
 Leads = Mapping[Found, Sequence[int]]
 
-Tell = Callable[[Chart[OrbitPoint], OrbitPoint, int], None]
+Tell = Callable[[FollowedCurve[OrbitPoint], OrbitPoint, int], None]
 """Called with what is described next, the locus that it is on, and how many are done."""
 
 
@@ -134,56 +134,60 @@ class Described:
 
 
 def as_loci(
-    charts: Sequence[Chart[OrbitPoint]], leads: Leads, tell: Tell = lambda chart, point, done: None
+    curves: Sequence[FollowedCurve[OrbitPoint]],
+    leads: Leads,
+    tell: Tell = lambda followed, point, done: None,
 ) -> tuple[Locus, ...]:
     """Return loci as data; those that an interruption leaves say so, and lack normal forms."""
-    known = describe_in_turn(charts, tell)
-    return tuple(_as_locus(chart, leads, known.get(chart)) for chart in charts)
+    known = describe_in_turn(curves, tell)
+    return tuple(_as_locus(followed, leads, known.get(followed)) for followed in curves)
 
 
 def describe_in_turn(
-    charts: Sequence[Chart[OrbitPoint]], tell: Tell
-) -> dict[Chart[OrbitPoint], Described]:
+    curves: Sequence[FollowedCurve[OrbitPoint]], tell: Tell
+) -> dict[FollowedCurve[OrbitPoint], Described]:
     """Compute the normal forms along loci in their order, until whoever watches stops it."""
-    known: dict[Chart[OrbitPoint], Described] = {}
+    known: dict[FollowedCurve[OrbitPoint], Described] = {}
     done = 0
     try:
-        for chart in charts:
+        for followed in curves:
             described = Described()
-            for point in chart.trail.points:
-                tell(chart, point, done)
+            for point in followed.traced.points:
+                tell(followed, point, done)
                 described.coefficients.append(coefficient_at(point.curve, point))
                 done += 1
-            for found in chart.trail.found:
-                tell(chart, found.point, done)
+            for found in followed.traced.found:
+                tell(followed, found.point, done)
                 described.special[found] = describe_point(found.point.curve, found)
                 done += 1
-            known[chart] = described
+            known[followed] = described
     except KeyboardInterrupt:
         pass
     return known
 
 
-def _as_locus(chart: Chart[OrbitPoint], leads: Leads, described: Described | None) -> Locus:
-    trail = chart.trail
-    curve, points = trail.curve, trail.points
+def _as_locus(
+    followed: FollowedCurve[OrbitPoint], leads: Leads, described: Described | None
+) -> Locus:
+    traced = followed.traced
+    curve, points = traced.curve, traced.points
     orbits = curve.orbits
-    assert trail.end is not None
-    stopped = trail.end
+    assert traced.end is not None
+    stopped = traced.end
     if described is None:
         if stopped.kind != "interrupted":
             reason = f"{stopped.reason}; interrupted before its coefficients were computed"
             stopped = replace(stopped, kind="interrupted", reason=reason)
-        bare = {found: bare_point(found.point.curve, found) for found in trail.found}
+        bare = {found: bare_point(found.point.curve, found) for found in traced.found}
         described = Described([np.nan] * len(points), bare)
     arclength = np.array([point.arclength for point in points])
     durations = orbits.durations(points)
     return Locus(
-        id=chart.number,
+        id=followed.number,
         type=curve.condition,
         kind=orbits.kind,
         period=orbits.period,
-        parent=chart.start.parent,
+        parent=followed.start.parent,
         model=orbits.model if durations is None else orbits.model.replace(duration=durations[0]),
         vary=plane_of(orbits),
         values=np.array([pair_of(point.curve, point) for point in points]),
@@ -198,16 +202,16 @@ def _as_locus(chart: Chart[OrbitPoint], leads: Leads, described: Described | Non
                 arclength=found.point.arclength - arclength[0],
                 leads_to=tuple(leads.get(found, ())),
             )
-            for found in trail.found
+            for found in traced.found
         ),
-        begun=chart.begun or _first_end(trail, chart.start.found),
+        begun=followed.begun or _first_end(traced, followed.start.found),
         stopped=stopped,
         durations=durations,
         stuck_fraction=stuck_fractions(points),
     )
 
 
-def _first_end(trace: Trail[OrbitPoint], found: Found | None) -> End:
+def _first_end(trace: TracedCurve[OrbitPoint], found: Found | None) -> End:
     """Say why a locus that was followed in one direction only begins where it does."""
     assert trace.end is not None
     if trace.end.kind in ("closed", "interrupted"):

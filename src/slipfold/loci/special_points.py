@@ -14,7 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.continuation.unseen import contracts_between
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations
@@ -148,17 +148,17 @@ class SpecialPoints(Zeros[OrbitPoint]):
         super().__init__(curve)
         self._curve = curve
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return what is special between two points; the first step from another locus is not."""
-        return Sight() if stretch.leaves else super().watch(stretch)
+        return MonitorResult() if interval.leaves else super().watch(interval)
 
     def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether nothing can be found between two points."""
         return contracts_between(a, b)
 
     def seen(
-        self, found: Sequence[Found[OrbitPoint]], stretch: Stretch[OrbitPoint]
-    ) -> Sight[OrbitPoint]:
+        self, found: Sequence[Found[OrbitPoint]], interval: Interval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
         curve = self._curve
         turns = [item for item in found if item.type == "DP"]
@@ -170,15 +170,15 @@ class SpecialPoints(Zeros[OrbitPoint]):
                 last, z=there.z, monodromy=there.monodromy, multipliers=there.multipliers
             )
             place = curve.place(there.z)
-            return Sight(found, Stop(last, End("codimension-2", MIRRORED, place)))
+            return MonitorResult(found, Stop(last, End("codimension-2", MIRRORED, place)))
         left = [item for item in found if curve.condition in STANDS and _stands(item.point)]
         if left and self._is_symmetric(left[0].point):
             point = left[0].point
             end = End("codimension-2", LEFT.format(left[0].type), curve.place(point.z))
-            return Sight(found, Stop(point, end))
+            return MonitorResult(found, Stop(point, end))
         resonances = [item for item in found if item.type in DOUBLED]
         if curve.condition not in PAIRED or not resonances:
-            return Sight(found)
+            return MonitorResult(found)
         first = resonances[0]
         reason = f"the locus ends at a strong resonance, {first.type}"
         if first.type == "BT":
@@ -187,7 +187,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
                 "saddles, which are no bifurcation"
             )
         end = End("codimension-2", reason, curve.place(first.point.z))
-        return Sight(found, Stop(first.point, end))
+        return MonitorResult(found, Stop(first.point, end))
 
     def located(
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint

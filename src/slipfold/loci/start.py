@@ -12,12 +12,12 @@ from slipfold.arrays import Array
 from slipfold.branches.closed_branches import MeetsCopy, asymmetry
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.continuation.atlas import Start
+from slipfold.continuation.curve_set import Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Sight, Stop, Stretch
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.locus import CODIMENSION_TWO
@@ -220,7 +220,7 @@ STEPS = 16
 
 
 def starts_at(
-    trail: LocusEquations, found: Found, types: Sequence[str], settings: Settings
+    traced: LocusEquations, found: Found, types: Sequence[str], settings: Settings
 ) -> Iterator[LocusStart]:
     """Return the loci of some types that begin or pass at a point of codimension two, but its own.
 
@@ -229,7 +229,7 @@ def starts_at(
     doubled orbits at GPD; tori of cycles at HH, one locus for each pair, and at ZH, of doubled
     orbits at R2.
     """
-    point, orbits, condition = found.point, found.point.curve.orbits, trail.condition
+    point, orbits, condition = found.point, found.point.curve.orbits, traced.condition
     # A point may be described by the equations of another locus that passes there.
     curve = LocusEquations(orbits, condition)
     if (found.type, condition) == ("DP", "BP"):
@@ -368,24 +368,24 @@ class EndsAtParent:
         self._settings = settings
         self._meets = MeetsCopy(curve, partial(_at_parent, curve))
 
-    def watch(self, stretch: Stretch[OrbitPoint]) -> Sight[OrbitPoint]:
+    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the end, if an orbit is near its parent, or the locus goes on as its own copy."""
-        if stretch.leaves:
-            return Sight()
+        if interval.leaves:
+            return MonitorResult()
         orbits = self._curve.orbits
         before, here = (
             float(np.linalg.norm(asymmetry(orbits, item.z)))
-            for item in (stretch.before, stretch.point)
+            for item in (interval.before, interval.point)
         )
         if here < min(before, NEAR):
-            stop = ends_beside_parent(self._curve, stretch.point, self._settings)
+            stop = ends_beside_parent(self._curve, interval.point, self._settings)
             if stop is not None:
-                return Sight(stop=stop)
-        sight = self._meets.watch(stretch)
-        if sight.stop is None:
-            return sight
-        named = ends_beside_parent(self._curve, sight.stop.point, self._settings)
-        return Sight(stop=named or sight.stop)
+                return MonitorResult(stop=stop)
+        result = self._meets.watch(interval)
+        if result.stop is None:
+            return result
+        named = ends_beside_parent(self._curve, result.stop.point, self._settings)
+        return MonitorResult(stop=named or result.stop)
 
 
 def _at_parent(curve: LocusEquations, last: OrbitPoint, meeting: object) -> Stop[OrbitPoint]:

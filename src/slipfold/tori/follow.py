@@ -20,7 +20,7 @@ from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.trail import Sight, Stop, Stretch, Trail
+from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
@@ -59,7 +59,7 @@ FOLD = 1e-6
 class Tori:
     """Tori as they were followed, and which resonances they passed."""
 
-    trail: Trail[CirclePoint]
+    traced: TracedCurve[CirclePoint]
     locked: tuple[Locked, ...]
 
 
@@ -67,11 +67,11 @@ def follow_tori(
     start: CirclePoint,
     span: tuple[float, float],
     settings: Stepping | None = None,
-    watch: Callable[[Trail[CirclePoint]], None] = lambda trail: None,
+    watch: Callable[[TracedCurve[CirclePoint]], None] = lambda traced: None,
 ) -> Tori:
     """Follow tori from a circle on, until they end or the parameter leaves its span."""
     circles = start.curve
-    trail = follow(
+    traced = follow(
         circles,
         start,
         [(-1, min(span) / circles.width, max(span) / circles.width)],
@@ -81,13 +81,13 @@ def follow_tori(
         otherwise=past_resonance,
         watch=watch,
     )
-    trail.end = _beside_strong(trail) or trail.end
-    return Tori(trail, tuple(_passed(trail.points)))
+    traced.end = _beside_strong(traced) or traced.end
+    return Tori(traced, tuple(_passed(traced.points)))
 
 
-def _beside_strong(trail: Trail[CirclePoint]) -> End | None:
+def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
     """Return the end of tori that could not be followed past a strong resonance; None of others."""
-    end, turns = trail.end, [point.z[-2] for point in trail.points[-2:]]
+    end, turns = traced.end, [point.z[-2] for point in traced.points[-2:]]
     if end is None or end.kind not in ("broken", "failed"):
         return None
     strong = [ratio for ratio in RESONANCES if ratio.denominator <= STRONG]
@@ -95,7 +95,7 @@ def _beside_strong(trail: Trail[CirclePoint]) -> End | None:
     first, last = (abs(turn - float(ratio)) for turn in (turns[0], turns[-1]))
     if last > min(first, BESIDE):
         return None
-    point = trail.points[-1]
+    point = traced.points[-1]
     size = tail(point.curve.states(point.z))
     reason = (
         f"not followed past the strong resonance {ratio}, {last:.1g} of a turn away, where circles "
@@ -125,14 +125,14 @@ class _Special(Zeros[CirclePoint]):
         return found.type != "LP" or abs(found.point.tangent[-1]) < FOLD
 
     def seen(
-        self, found: Sequence[Found[CirclePoint]], stretch: Stretch[CirclePoint]
-    ) -> Sight[CirclePoint]:
+        self, found: Sequence[Found[CirclePoint]], interval: Interval[CirclePoint]
+    ) -> MonitorResult[CirclePoint]:
         """Return what lies between two circles, as far as tori go."""
         for place, item in enumerate(found):
             end = _end_at(item)
             if end is not None:
-                return Sight(found[:place], Stop(item.point, end))
-        return Sight(found)
+                return MonitorResult(found[:place], Stop(item.point, end))
+        return MonitorResult(found)
 
 
 def _end_at(found: Found[CirclePoint]) -> End | None:
@@ -149,25 +149,25 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
 class _Resolved:
     """Ends tori whose circles are points, or have more harmonics than can be computed."""
 
-    def watch(self, stretch: Stretch[CirclePoint]) -> Sight[CirclePoint]:
+    def watch(self, interval: Interval[CirclePoint]) -> MonitorResult[CirclePoint]:
         """Look at how smooth the circle is that was come to."""
-        point = stretch.point
+        point = interval.point
         circles = point.curve
         states = circles.states(point.z)
         if np.ptp(states / circles.model.state_scales(), axis=0).max() < POINT:
-            return Sight(stop=Stop(point, End("birth", SHRINKS, circles.place(point.z))))
+            return MonitorResult(stop=Stop(point, End("birth", SHRINKS, circles.place(point.z))))
         size = tail(states)
         if circles.count < MOST or size < BROKEN:
-            return Sight()
+            return MonitorResult()
         harmonics = circles.count // 2
         told = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
         kind, reason = "broken", f"not resolved: {told}; it may break up"
-        if _slows([*stretch.trail.points, point]):
+        if _slows([*interval.traced.points, point]):
             kind, reason = "homoclinic", f"{SLOWS}: {told}"
         # The circle before is the last that is known well.
-        last = stretch.before
+        last = interval.before
         end = End(kind, reason, last.curve.place(last.z))
-        return Sight(stop=Stop(last, end))
+        return MonitorResult(stop=Stop(last, end))
 
 
 def _slows(points: Sequence[CirclePoint]) -> bool:
@@ -181,18 +181,18 @@ def _slows(points: Sequence[CirclePoint]) -> bool:
 class _Endings(Endings[CirclePoint]):
     """How tori end by following them itself."""
 
-    def left(self, trail: Trail[CirclePoint]) -> End:
+    def left(self, traced: TracedCurve[CirclePoint]) -> End:
         """Return the end of tori that came to the end of the span."""
-        last = trail.points[-1]
+        last = traced.points[-1]
         at = f"{last.curve.vary} = {last.curve.value(last.z):g}"
-        return self._end(trail, "span", f"reached the end of the span at {at}")
+        return self._end(traced, "span", f"reached the end of the span at {at}")
 
-    def failed(self, trail: Trail[CirclePoint], failure: Failure) -> End:
+    def failed(self, traced: TracedCurve[CirclePoint], failure: Failure) -> End:
         """Return the end of tori that could not be followed."""
-        last = trail.points[-1]
+        last = traced.points[-1]
         size = tail(last.curve.states(last.z))
         told = f"{failure.reason}; its last harmonics are {size:.0e} of the largest"
-        return self._end(trail, "broken" if size > TAIL else failure.kind, told)
+        return self._end(traced, "broken" if size > TAIL else failure.kind, told)
 
 
 INVARIANT = 1e-8
@@ -275,13 +275,13 @@ class _Teller:
     done: int
     total: int
 
-    def tell(self, trail: Trail[CirclePoint]) -> None:
+    def tell(self, traced: TracedCurve[CirclePoint]) -> None:
         if self.observer is None:
             return
-        last = trail.points[-1]
-        value, names = last.curve.value(last.z), tuple(item.type for item in trail.found)
+        last = traced.points[-1]
+        value, names = last.curve.value(last.z), tuple(item.type for item in traced.found)
         origin = self.origin
-        at = origin.number, origin.period, len(trail.points), value, names
+        at = origin.number, origin.period, len(traced.points), value, names
         parameter = origin.model.parameter(origin.vary)
         self.observer(branch_progress(parameter, *at, "tori", self.done, self.total))
 
@@ -323,10 +323,10 @@ def _followed(
 ) -> TorusBranch:
     """Follow tori from a circle; describe them behind the rows that are known."""
     tori = follow_tori(start, span, settings, teller.tell)
-    end = tori.trail.end
+    end = tori.traced.end
     assert end is not None
     try:
-        for each in tori.trail.points:
+        for each in tori.traced.points:
             row, broken = _described(each)
             if broken and rows:
                 end = End("limit", broken, rows[-1].value)
@@ -336,7 +336,7 @@ def _followed(
             else:
                 rows[-1] = replace(rows[-1], omitted=rows[-1].omitted + 1)
             if end.kind != "interrupted":  # whoever watches would interrupt again
-                teller.tell(tori.trail)
+                teller.tell(tori.traced)
         if end.kind == "birth":
             _shrunk(rows, origin.model.state_scales())
         if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
@@ -441,9 +441,9 @@ def _branch_of(
     locked: tuple[Locked, ...] = ()
     if tori is not None:
         last = rows[-1].arclength
-        items = [item.point for item in tori.trail.found if item.type == "LP"]
+        items = [item.point for item in tori.traced.found if item.type == "LP"]
         folds = tuple(item.curve.value(item.z) for item in items if item.arclength <= last)
-        places = {each.curve.value(each.z): each.arclength for each in tori.trail.points[::-1]}
+        places = {each.curve.value(each.z): each.arclength for each in tori.traced.points[::-1]}
         locked = tuple(item for item in tori.locked if places[item.last] <= last)
     return TorusBranch(
         id=origin.number,

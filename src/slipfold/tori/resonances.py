@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
-from slipfold.continuation.trail import Trail
+from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, find_root
@@ -125,23 +125,23 @@ KNOWN = 3
 """Circles before a resonance from which those beyond are expected."""
 
 
-def past_resonance(trail: Trail[CirclePoint]) -> tuple[Circles, CirclePoint] | None:
+def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoint] | None:
     """Return a circle on the other side of the resonance at which tori ended.
 
     Towards it the states crowd where the locked orbits will be, and harmonics grow; before that the
     circle knows nothing of it, and is continued by the rotation number, across. A strong one may be
     passed like this where nothing happens but that the angles of the circle on it are free.
     """
-    if trail.end is None or trail.end.kind not in ("broken", "failed", "resonance"):
+    if traced.end is None or traced.end.kind not in ("broken", "failed", "resonance"):
         return None
-    last = trail.points[-1]
+    last = traced.points[-1]
     away = {ratio: last.curve.rotation(last.z) - float(ratio) for ratio in RESONANCES}
     ratio = min(away, key=lambda each: abs(away[each]))
     if abs(away[ratio]) > NEAR:
         return None
     rotation = float(ratio)
     # The last circle may lie on it, or to either side by rounding.
-    apart = [point for point in trail.points if abs(point.z[-2] - rotation) > NEAR]
+    apart = [point for point in traced.points if abs(point.z[-2] - rotation) > NEAR]
     side = float(np.sign(apart[-1].z[-2] - rotation)) if apart else 0.0
     known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-KNOWN:]
     for times in BEYOND if len(known) > 1 else ():

@@ -1,4 +1,4 @@
-"""Many curves: starts that wait, both directions, nothing twice, and what joins what."""
+"""Queue of curves to follow: both directions of each, none twice, and which joins which."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Generic
 from slipfold.continuation.curve import P
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.trail import Trail, joined
+from slipfold.continuation.traced_curve import TracedCurve, joined
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,33 +28,33 @@ class Start(Generic[P]):
 
 
 @dataclass(eq=False)
-class Chart(Generic[P]):
+class FollowedCurve(Generic[P]):
     """A curve that was followed, in both directions if it goes on in both."""
 
     number: int  # from 1
     start: Start[P]  # where it was followed from
-    trail: Trail[P]  # what was followed
+    traced: TracedCurve[P]  # what was followed
     begun: End | None  # why it begins where it begins; None where that is at its start
 
     @property
     def interrupted(self) -> bool:
         """Whether whoever watches stopped it."""
-        return any(end and end.kind == "interrupted" for end in (self.begun, self.trail.end))
+        return any(end and end.kind == "interrupted" for end in (self.begun, self.traced.end))
 
 
-class Atlas(ABC, Generic[P]):
+class CurveSet(ABC, Generic[P]):
     """Curves followed from starts, and from what is found on them, each of them once."""
 
     def __init__(self) -> None:
-        self.charts: list[Chart[P]] = []
+        self.curves: list[FollowedCurve[P]] = []
         self.leads: dict[Found[P], list[int]] = {}
 
     @abstractmethod
-    def trail(self, start: Start[P], point: P) -> Trail[P]:
+    def trace(self, start: Start[P], point: P) -> TracedCurve[P]:
         """Follow a start in the direction of one of its points."""
 
     @abstractmethod
-    def births(self, chart: Chart[P]) -> Sequence[Start[P]]:
+    def births(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
         """Return where others begin on a curve that was followed."""
 
     @abstractmethod
@@ -64,7 +64,7 @@ class Atlas(ABC, Generic[P]):
     @property
     def interrupted(self) -> bool:
         """Whether whoever watches stopped the last curve."""
-        return bool(self.charts) and self.charts[-1].interrupted
+        return bool(self.curves) and self.curves[-1].interrupted
 
     def lead(self, found: Found[P] | None, number: int) -> None:
         """Note which curve a special point leads to."""
@@ -82,29 +82,29 @@ class Atlas(ABC, Generic[P]):
                 if number != start.parent:  # a point leads from a curve to others
                     self.lead(start.found, number)
                 continue
-            chart = self._chart(start)
-            self.lead(start.found, chart.number)
-            waiting += self.births_until_interrupted(chart)
+            followed = self._follow(start)
+            self.lead(start.found, followed.number)
+            waiting += self.births_until_interrupted(followed)
 
-    def births_until_interrupted(self, chart: Chart[P]) -> Sequence[Start[P]]:
+    def births_until_interrupted(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
         """Return where others begin on a curve; none where whoever watches stops the search."""
         try:
-            return self.births(chart)
+            return self.births(followed)
         except KeyboardInterrupt:
-            end = chart.trail.end
+            end = followed.traced.end
             assert end is not None
             reason = f"{end.reason}; interrupted before what begins on it was found"
-            chart.trail.end = replace(end, kind="interrupted", reason=reason)
+            followed.traced.end = replace(end, kind="interrupted", reason=reason)
             return ()
 
-    def _chart(self, start: Start[P]) -> Chart[P]:
+    def _follow(self, start: Start[P]) -> FollowedCurve[P]:
         """Follow a curve in all its directions; round a closed one there is but one."""
-        trail, begun = self.trail(start, start.points[0]), None
-        if trail.closes:
-            begun = trail.end
-        elif len(start.points) > 1 and trail.end is not None and trail.end.kind != "interrupted":
-            backward = self.trail(start, start.points[1])
-            trail, begun = joined(backward, trail), backward.end
-        chart = Chart(len(self.charts) + 1, start, trail, begun)
-        self.charts.append(chart)
-        return chart
+        traced, begun = self.trace(start, start.points[0]), None
+        if traced.closes:
+            begun = traced.end
+        elif len(start.points) > 1 and traced.end is not None and traced.end.kind != "interrupted":
+            backward = self.trace(start, start.points[1])
+            traced, begun = joined(backward, traced), backward.end
+        followed = FollowedCurve(len(self.curves) + 1, start, traced, begun)
+        self.curves.append(followed)
+        return followed

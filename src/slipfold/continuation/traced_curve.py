@@ -1,4 +1,4 @@
-"""A curve while it is followed, and what its monitors say of each step."""
+"""A curve while it is followed, and the results of its monitors at each step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slipfold.continuation.search import Found
 
 
 @dataclass(eq=False)
-class Trail(Generic[P]):
+class TracedCurve(Generic[P]):
     """What was followed of a curve so far."""
 
     curve: Any  # its equations, a `Curve`
@@ -43,26 +43,26 @@ class Stop(Generic[P]):
 
 
 @dataclass(frozen=True, eq=False)
-class Sight(Generic[P]):
-    """What a monitor saw between two points: what is recorded, and whether the curve ends."""
+class MonitorResult(Generic[P]):
+    """The result of a monitor between two points: what is recorded, and whether the curve ends."""
 
     found: Sequence[Found[P]] = ()
     stop: Stop[P] | None = None
 
 
-class Stretch(Generic[P]):
-    """The way from the last point of a trail to the next, while it is looked at."""
+class Interval(Generic[P]):
+    """The curve from its last point to the next, while monitors look at it."""
 
-    def __init__(self, trail: Trail[P], point: P, memory: int) -> None:
-        self.trail = trail
-        self.known = [*trail.recent(memory), point]  # what interpolation may use, in order; grows
-        self.before = trail.points[-1]
+    def __init__(self, traced: TracedCurve[P], point: P, memory: int) -> None:
+        self.traced = traced
+        self.known = [*traced.recent(memory), point]  # what interpolation may use, in order; grows
+        self.before = traced.points[-1]
         self.point = point  # its end, which moves back where a monitor ends the curve
 
     @property
     def leaves(self) -> bool:
         """Whether it leaves another curve, so that it is singular at its first end."""
-        return self.trail.departs and len(self.trail.points) == 1
+        return self.traced.departs and len(self.traced.points) == 1
 
     @property
     def empty(self) -> bool:
@@ -76,7 +76,7 @@ class Stretch(Generic[P]):
         self.point = point
 
 
-def joined(backward: Trail[P], forward: Trail[P]) -> Trail[P]:
+def joined(backward: TracedCurve[P], forward: TracedCurve[P]) -> TracedCurve[P]:
     """Join the two directions of a curve from one point of it."""
     turned = forward.curve.turned
     return replace(
