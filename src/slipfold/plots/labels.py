@@ -1,4 +1,4 @@
-"""Short texts beside points of a figure, placed where they cover nothing."""
+"""Short texts next to points of a figure, placed where they cover nothing."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class Label:
     size: float = 6.5  # font size in points
     # Whether a thin line may join a far text to its point; without one the text stays near
     leader: bool = True
-    centred: bool = False  # whether the text lies on its point instead of beside it
+    centred: bool = False  # whether the text lies on its point instead of next to it
 
 
 def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
-    """Put each text beside its point, clear of lines, markers and other texts.
+    """Put each text next to its point, clear of lines, markers and other texts.
 
     The limits and the layout of the figure must be final. The first labels choose first.
     """

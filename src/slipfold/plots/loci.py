@@ -102,7 +102,7 @@ def line_style(
     colours: Mapping[str, str] = LOCUS_COLOURS,
     kind: str = "periodic",
 ) -> dict[str, Any]:
-    """Return the line properties of a stretch of a locus."""
+    """Return the line properties of a segment of a locus."""
     own = {"LP": "-" if kind == "equilibrium" else FOLD, **TOUCHING}
     return {
         "color": locus_colour(type_, colours),
@@ -132,7 +132,7 @@ class LocusMark:
     """A marked point."""
 
     type: str  # ``"GPD"`` and the like, ``"MIN"``, ``"MAX"``, ``"LIMIT"`` or ``"FAILED"``
-    name: str  # what stands beside it; empty for nothing
+    name: str  # text next to it; empty for none
     values: tuple[float, ...]  # where it is
 
 
@@ -293,7 +293,7 @@ def draw_loci(
 ) -> Axes:
     """Draw a bifurcation set in its plane.
 
-    Supercritical stretches of PD, NS, BP and HB are solid, subcritical ones dashed; LP is
+    Supercritical segments of PD, NS, BP and HB are solid, subcritical ones dashed; LP is
     dash-dotted, of equilibria solid, and a transcritical BP dotted. A locus of equilibria or of
     period 1 is thick, one of period 2 thin. Dots are points of codimension two, rings the extrema
     of a locus, crosses its ends at a limit of the model. Angles are shown in degrees; the data of

@@ -213,7 +213,7 @@ def sharpen(
     labels = _sharpened(regions.first, regions.second, regions.labels, lines, window)
     if view is None or view == window:
         return labels
-    # What is narrow in a part of the window may be told from where it is wide.
+    # A region that is narrow in a part of the window is identified from where it is wide.
     first, second = (
         _centres(*interval, count) for interval, count in zip(window, PIXELS, strict=True)
     )

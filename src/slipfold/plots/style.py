@@ -188,7 +188,7 @@ class _DegreeLocator(MaxNLocator):
 
 
 def label_axis(ax: Axes, which: Literal["x", "y"], parameter: Parameter) -> None:
-    """Write symbol and unit beside an axis, and degrees on an axis of radians."""
+    """Label an axis with symbol and unit, and with degrees on an axis of radians."""
     angle = parameter.unit == "rad"
     label = f"{parameter.symbol or parameter.name} (°)" if angle else parameter.label
     _label(ax, which, label, angle=angle)
@@ -197,7 +197,7 @@ def label_axis(ax: Axes, which: Literal["x", "y"], parameter: Parameter) -> None
 def label_output(
     ax: Axes, which: Literal["x", "y"], model: Model, output: str, what: str = ""
 ) -> None:
-    """Write what is shown of a state or output beside an axis, and degrees on that of an angle."""
+    """Label an axis with a state or output, and with degrees on that of an angle."""
     angle = output in _angles(model)
     label = f"{label_of(model, output)} (°)" if angle else label_of(model, output)
     _label(ax, which, f"{what} {label}".strip(), angle=angle)
@@ -208,7 +208,7 @@ def on_circles(
 ) -> list[Array]:
     """Return outputs, then what they are drawn along, with angles within half a turn of zero.
 
-    Where an angle begins anew the line is broken, by what is no number.
+    Where an angle wraps around, the line is broken by NaN.
     """
     wrapped, breaks = [], np.empty(0, dtype=int)
     for name, column in named:

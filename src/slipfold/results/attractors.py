@@ -28,7 +28,7 @@ SURE = 1.96
 
 
 class Share(NamedTuple):
-    """Share of the starts that came to something.
+    """Fraction of the starts with one outcome.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ COLUMNS = (
     Column("exponents", meaning="Lyapunov exponents of a torus or chaos", unit="1/{per}",
            dimensions=("multiplier",), record=True),
 )  # fmt: skip
-"""What is said of an attractor."""
+"""Columns of attractors."""
 
 ATTRACTORS = Items("attractor", Attractor, COLUMNS, doc="The attractors, each verified.")
 
@@ -158,7 +158,7 @@ class FoundAttractors(Result):
 def starts_notes(
     ends: Mapping[str, int], labels: NDArray[np.int64], unfinished: int, what: str
 ) -> list[str]:
-    """Return what is said of starts that reached no attractor."""
+    """Return sentences on starts that reached no attractor."""
     notes = [f"{count} ended: {kind}" for kind, count in ends.items()]
     if (labels == UNDECIDED).any():
         notes.append(f"{(labels == UNDECIDED).sum()} undecided; give more periods")
@@ -168,7 +168,7 @@ def starts_notes(
 
 
 def in_words(item: Attractor) -> str:
-    """Return what an attractor is."""
+    """Return the kind of an attractor in words."""
     if item.period is not None:
         return f"period {item.period}"
     return item.kind if item.duration is None else f"{item.kind} of {number_text(item.duration)} s"
@@ -244,12 +244,12 @@ class Attractors(FoundAttractors):
 
 
 PHASE = State("phase", "forcing period", "phase of the forcing at which the start is released")
-"""The axis of a plane that is none of the states."""
+"""The axis of a plane that is not a state."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Basins(FoundAttractors):
-    """Which attractor the motion from each state of a plane comes to; frozen.
+    """Which attractor the trajectory from each state of a plane converges to; frozen.
 
     Made by `slipfold.basins` and `slipfold.load`. It is a sequence of `slipfold.Attractor`.
 
@@ -340,14 +340,14 @@ class Basins(FoundAttractors):
 
     @property
     def axes(self) -> tuple[State, State]:
-        """What spans the plane, with its units."""
+        """States that span the plane, with their units."""
         known = {state.name: state for state in (PHASE, *self.model.states)}
         first, second = (known[name] for name in self.plane)
         return first, second
 
 
 class Shares(NamedTuple):
-    """Shares of the starts that came to something, at all values of a parameter.
+    """Fractions of the starts with one outcome, at all values of a parameter.
 
     Parameters
     ----------
@@ -459,7 +459,7 @@ class BasinFractions(Result):
         )
 
     def _all(self) -> Iterator[tuple[int, Attractor]]:
-        """Go through what was found, with the places of the values."""
+        """Yield the attractors with the indices of the values."""
         return ((place, item) for place, items in enumerate(self.attractors) for item in items)
 
     def _line(self) -> str:

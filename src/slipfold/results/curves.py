@@ -1,4 +1,4 @@
-"""What results that consist of curves share, be they branches or loci: points, special points."""
+"""Points and special points of curves: the tables that branches and loci share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ UNCERTAIN = 1e-6
 1e-12, and no figure shows less."""
 
 ROUNDING = 1e-14
-"""What is smaller than this fraction of the size of its column is rounding, and shown as zero."""
+"""Values below this fraction of the size of their column are rounding, and shown as zero."""
 
 LASTING = "of one round; of an equilibrium, what multipliers are over"
 NODES = "states at equal phases over the period, the first"
@@ -44,7 +44,7 @@ RESIDUAL = Column("residual", REAL, "how far the orbit fails to close, in scaled
 
 @dataclass(frozen=True)
 class Curves:
-    """What is said of curves, of their points and of their special points."""
+    """Tables of curves, of their points and of their special points."""
 
     curves: Table
     points: Table
@@ -135,7 +135,7 @@ class Curves:
     def variables(
         self, curves: Sequence[Any], model: Model, vary: Sequence[str]
     ) -> dict[str, Variable]:
-        """Return the arrays of curves with all that is on them."""
+        """Return the arrays of curves, their points and special points."""
         special = [point for curve in curves for point in curve.special]
         sizes = [each.nodes.shape[1] for each in curves] + [len(each.nodes) for each in special]
         axes = axes_of(model, vary, max(sizes, default=0))
@@ -214,7 +214,7 @@ def _durations(curve: Any) -> NDArray[np.float64]:
 
 
 def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
-    """How much of a period contacts stick, where curves go through stick."""
+    """Return the column for the fraction of the period in which contacts stick, if any do."""
     if not sticks:
         return ()
     meaning = "fraction of the period in which a contact sticks; NaN: none was watched for stick"

@@ -35,13 +35,13 @@ from slipfold.text.stability import outside, stability_word, turns_text
 from slipfold.tori.torus_branch import TorusBranch
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
-"""What the column that asks whether an orbit is stable says."""
+"""Entries of the column on stability."""
 
 _Row = tuple[list[str], float, Extrema, list[str]]
 """A line of a table: its beginning, the value of the parameter, the extrema, its end."""
 
 LOCATED = 1e-9
-"""What special points are located to, over the largest value of the span."""
+"""Accuracy of special points, over the largest value of the span."""
 
 
 def points_by_label(branches: Sequence[Branch]) -> dict[int, SpecialPoint]:
@@ -121,7 +121,7 @@ class Branches(Part):
     doc = "The branches; the first is the response of period 1."
 
     def curves(self, result: Any) -> Curves:
-        """Return what is said of branches and of their points."""
+        """Return the tables of branches and of their points."""
         branches: tuple[Branch, ...] = result.branches
         points = [point for branch in branches for point in branch.special]
         return _curves(
@@ -231,7 +231,7 @@ class Diagram(Result):
 
     @property
     def failed(self) -> bool:
-        """Whether a branch was given up before it came to an end of its own."""
+        """Whether the continuation of a branch failed."""
         tori = any(each.stopped.early for each in self.tori)
         return tori or any(branch.failed for branch in self.branches)
 
@@ -317,7 +317,7 @@ class Diagram(Result):
         return [[title], PrintedTable(["by", *heads], lines, words=("by",))]
 
     def _noise(self) -> float:
-        """Return what an end may differ from zero by and be there: branches begin at points."""
+        """Return the distance from zero below which an end counts as zero."""
         wide = max(map(abs, self.span))
         zeros = [
             point.uncertainty
@@ -451,7 +451,7 @@ def _curves(model: Model, vary: str, *, sticks: bool, differentiated: bool) -> C
 
 
 def _turning(model: Model) -> tuple[Column, ...]:
-    """How often the angles of a branch turn round, where there is an angle."""
+    """Return columns for the revolutions of angles, if the model has angles."""
     if not model.whole_turns.any():
         return ()
     meaning = "whole turns of each angle in a period, 0 for what is no angle"
@@ -463,7 +463,7 @@ def _turning(model: Model) -> tuple[Column, ...]:
 
 
 def _gradients(model: Model, vary: str) -> tuple[Column, ...]:
-    """How special points move with every parameter, if that was asked for."""
+    """Return columns for the derivatives of special points by each parameter."""
     names = [item.name for item in model.parameters]
     meaning = f"derivative of {vary} at the point with respect to each parameter; NaN: none"
 

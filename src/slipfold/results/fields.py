@@ -21,7 +21,7 @@ from slipfold.results.tables import Variable
 from slipfold.text.one_line import headed
 
 Axes = Mapping[str, Sequence[str]]
-"""What stands along each dimension, in words with units."""
+"""Labels along each dimension, with units."""
 
 
 WITH_UNITS = frozenset({
@@ -32,7 +32,7 @@ WITH_UNITS = frozenset({
 
 @dataclass(frozen=True)
 class Kind:
-    """What values are, and what stands where there is none."""
+    """Type of values, and the value that stands for a missing one."""
 
     type: type
     missing: Any
@@ -50,11 +50,11 @@ class Column:
     """Attribute of an item, argument of its class, and key in records; dots lead inside."""
     kind: Kind = REAL
     meaning: str = ""
-    """What it is; without one, it is not among the arrays."""
+    """Meaning of the values; a column without one is not among the arrays."""
     unit: str | None = None
     """Empty for a number; None where other columns say the unit, or there can be none."""
     dimensions: tuple[str, ...] = ()
-    """Those of one value."""
+    """Dimensions of one value."""
     get: Callable[[Any], Any] | None = None
     """Returns the value from an item, instead of the attribute."""
     name: str | None = None
@@ -62,9 +62,9 @@ class Column:
     label: bool = False
     """Whether it labels rows rather than holds results."""
     derived: bool = False
-    """Whether it follows from others, so that nothing is made from it."""
+    """Whether it follows from other columns and is not read back."""
     optional: bool = False
-    """Whether what is missing is None."""
+    """Whether a missing value is None."""
     record: bool = False
     """Whether it is in records."""
     head: str | None = "{}"
@@ -116,7 +116,7 @@ class Column:
         return values
 
     def item(self, value: Any) -> Any:
-        """Return one value out of a file as items hold it."""
+        """Convert a value from a file to the form that items hold."""
         if not self.dimensions:
             single = value.item()
             empty = single == self.kind.missing or single != single
@@ -136,22 +136,22 @@ def _filled(part: NDArray[Any], own: int, shape: Sequence[int], missing: Any) ->
 
 @dataclass(frozen=True)
 class Table:
-    """What is said of items of one kind."""
+    """Columns of items of one kind."""
 
     dimensions: tuple[str, ...]
     """Along which the items stand, e.g. ``("point",)``."""
     columns: tuple[Column, ...]
     prefix: str = ""
-    """What names of variables begin with."""
+    """Beginning of the names of variables."""
     owner: tuple[str, str] | None = None
-    """What the items belong to, and how: a column of its numbers goes in front."""
+    """Name of the owner of the items and meaning of its number, which is the first column."""
     joined: bool = False
     """Whether an item has many rows, such as the points of a branch."""
 
     def variables(
         self, items: Iterable[Any], axes: Axes, owners: Iterable[int] = ()
     ) -> dict[str, Variable]:
-        """Return the arrays of items, and which belongs to what."""
+        """Return the arrays of items, and their owners."""
         rows = list(items)
         found: dict[str, Variable] = {}
         if self.owner is not None:
@@ -169,7 +169,7 @@ class Table:
         return found
 
     def record(self, item: Any) -> dict[str, Any]:
-        """Return what records hold of an item."""
+        """Return the record of an item."""
         return nested({column.key: column.of(item) for column in self.columns if column.record})
 
     def count(self, saved: SavedTable) -> int:
@@ -178,7 +178,7 @@ class Table:
         return len(saved.columns[name])
 
     def rows(self, saved: SavedTable) -> Mapping[int, NDArray[np.int64]]:
-        """Return which rows in a file belong to what."""
+        """Return the rows in a file that belong to each owner."""
         return saved.rows(self.dimensions[0], self._owner_name)
 
     def read(self, saved: SavedTable, axes: Axes, rows: Any) -> dict[str, Any]:
@@ -205,7 +205,7 @@ class Table:
 
 
 def nested(flat: dict[str, Any]) -> dict[str, Any]:
-    """Return values by keys with dots as dictionaries inside of each other.
+    """Return values by keys with dots as nested dictionaries.
 
     >>> nested({"id": 1, "begun.kind": "span", "begun.value": 0.5})
     {'id': 1, 'begun': {'kind': 'span', 'value': 0.5}}
@@ -233,7 +233,7 @@ def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[s
 
 
 def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str, list[str]]:
-    """Return what stands along the dimensions that results share."""
+    """Return the labels along the dimensions that results share."""
     states = [headed(item) for item in model.states]
     found = {
         "state": states,
@@ -246,7 +246,7 @@ def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str,
 
 
 def meaning_of(parameter: Parameter) -> str:
-    """Return what the values of a parameter are."""
+    """Return the meaning of a parameter."""
     return f"{parameter.name}: {parameter.doc}" if parameter.doc else parameter.name
 
 
@@ -255,7 +255,7 @@ REFERENCE = re.compile(r"\{(\w+)(?:\[(\d)\])?\}")
 
 
 class Declared(Protocol):
-    """What fields want to know of their result."""
+    """Attributes of a result that its fields use."""
 
     arrays: ClassVar[Mapping[str, Any]]
     """Attributes that are arrays, besides fields that are declared so."""
@@ -272,7 +272,7 @@ class Part:
     """How one attribute of a result is written as arrays, and read back from them."""
 
     doc = ""
-    """What a docstring says of the attribute."""
+    """Text of a docstring."""
 
     def variables(self, result: Any, key: str) -> Mapping[str, Variable]:
         """Return the arrays of an attribute."""
@@ -295,7 +295,7 @@ class Part:
         return None
 
     def described(self) -> str:
-        """Return what a docstring says of the attribute."""
+        """Return the text of a docstring."""
         return self.doc
 
 
@@ -324,7 +324,7 @@ class Field(Part):
     unit: str | None = None
     """Empty for a number; None where the labels of a dimension say the unit, or for text."""
     kind: Kind | None = None
-    """What values are, where the type does not say it."""
+    """Type of the values, if the annotation does not give it."""
     name: str | None = None
     """Name of the variable, instead of the attribute's."""
     label: bool = False
@@ -332,9 +332,9 @@ class Field(Part):
     head: str | None = "{}"
     """Heading in tables, where ``{}`` is the name of the variable; None: not there."""
     doc: str = ""
-    """What a docstring says, instead of the meaning."""
+    """Text of a docstring, instead of the meaning."""
     more: str = ""
-    """What a docstring says besides, e.g. what stands where there is no value."""
+    """Addition to a docstring, e.g. the value that stands for a missing one."""
 
     def described(self) -> str:
         """Return its meaning and its dimensions."""
@@ -446,12 +446,12 @@ class Items(Part):
     columns: Sequence[Column]
     prefix: str = ""
     doc: str = ""
-    """What a docstring says of them."""
+    """Text of a docstring."""
     owner: tuple[str, str, str] | None = None
-    """What owns items, what the number of an owner is, and an attribute as long as the owners."""
+    """Name of the owners, meaning of their number, and an attribute with one entry an owner."""
 
     def table(self, result: Declared) -> Table:
-        """Return what is said of an item."""
+        """Return the table with its references replaced."""
         columns = tuple(_bound_column(item, result) for item in self.columns)
         owner = None if self.owner is None else self.owner[:2]
         return Table((self.dimension,), columns, self.prefix, owner)
@@ -497,7 +497,7 @@ def _bound_column(column: Column, result: Declared) -> Column:
 
 
 def bound(text: str, result: Declared, shown: Callable[[Any], str]) -> str:
-    """Return a text with its references replaced: parameters are shown in some way."""
+    """Return a text with its references replaced by what `shown` returns of them."""
 
     def found(match: re.Match[str]) -> str:
         value = getattr(result, match[1])

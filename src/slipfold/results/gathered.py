@@ -89,7 +89,7 @@ class Gathered:
 
 
 def _kept_as(item: Quantity) -> Any:
-    """Return the type of what is kept: of words their numbers."""
+    """Return the type of stored values: numbers for words."""
     return np.int32 if item.kind == "text" else KINDS[item.kind].type
 
 

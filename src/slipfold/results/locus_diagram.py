@@ -68,19 +68,19 @@ def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
 
 
 def _in_words(locus: Locus, coefficient: float) -> str | None:
-    """Judge a coefficient beside the others, whatever the units of the states."""
+    """Judge a coefficient relative to the others, whatever the units of the states."""
     size = float(np.nan_to_num(np.abs(locus.coefficient)).max(initial=0.0))
     return criticality_of(locus.type, coefficient / (size or 1.0))
 
 
 NOTED = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
-"""Kinds of ends that stand in the table; that it ends at the window is the usual case."""
+"""Kinds of ends that the table notes; the end at the window is the usual case."""
 
 FROM_A_CYCLE = (
     "The equilibria found were followed across it, and cycles born on them there; for loci of "
     "another cycle save a response that has it (--settled) and give that file."
 )
-"""What else can be done for an autonomous model."""
+"""Advice for an autonomous model without loci."""
 
 
 def _rows_of(locus: Locus, noise: Sequence[float]) -> list[list[str]]:
@@ -235,7 +235,7 @@ class LocusDiagram(Result):
 
     @property
     def failed(self) -> bool:
-        """Whether a locus was given up, at either end, before it came to an end of its own."""
+        """Whether the continuation of a locus failed, at either end."""
         return any(locus.begun.early or locus.stopped.early for locus in self.loci)
 
     @property

@@ -35,7 +35,7 @@ QUANTITIES = Items("quantity", Quantity, (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasurementPlan(Result):
-    """What planned readings would tell of parameters; frozen.
+    """Expected errors of parameters from planned readings; frozen.
 
     Made by `slipfold.plan_measurement` and `slipfold.load`.
 
@@ -129,7 +129,7 @@ class MeasurementPlan(Result):
         return np.asarray(found)
 
     def best(self, count: int) -> list[int]:
-        """Return the numbers of the rows that tell all parameters best together.
+        """Return the numbers of the rows that determine all parameters best together.
 
         Parameters
         ----------
@@ -249,7 +249,7 @@ class Readings(Part):
         return quantities | table.variables([seen], {})
 
     def attributes(self, result: Any, key: str) -> dict[str, Any]:
-        """Return over what it was measured, and why it ended."""
+        """Return the parameter that was varied, and why the measurement ended."""
         seen: Measurement = getattr(result, key)
         return {"vary": seen.vary, "measurement_stopped": json.dumps(seen.stopped)}
 
@@ -268,7 +268,7 @@ class Readings(Part):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Result):
-    """Parameters with which stable responses come nearest to a measurement; frozen.
+    """Parameters with which stable responses fit a measurement best; frozen.
 
     Made by `slipfold.fit` and `slipfold.load`.
 

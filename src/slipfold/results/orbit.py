@@ -29,7 +29,7 @@ MULTIPLIERS = Table(
 
 
 def _motion(model: Model) -> Table:
-    """What is sampled over a period, by name."""
+    """Table of the quantities that are sampled over a period."""
     quantities = tuple(
         Column(item.name, meaning=item.doc or item.name, unit=item.unit, get=itemgetter(item.name))
         for item in _quantities(model)

@@ -1,4 +1,4 @@
-"""What files say of a result besides its arrays: model, input, versions, plain data."""
+"""Contents of files besides arrays: model, input, versions, plain data."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def decoded(kind: Any, value: Any) -> Any:
 
 
 def _checked(kind: Any, value: Any) -> Any:
-    """Return a number or text, which must be one."""
+    """Convert a number or text, and refuse anything else."""
     if kind in (int, float, str, bool):
         numbers = (int, float, np.number, np.bool_)
         if not isinstance(value, str if kind is str else numbers):
@@ -113,7 +113,7 @@ def finite(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What computed a result, and when.
+    """Versions that computed a result, and when.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def provenance(seconds: float | None = None) -> Provenance:
 
 
 def structure_record(model: Model) -> dict[str, Any]:
-    """Return what a model's equations depend on besides its class, as plain data for JSON."""
+    """Return the structure of a model, on which its equations depend, as plain data for JSON."""
     if not model.structure:
         return {}
     if isinstance(model, System):
@@ -184,7 +184,7 @@ def structure_record(model: Model) -> dict[str, Any]:
 
 
 def scales_record(model: Model) -> dict[str, Any]:
-    """Return the typical sizes that a computation found, by state; nothing if it found none."""
+    """Return the state scales that a computation determined, by state; nothing if it did not."""
     sizes = model.found_sizes
     if sizes is None:
         return {}
@@ -193,7 +193,7 @@ def scales_record(model: Model) -> dict[str, Any]:
 
 
 def measured_as(model: Model, described: Mapping[str, Any]) -> Model:
-    """Return a saved model with the sizes that `scales_record` told, if it did."""
+    """Return a saved model with the scales of `scales_record`, if there are any."""
     if "scales" not in described:
         return model
     return model.measured_in(np.array([described["scales"][item.name] for item in model.states]))
@@ -248,7 +248,7 @@ def _check_kind(kind: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class SavedTable:
-    """What was read from a file, before it is made into a result."""
+    """Contents of a file, before a result is made from it."""
 
     table: LabelledTable
     given: Mapping[str, Any]
@@ -272,12 +272,12 @@ class SavedTable:
 
     @property
     def checked(self) -> Checked | None:
-        """What was computed again; files of earlier versions lack it."""
+        """The checks; files of earlier versions lack them."""
         text = self.attributes.get("checked")
         return None if text is None else Checked.from_json(json.loads(str(text)))
 
     def rows(self, dimension: str, owner: str) -> Mapping[int, NDArray[np.int64]]:
-        """Return which rows along a dimension belong to what; some have none."""
+        """Return the rows along a dimension that belong to each owner; some have none."""
         owners = self.columns[owner]
         for name, item in self.table.variables.items():
             if item.dimensions[0] == dimension and len(item.values) != len(owners):

@@ -58,7 +58,7 @@ USUAL = {
     "provenance": "Versions and time.",
     "checked": "What was computed again by other means; None if nothing was.",
 }
-"""What docstrings say of fields that many results have."""
+"""Docstrings of fields that many results have."""
 
 COMMON = ("model", "provenance", "checked")
 """Fields that all results write alike."""
@@ -76,7 +76,7 @@ class Result(OneLine, ReadOnly, ABC):
 
     schema: ClassVar[str]
     title: ClassVar[str] = ""
-    """What it is; ``{0}`` is the result."""
+    """Title of the file; ``{0}`` is the result."""
     arrays: ClassVar[Mapping[str, Part]] = {}
     """Attributes that are arrays, besides fields that are declared so."""
     rows: ClassVar[str] = ""
@@ -85,7 +85,7 @@ class Result(OneLine, ReadOnly, ABC):
     """Attributes in records."""
 
     gap: ClassVar[str] = "\n"
-    """What stands between title, tables and sentences of a summary."""
+    """Separator of title, tables and sentences of a summary."""
 
     model: Model
     provenance: Provenance
@@ -110,7 +110,7 @@ class Result(OneLine, ReadOnly, ABC):
         cls.__doc__ = "\n".join([before.rstrip("\n"), "", *lines, "", "Notes", after])
 
     def summary(self) -> str:
-        """Return what it is, its numbers in tables, and what there is to know besides."""
+        """Return a title, tables of the numbers and remarks as text."""
         return self._text(self._sections())
 
     def _text(self, sections: Sequence[PrintedTable | list[str]]) -> str:
@@ -228,11 +228,11 @@ class Result(OneLine, ReadOnly, ABC):
         return [] if self.checked is None else [str(self.checked)]
 
     def _title(self) -> str:
-        """Return what it is, in a few words."""
+        """Return a title in a few words."""
         return self.title.format(self)
 
     def _record(self) -> dict[str, Any]:
-        """Return what records hold besides the model."""
+        """Return the record without the model."""
         parts = parts_of(type(self))
         return {
             name: parts[name].record(self, name) if name in parts else encoded(getattr(self, name))
@@ -240,7 +240,7 @@ class Result(OneLine, ReadOnly, ABC):
         }
 
     def _frame(self) -> Frame:
-        """Return what spreadsheets hold."""
+        """Return the table of spreadsheets."""
         return frame_of(self._variables(), bound(self.rows, self, self._variable_name).split())
 
     def _csv(self) -> str:
@@ -248,7 +248,7 @@ class Result(OneLine, ReadOnly, ABC):
         return self._frame().to_csv()
 
     def _variable_name(self, item: Parameter | State) -> str:
-        """Return the name of the variable of a parameter or state, which is no other's."""
+        """Return the name of the variable of a parameter or state, which no other variable has."""
         name = item.name
         while name in _taken(type(self)):
             name += "_value"
@@ -362,7 +362,7 @@ def _taken(kind: type[Result]) -> frozenset[str]:
 def described(
     schema: str, title: str, model: Model, given: Mapping[str, Any], origin: Provenance
 ) -> dict[str, Any]:
-    """Return the attributes that all saved results have: what it is, its input, its origin."""
+    """Return the attributes that all saved results have: schema, title, input and origin."""
     whole = {"model": model.name, "parameters": dict(model.values), **scales_record(model)}
     structure = structure_record(model)
     if structure:

@@ -33,7 +33,7 @@ WORDS = {
 }  # fmt: skip
 
 TOLD = 4
-"""Times of stick that a summary tells of each contact."""
+"""Intervals of stick that a summary lists of each contact."""
 
 CONTACTS = Table(
     ("contact",),
@@ -70,14 +70,14 @@ def _intervals(model: Model) -> Table:
 
 @dataclass(frozen=True)
 class Contacts(Part):
-    """What contacts did, as an attribute that is None of a motion that always slips."""
+    """Sticking contacts as an attribute; None if all contacts slip all the time."""
 
     def names(self, key: str) -> set[str]:
         """Return the dimensions of its arrays."""
         return {"contact", "interval"}
 
     def variables(self, result: Declared, key: str) -> dict[str, Variable]:
-        """Return the arrays of what contacts did."""
+        """Return the arrays of the sticking of contacts."""
         sticking: Sticking | None = getattr(result, key)
         if sticking is None:
             return {}
@@ -89,7 +89,7 @@ class Contacts(Part):
         }
 
     def read(self, saved: SavedTable, result: Declared, key: str) -> Sticking | None:
-        """Return what contacts did."""
+        """Return the sticking of contacts."""
         if not {"modes", "contact"} & set(saved.columns):
             return None
         contacts = tuple(str(name) for name in saved.columns["contact"])
@@ -101,7 +101,7 @@ class Contacts(Part):
 
 
 def stick_record(last: LastRound) -> dict[str, Any]:
-    """Return what records hold of the times in which contacts stick."""
+    """Return a record of the intervals in which contacts stick."""
     return {
         "fraction": last.fraction,
         "count": len(last.sticking),
@@ -112,7 +112,7 @@ def stick_record(last: LastRound) -> dict[str, Any]:
 
 
 def stick_columns(sticking: Sticking | None) -> dict[str, list[str]]:
-    """Return what each contact does at the start of every forcing period, in words."""
+    """Return the status of each contact at the start of every forcing period, in words."""
     if sticking is None:
         return {}
     return {

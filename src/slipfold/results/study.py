@@ -55,7 +55,7 @@ NOT_REACHED = "not computed yet"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyResult(Result):
-    """What was found of every case of a study; frozen.
+    """The results of every case of a study; frozen.
 
     Made by `slipfold.study` and `slipfold.load`.
 
@@ -313,7 +313,7 @@ class StudyResult(Result):
         return {"compute": self.work.what}
 
     def _column(self, parameter: str) -> str:
-        """Return the name of the variable of a parameter, no other's."""
+        """Return the name of the variable of a parameter, which no other variable has."""
         each = self.work.listed
         taken = {"case", each, "failed", *(item.name for item in self.quantities)}
         taken |= {f"{each}_{item.name}" for item in self.work.lists(self.model)}

@@ -40,7 +40,7 @@ class Variable:
     """Heading in tables; None: not there."""
 
     def parts(self, name: str) -> dict[str, Variable]:
-        """Return itself by name; of complex numbers both parts."""
+        """Return the variable by name; of complex numbers both parts."""
         if self.values.dtype.kind != "c":
             return {name: self}
         about = self.attributes["long_name"]
@@ -287,7 +287,7 @@ def frame_of(variables: Mapping[str, Variable], rows: Sequence[str]) -> Frame:
 
 
 def _said(variables: Mapping[str, Variable], places: Mapping[str, int]) -> tuple[str, str]:
-    """Return what places along dimensions are labelled, and the unit that labels say."""
+    """Return the labels of positions along dimensions, and the unit in the labels."""
     words, unit = [], ""
     for name, index in places.items():
         label, of = variables.get(name), variables.get(f"{name}_units")

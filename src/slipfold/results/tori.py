@@ -34,7 +34,7 @@ OWNER = ("torus", "branch of tori it lies on")
 
 
 def _tori(vary: str, unit: str, *, forced: bool) -> Table:
-    """What is said of a branch of tori."""
+    """Table of branches of tori."""
     return Table(
         ("torus",),
         (
@@ -69,7 +69,7 @@ def _tori(vary: str, unit: str, *, forced: bool) -> Table:
 
 
 def _points(model: Model, vary: str) -> Table:
-    """Return what is said of each torus on a branch."""
+    """Return the table of the tori on a branch."""
     parameter = model.parameter(vary)
     return Table(
         ("torus_point",),
@@ -186,7 +186,7 @@ class Tori(Part):
 
 
 def torus_sentence(tori: TorusBranch) -> str:
-    """Say where tori are born, whether they attract, how they are modulated, and why they end."""
+    """Describe tori: their origin, stability and modulation, and why they end."""
     unit, vary = tori.model.parameter(tori.vary).unit, tori.vary
 
     def at(value: float) -> str:

@@ -37,7 +37,7 @@ from slipfold.text.printed_table import PrintedTable
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LyapunovExponents(Result):
-    """How fast perturbations of a motion grow on average, and what that makes of it; frozen.
+    """Lyapunov exponents of a trajectory, and its classification by them; frozen.
 
     Made by `slipfold.lyapunov` and `slipfold.load`.
 
@@ -153,7 +153,7 @@ class LyapunovExponents(Result):
 
 
 def _digits(error: float) -> int:
-    """Return how many digits are shown of an exponent of that error."""
+    """Return the number of digits to show of an exponent with this error."""
     return 4 if error > 1e-5 else 9
 
 
@@ -176,7 +176,7 @@ CELLS = "run {axes[0]} {axes[1]}"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RegimeMap(Result):
-    """What motions do over a plane of two parameters; frozen.
+    """Regimes of trajectories over a plane of two parameters; frozen.
 
     Made by `slipfold.regimes` and `slipfold.load`. The first axis of its arrays is that of `runs`,
     the others are those of the plane.
@@ -243,7 +243,7 @@ class RegimeMap(Result):
         return first, second
 
     def names(self, run: str) -> NDArray[np.str_]:
-        """Return what motions do in words, such as ``"period 2"``.
+        """Return the regimes in words, such as ``"period 2"``.
 
         Parameters
         ----------
@@ -261,7 +261,7 @@ class RegimeMap(Result):
 
     @property
     def coexist(self) -> NDArray[np.bool_]:
-        """Where motions of different runs settle on different things, shape (n1, n2).
+        """Where trajectories of different runs converge to different attractors, shape (n1, n2).
 
         Responses of one period are different where their means are, angles up to whole turns. Two
         tori, or two chaotic motions, or two that stick are not told apart.
@@ -278,7 +278,7 @@ class RegimeMap(Result):
         return found
 
     def at(self, **values: float) -> dict[str, str]:
-        """Return what motions do in the cell nearest to a place.
+        """Return the regimes in the cell nearest to a point.
 
         Parameters
         ----------
@@ -335,7 +335,7 @@ class RegimeMap(Result):
 
 
 def _order(name: str) -> tuple[int, int]:
-    """Return where a regime stands among others: the quiet ones first."""
+    """Return the rank of a regime: short periods first."""
     word, _, period = name.partition(" ")
     if word == "period":
         return 0, int(period)
@@ -425,7 +425,7 @@ class Sweep(Result):
         raise InputError(f"there is no run {name!r}; there are {', '.join(self.runs)}")
 
     def repeats(self, run: str) -> NDArray[np.int64]:
-        """Return after how many forcing periods motions repeat, or will in the long run.
+        """Return the periods of trajectories in forcing periods, if necessary extrapolated.
 
         Parameters
         ----------

@@ -22,7 +22,7 @@ from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 LEVEL = 0.95
-"""Probability of the bands that summaries and records tell."""
+"""Probability of the bands in summaries and records."""
 
 WAYS = ("samples", "gradients")
 
@@ -360,7 +360,7 @@ class ThresholdUncertainty(Result):
         return f"scatter of {self.type} of {self.model.name} at {at}"
 
     def _indices(self, place: int) -> dict[str, Any]:
-        """What indices say of a parameter."""
+        """Indices of a parameter by name."""
         found = self.indices
         return {} if found is None else {key: float(getattr(found, key)[place]) for key in INDICES}
 

@@ -76,7 +76,7 @@ def _whole(write: Callable[[IO[bytes]], object]) -> bytes:
 
 
 def _write_in_pieces(descriptor: int, write: Callable[[IO[bytes]], object]) -> None:
-    """Have something write to a file; raise what the disk said first, not what came of it."""
+    """Have `write` write to a file; raise the first error of the disk, not its consequences."""
     with _Patient(descriptor, "r+") as file:
         try:
             write(cast("IO[bytes]", file))
