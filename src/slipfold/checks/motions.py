@@ -20,7 +20,7 @@ from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.equilibrium import PUSH, own_sizes, unfed_states
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
-from slipfold.flow.switched_flow import switched_flow_of
+from slipfold.flow.switched_flow import hybrid_system
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
 
@@ -215,30 +215,21 @@ def _short(motion: Trajectory) -> bool:
 
 def _switched_again(motion: Trajectory) -> Check:
     assert motion.sticking is not None
-    flow = switched_flow_of(motion.model)
-    constants = flow_of(motion.model).constants_of(motion.model)
-    weights = flow.weights(motion.strobe[0], constants)
+    system = hybrid_system(motion.model, motion.strobe[0])
     count = -(-motion.periods // ONE_IN)
     chosen = np.unique(np.linspace(0, motion.periods - 1, count).astype(int))
-    ends = [
-        elsewhere(flow, motion.sticking.mode(i), motion.strobe[i], 1.0, constants, weights)[0]
-        for i in chosen
-    ]
+    ends = [elsewhere(system, motion.sticking.mode(i), motion.strobe[i], 1.0)[0] for i in chosen]
     return repeated(motion, chosen, np.array(ends), "other steps")
 
 
 def _held(motion: Trajectory) -> Iterable[Check]:
     """Compare the last period, the first and some between with equations and friction."""
     assert motion.sticking is not None
-    flow = switched_flow_of(motion.model)
-    constants = flow_of(motion.model).constants_of(motion.model)
     for place in spread(motion.periods)[: -(-motion.periods // COMPARED_ONE_IN)]:
         state, mode = motion.strobe[place], motion.sticking.mode(place)
-        weights = flow.weights(state, constants)
-        found = hold_legs(
-            flow, dense_legs(motion.model, state, mode, 1.0), state, constants, weights
-        )
-        time = f"{place * constants.period:.6g} s"
+        system = hybrid_system(motion.model, state)
+        found = hold_legs(system, dense_legs(motion.model, state, mode, 1.0), state)
+        time = f"{place * system.constants.period:.6g} s"
         yield Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED)
         name = f"friction and its changes from {time} on"
         yield Check(name, "forces", found.forces, FORCES, "forces")

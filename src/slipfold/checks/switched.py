@@ -14,11 +14,9 @@ from slipfold.checks.orbit_difference import ALLOWED, Difference
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.contact_state import ContactsNow, friction_in
-from slipfold.flow.equations import Constants
-from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Ending, Mode, Status, shown
 from slipfold.flow.release import at_rest
-from slipfold.flow.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system
 from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.turns import without_turns
 from slipfold.orbits.multipliers import multiplier_difference
@@ -30,7 +28,7 @@ elsewhere."""
 
 
 def elsewhere(
-    flow: SwitchedFlow, mode: Mode, state: Array, end: float, constants: Constants, weights: Array
+    system: HybridSystem, mode: Mode, state: Array, end: float
 ) -> tuple[Array, list[Mode]]:
     """Return what a state comes to from phase zero by other steps, and the modes on its way.
 
@@ -39,7 +37,7 @@ def elsewhere(
     begin, passed = 0.0, [mode]
     try:
         for until in (FIRST * end, end):
-            for leg, after in legs(flow, mode, state, until, constants, weights, begin=begin):
+            for leg, after in legs(system, mode, state, until, begin=begin):
                 state, mode = leg.state, shown(after)
                 passed += [mode] if mode != passed[-1] else []
             begin = until
@@ -64,13 +62,12 @@ class Held:
     forces: float  # largest violation at events and between them, as a share of what is usual
 
 
-def hold_legs(
-    flow: SwitchedFlow, legs: Iterable[Leg], start: Array, constants: Constants, weights: Array
-) -> Held:
+def hold_legs(system: HybridSystem, legs: Iterable[Leg], start: Array) -> Held:
     """Compare successive phases and all between their ends with equations and friction.
 
     Shapes: start (n,).
     """
+    flow, constants = system.flow, system.constants
     scales, n = constants.scales, len(start)
     lacking, largest, forces = [np.zeros(n)], float(np.abs(start / scales).max()), 0.0
     before = start
@@ -86,23 +83,24 @@ def hold_legs(
         change = np.einsum("k,ikn->n", _GAUSS.weights, rates) / scales
         lacking += [ends[0] - before / scales, ends[1] - ends[0] - change]
         largest = max(largest, float(np.abs(nodes[..., :n]).max()))
-        forces = max(forces, _forces(flow, leg, constants, weights))
+        forces = max(forces, _forces(system, leg))
         before = leg.state
     drift = float(np.abs(np.cumsum(lacking, axis=0)).max()) / max(1.0, largest)
     return Held(drift if math.isfinite(drift) else math.inf, float(forces))
 
 
-def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> float:
+def _forces(system: HybridSystem, leg: Leg) -> float:
     """Return how far contacts are from what a leg says of them, at worst."""
     assert leg.polynomials is not None
+    constants, weights = system.constants, system.weights
     phases = np.linspace(leg.begin, leg.end, 9)
     states = leg.polynomials(phases)[:, : len(leg.state)] * constants.scales
-    found, mode, count, places = [0.0], leg.seen, len(leg.mode), flow.quantities.places
-    along = flow.quantities.along(states, phases, constants)
+    found, mode, count, places = [0.0], leg.seen, len(leg.mode), system.places
+    along = system.flow.quantities.along(states, phases, constants)
     for now in along:
         friction = list[float]()
         if Status.STICK in mode:
-            friction = friction_in(now, places, mode, at_rest(flow, mode, now, weights))
+            friction = friction_in(now, places, mode, at_rest(system, mode, now))
         for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
             slip = now.slip[place]
             if status is Status.STICK:
@@ -112,21 +110,21 @@ def _forces(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) 
                 found.append(now.normal[contact] * weights[count + contact])
             elif len(slip) == 1:
                 found.append(-float(status) * slip[0] * weights[contact])
-    return max(*found, _event(flow, leg, along[-1], weights))
+    return max(*found, _event(system, leg, along[-1]))
 
 
-def _event(flow: SwitchedFlow, leg: Leg, now: ContactsNow, weights: Array) -> float:
+def _event(system: HybridSystem, leg: Leg, now: ContactsNow) -> float:
     """Return how far that which ended a leg is from zero."""
-    event, count = leg.event, len(leg.mode)
+    event, count, weights = leg.event, len(leg.mode), system.weights
     if event is None or leg.released:
         return 0.0
     which = event.which
-    place = flow.quantities.places[which] if which < count else slice(0)
+    place = system.places[which] if which < count else slice(0)
     if event.ending is Ending.STOPS:
         return math.hypot(*now.slip[place]) * float(weights[which])
     if event.ending is Ending.YIELDS:
-        rest = at_rest(flow, leg.seen, now, weights)
-        friction = friction_in(now, flow.quantities.places, leg.seen, rest)
+        rest = at_rest(system, leg.seen, now)
+        friction = friction_in(now, system.places, leg.seen, rest)
         over = math.hypot(*friction[place]) - now.holding[which]
         return abs(over) * float(weights[count + which])
     if event.ending in (Ending.PARTS, Ending.MEETS):
@@ -149,17 +147,16 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
     so are trajectories near it. Where these have their events in another order, as near a grazing
     orbit, no multipliers are compared.
     """
-    flow, model = switched_flow_of(orbit.model), orbit.model
-    constants, scales = flow_of(model).constants_of(model), model.state_scales()
-    weights, end = flow.weights(orbit.state, constants), float(orbit.period)
+    model, end = orbit.model, float(orbit.period)
+    system, scales = hybrid_system(model, orbit.state), model.state_scales()
 
     def integrated(state: Array) -> tuple[Array, list[Mode]]:
-        start = flow.held(orbit.first_mode, state, 0.0, constants)
-        return elsewhere(flow, orbit.first_mode, start, end, constants, weights)
+        start = system.held(orbit.first_mode, state, 0.0)
+        return elsewhere(system, orbit.first_mode, start, end)
 
     arrived, order = integrated(orbit.state)
     passed = dense_legs(model, orbit.state, orbit.first_mode, end)
-    held = hold_legs(flow, passed, orbit.state, constants, weights)
+    held = hold_legs(system, passed, orbit.state)
     apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
     states = max(float(np.abs(apart).max()), held.drift, held.forces * ALLOWED / FORCES)
     place = Difference(float(states) if np.isfinite(states) else np.inf, ALLOWED)

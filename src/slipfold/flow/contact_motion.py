@@ -13,10 +13,10 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
-from slipfold.flow.equations import Constants, written
+from slipfold.flow.equations import written
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Ending, Mode, Status, mode_equations
-from slipfold.flow.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system, switched_flow_of
 from slipfold.flow.switched_motion import Broken, first_mode, legs
 from slipfold.models.evaluation import compiled_function
 from slipfold.models.model import Kind, Model
@@ -53,32 +53,30 @@ def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[L
     A motion that cannot go on ends there; where slip in the plane touches zero it goes on from
     rest.
     """
-    flow = switched_flow_of(model)
-    constants = flow_of(model).constants_of(model)
-    weights = flow.weights(state, constants)
+    system = hybrid_system(model, state)
     phase, ahead = 0.0, True
     while ahead:
         ahead = False
         try:
-            for leg, _ in legs(flow, mode, state, end, constants, weights, begin=phase, dense=True):
+            for leg, _ in legs(system, mode, state, end, begin=phase, dense=True):
                 yield leg
         except Broken as broken:
             if (last := broken.leg) is None:
                 return
             yield last
-            resting = _touches(flow, last, constants, weights)
+            resting = _touches(system, last)
             if resting is not None and phase < last.end < end:
                 mode, phase, ahead = resting, last.end, True
-                state = flow.held(mode, last.state, phase, constants)
+                state = system.held(mode, last.state, phase)
 
 
-def _touches(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> Mode | None:
+def _touches(system: HybridSystem, leg: Leg) -> Mode | None:
     """Return the mode at rest of slip that turns too fast to follow, None if it does not rest."""
     stiff = leg.event is not None and leg.event.ending is Ending.STIFF
     if not stiff or Status.SLOW not in leg.mode:
         return None
-    contact, now = leg.mode.index(Status.SLOW), flow.quantities.at(leg.state, leg.end, constants)
-    speed = math.hypot(*now.slip[flow.quantities.places[contact]]) * weights[contact]
+    contact, now = leg.mode.index(Status.SLOW), system.at(leg.state, leg.end)
+    speed = math.hypot(*now.slip[system.places[contact]]) * system.weights[contact]
     resting = (*leg.mode[:contact], Status.STICK, *leg.mode[contact + 1 :])
     return resting if speed < TOUCHES else None
 
@@ -151,11 +149,10 @@ def contact_motions(
     Each begins at phase zero, at a state and in a mode; None is the one that the state tells.
     """
     flow = switched_flow_of(model)
-    constants = flow_of(model).constants_of(model)
     found: list[list[ContactPiece]] = [[] for _ in flow.contacts]
     for number, (state, mode) in enumerate(starts):
         if mode is None:
-            mode = first_mode(flow, state, constants, flow.weights(state, constants))
+            mode = first_mode(hybrid_system(model, state), state)
         for leg in dense_legs(model, state, mode, length):
             if leg.polynomials is None or leg.end == leg.begin:
                 continue

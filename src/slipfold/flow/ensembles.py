@@ -19,7 +19,7 @@ from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.modes import Status, shown
 from slipfold.flow.scales import measured, measured_within
 from slipfold.flow.simulate import LARGEST, comes_to_rest, told_in_slip, unbounded_at
-from slipfold.flow.switched_flow import switched_flow_of
+from slipfold.flow.switched_flow import hybrid_system
 from slipfold.flow.switched_motion import Broken, SwitchedMotion, first_mode, legs
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -241,11 +241,10 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
 
 def _through_stick(model: Model, state: Array, phase: float) -> Array:
     """Carry a state to the end of the period, from event to event. Shapes: state (n,)."""
-    flow, constants = switched_flow_of(model), flow_of(model).constants_of(model)
-    weights = flow.weights(state, constants)
-    mode = first_mode(flow, state, constants, weights, phase)
-    state = flow.held(shown(mode), state, phase, constants)
-    for leg, _ in legs(flow, mode, state, 1.0, constants, weights, begin=phase):
+    system = hybrid_system(model, state)
+    mode = first_mode(system, state, phase)
+    state = system.held(shown(mode), state, phase)
+    for leg, _ in legs(system, mode, state, 1.0, begin=phase):
         state = leg.state
     return state
 

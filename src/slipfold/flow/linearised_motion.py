@@ -17,11 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.equations import Constants
 from slipfold.flow.modes import Ending, Mode, Status, shown
 from slipfold.flow.polynomials import UNIT, SlowPolynomials
 from slipfold.flow.release import direction_of_release
-from slipfold.flow.switched_flow import Leg, SwitchedFlow
+from slipfold.flow.switched_flow import HybridSystem, Leg
 
 SHORT = 1e-9
 """Share of a leg of slow slip that is left out before it comes to rest: there the equations are
@@ -45,20 +44,15 @@ class LinearisedMotion:
 
 
 def linearised_motion(
-    flow: SwitchedFlow,
-    start: Array,
-    passed: Sequence[tuple[Leg, Mode]],
-    constants: Constants,
-    weights: Array,
-    directions: Array,
+    system: HybridSystem, start: Array, passed: Sequence[tuple[Leg, Mode]], directions: Array
 ) -> LinearisedMotion:
     """Linearise a motion that was carried through its legs, each with the mode that follows.
 
     Shapes: start (n,); directions (n_c, k).
     """
-    variations, n = _Variations(flow, constants, weights, directions), len(start)
+    variations, n = _Variations(system, directions), len(start)
     first = passed[0][0]
-    start = flow.held(_equations_in(first), start, first.begin, constants)
+    start = system.held(_equations_in(first), start, first.begin)
     beyond = [variations.beyond(leg, after) for leg, after in passed]
     starts = np.array([start, *_starts(passed, beyond)[:-1]])
     ends, matrices, vectors = variations.carried([leg for leg, _ in passed], starts)
@@ -93,11 +87,9 @@ def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list
 class _Variations:
     """Carries variations of a motion, shape (n, n + k), through legs and events."""
 
-    def __init__(
-        self, flow: SwitchedFlow, constants: Constants, weights: Array, directions: Array
-    ) -> None:
-        self._flow, self._constants = flow, constants
-        self._weights, self._directions = weights, directions
+    def __init__(self, system: HybridSystem, directions: Array) -> None:
+        self._system, self._directions = system, directions
+        self._flow, self._constants = system.flow, system.constants
 
     def beyond(self, leg: Leg, after: Mode) -> Array:
         """Return the state after a leg, a little slip in what begins to slip in the plane."""
@@ -106,8 +98,8 @@ class _Variations:
             return state
         for contact, status in enumerate(after):
             if status is Status.SLOW and _rests(leg, contact):
-                args = self._flow, after, contact, state, leg.end, self._constants
-                slip = BEGUN / self._weights[contact] * direction_of_release(*args)
+                along = direction_of_release(self._system, after, contact, state, leg.end)
+                slip = BEGUN / self._system.weights[contact] * along
                 return self._flow.slipping(after, state, slip, leg.end, self._constants)
         return state
 
@@ -156,8 +148,8 @@ class _Variations:
         event, flow = leg.event, self._flow
         assert event is not None
         if event.ending is Ending.STOPS:
-            place = flow.quantities.places[event.which]
-            slip = np.array(flow.quantities.at(end, leg.end, self._constants).slip[place])
+            place = self._system.places[event.which]
+            slip = np.array(self._system.at(end, leg.end).slip[place])
             along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
             found = flow.slips.at(end, leg.end, self._constants, self._directions)
             states, explicit, pulls = (along @ item[place] for item in found)
@@ -196,24 +188,22 @@ def _comes_to_rest_in_the_plane(leg: Leg) -> bool:
 
 
 def left_to_touch(
-    flow: SwitchedFlow, start: Array, passed: Sequence[tuple[Leg, Mode]], constants: Constants
+    system: HybridSystem, start: Array, passed: Sequence[tuple[Leg, Mode]]
 ) -> list[float]:
     """Return least speeds of slow slip, over its size, and squares of the lengths of its stops.
 
     Of a stop and what follows only the length counts. Shapes: start (n,).
     """
-    weights, found = flow.weights(start, constants), list[float]()
+    found = list[float]()
     state, stopped, released = start, dict[int, float](), False
     for leg, after in passed:
         slow = leg.mode.index(Status.SLOW) if Status.SLOW in leg.mode else None
         stops = leg.event is not None and leg.event.ending is Ending.STOPS
         if slow is not None and not (leg.released or released or stops):
-            again = flow.run(
-                leg.mode, state, leg.begin, leg.end, constants, weights, dense=True
-            ).polynomials
+            again = system.run(leg.mode, state, leg.begin, leg.end, dense=True).polynomials
             assert isinstance(again, SlowPolynomials)
-            found += [speed * weights[slow] for speed in _least_speeds(again, len(start))]
-        for contact, place in enumerate(flow.quantities.places):
+            found += [speed * system.weights[slow] for speed in _least_speeds(again, len(start))]
+        for contact, place in enumerate(system.places):
             if place.stop - place.start < 2:
                 continue
             if leg.mode[contact] is not Status.STICK and after[contact] is Status.STICK:

@@ -22,17 +22,14 @@ from slipfold.flow.contact_state import (
     outward,
     response,
 )
-from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import Field
 from slipfold.flow.modes import REST, Mode, Status
 from slipfold.flow.polynomials import BegunPolynomials
 from slipfold.flow.stage_equations import LinearPart
-from slipfold.flow.switched_flow import POINTS, Beginning, Leg, SwitchedFlow, beginning
+from slipfold.flow.switched_flow import POINTS, Beginning, HybridSystem, Leg, beginning
 
 AT_REST = 1e-12
 """Slip, over its size, that is rounding: a contact that comes to rest with another one."""
-
-NOTHING = 2.0**-100
 
 AHEAD = 1e-6
 """Phases after which a force that grows is larger."""
@@ -41,44 +38,31 @@ GROWN = 1e-13
 """Share of what friction holds by which it is then larger than rounding alone makes it."""
 
 
-def at_rest(flow: SwitchedFlow, mode: Mode, now: ContactsNow, weights: Array) -> list[int]:
+def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> list[int]:
     """Return the closed contacts without slip."""
     return [
         contact
-        for contact, place in enumerate(flow.quantities.places)
+        for contact, place in enumerate(system.places)
         if mode[contact] is not Status.OPEN
-        and math.hypot(*now.slip[place]) * weights[contact] <= AT_REST
+        and math.hypot(*now.slip[place]) * system.weights[contact] <= AT_REST
     ]
 
 
-def unlimited(weights: Array, flow: SwitchedFlow, contact: int) -> Array:
-    """Return weights with which a contact is held by more than friction.
-
-    Shapes: weights (2 k + limits,).
-    """
-    weights = weights.copy()
-    weights[len(flow.contacts) + contact] *= NOTHING
-    return weights
-
-
 def let_go(
-    flow: SwitchedFlow,
-    mode: Mode,
-    state: Array,
-    phase: float,
-    constants: Constants,
-    weights: Array,
-    now: ContactsNow | None = None,
+    system: HybridSystem, mode: Mode, state: Array, phase: float, now: ContactsNow | None = None
 ) -> Mode:
     """Return the mode in which contacts slip that stick at their limit and soon beyond it.
 
     Shapes: state (n,).
     """
-    if Status.STICK not in mode or (flow.straight and flow.rested(state, phase, constants)[1]):
+    flow = system.flow
+    if Status.STICK not in mode:
         return mode
-    places = flow.quantities.places
-    now = flow.quantities.at(state, phase, constants) if now is None else now
-    rest = at_rest(flow, mode, now, weights)
+    if flow.straight and flow.rested(state, phase, system.constants)[1]:
+        return mode
+    places = system.places
+    now = system.at(state, phase) if now is None else now
+    rest = at_rest(system, mode, now)
     friction = friction_in(now, places, mode, rest)
     for contact, place in enumerate(places):
         most = now.holding[contact]
@@ -86,9 +70,8 @@ def let_go(
             continue
         if math.hypot(*friction[place]) < most * (1 - SLACK):
             continue
-        held = unlimited(weights, flow, contact)
-        leg = flow.run(mode, state, phase, phase + AHEAD, constants, held)
-        later = flow.quantities.at(leg.state, leg.end, constants)
+        leg = system.without_limit(contact).run(mode, state, phase, phase + AHEAD)
+        later = system.at(leg.state, leg.end)
         ahead = friction_in(later, places, mode, rest)
         grown = math.hypot(*ahead[place]) - later.holding[contact]
         if grown - (math.hypot(*friction[place]) - most) > GROWN * most:
@@ -132,13 +115,11 @@ class _Growth:
 
 
 def release(
-    flow: SwitchedFlow,
+    system: HybridSystem,
     mode: Mode,
     contact: int,
     state: Array,
     phase: float,
-    constants: Constants,
-    weights: Array,
     end: float,
     *,
     dense: bool = False,
@@ -147,51 +128,51 @@ def release(
 
     None of them goes beyond the phase `end`. Shapes: state (n,).
     """
-    first = _growth(flow, mode, contact, state, phase, constants)
-    before = _slip(flow, contact, state, phase, constants)
+    flow, constants, weights = system.flow, system.constants, system.weights
+    first = _growth(system, mode, contact, state, phase)
+    before = _slip(system, contact, state, phase)
     if first.rate > AT_ONCE * first.most:
         speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
         if np.linalg.norm(before) >= speed:  # it has begun already
             return []
         after = flow.slipping(mode, state, speed * first.along, phase, constants)
         return [Leg(mode, phase, phase, after, flow.no_energies(), None, released=True)]
-    begun = _beginning(flow, mode, contact, state, phase, constants, weights, first, before)
+    begun = _beginning(system, mode, contact, state, phase, first, before)
     until = min(end, begun.end)
     powers = flow.powers(mode, begun.stages, begun.phases, constants)
-    powers[:, [contact, len(mode) + contact]] += _corrected(flow, contact, begun, first, constants)
+    powers[:, [contact, len(mode) + contact]] += _corrected(system, contact, begun, first)
     energies = begun.integrals(until) @ powers
     seen = None
     if dense:
         least = LEAST_SEEN / weights[contact] * first.along
-        seen = _Seen(flow, mode, contact, begun, least).polynomials(until)
+        seen = _Seen(system, mode, contact, begun, least).polynomials(until)
     after = flow.held(mode, begun.at(until), until, constants)
     return [Leg(mode, phase, until, after, energies, None, True, begun, seen)]
 
 
 def _beginning(
-    flow: SwitchedFlow,
+    system: HybridSystem,
     mode: Mode,
     contact: int,
     state: Array,
     phase: float,
-    constants: Constants,
-    weights: Array,
     first: _Growth,
     before: Array,
 ) -> Beginning:
     """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
+    flow, constants = system.flow, system.constants
     field = Field(flow.of(mode), constants, constants.scales, [], LinearPart())
     # Meanwhile the contact is held by more than friction: its limit weighs nothing.
-    held, length = unlimited(weights, flow, contact), FIRST
+    held, length = system.without_limit(contact), FIRST
     why = "slip begins against its own friction"
     while length > SHORTEST:
-        leg = flow.run(stuck, state, phase, phase + length, constants, held)
+        leg = held.run(stuck, state, phase, phase + length)
         if leg.event is not None:
             why = "two contacts change while one of them begins to slip"
             length = SHRINKS * (leg.end - phase)
             continue
-        growth = _growth(flow, mode, contact, leg.state, leg.end, constants)
+        growth = _growth(system, mode, contact, leg.state, leg.end)
         time = length * constants.period
         speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
         if growth.rate > 0 and speed > 0:
@@ -202,20 +183,18 @@ def _beginning(
             states = state + shares[:, None] * (leg.state - state)
             guess = flow.all_slipping(mode, states, slips, phases, constants)
             found = beginning(field, state, phase, share * length, guess)
-            if found is not None and _like(flow, contact, found, slips[-1], constants):
+            if found is not None and _like(system, contact, found, slips[-1]):
                 return found
         length *= SHRINKS
     raise Undecided(why)
 
 
-def _corrected(
-    flow: SwitchedFlow, contact: int, begun: Beginning, first: _Growth, constants: Constants
-) -> Array:
+def _corrected(system: HybridSystem, contact: int, begun: Beginning, first: _Growth) -> Array:
     """Return what the powers of friction lack since slow slip has few digits for its direction.
 
     By how the motion goes on friction is known better. Shapes: returns (s, 2).
     """
-    place = flow.quantities.places[contact]
+    flow, constants, place = system.flow, system.constants, system.places[contact]
     nothing = np.empty((len(constants.values), 0))
     slopes = flow.slips.at(begun.stages[-1], begun.phases[-1], constants, nothing)[0][place]
     known = flow.quantities.along(begun.stages, begun.phases, constants)
@@ -233,26 +212,21 @@ def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Ar
     return np.asarray(before + time * rates * (first.along + shares * (last.along - first.along)))
 
 
-def _like(
-    flow: SwitchedFlow, contact: int, begun: Beginning, slip: Array, constants: Constants
-) -> bool:
+def _like(system: HybridSystem, contact: int, begun: Beginning, slip: Array) -> bool:
     """Whether slip ends about as it was thought to. Shapes: slip (2,)."""
-    found = _slip(flow, contact, begun.stages[-1], begun.phases[-1], constants)
+    found = _slip(system, contact, begun.stages[-1], begun.phases[-1])
     return bool(np.linalg.norm(found - slip) < NEAR * np.linalg.norm(slip))
 
 
-def _slip(
-    flow: SwitchedFlow, contact: int, state: Array, phase: float, constants: Constants
-) -> Array:
-    place = flow.quantities.places[contact]
-    return np.array(flow.quantities.at(state, phase, constants).slip[place])
+def _slip(system: HybridSystem, contact: int, state: Array, phase: float) -> Array:
+    return np.array(system.at(state, phase).slip[system.places[contact]])
 
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
     """What is shown of slip that begins: at the very first it is too slow to have a direction."""
 
-    flow: SwitchedFlow
+    system: HybridSystem
     mode: Mode
     contact: int
     begun: Beginning
@@ -264,50 +238,35 @@ class _Seen:
         return BegunPolynomials(inner, n, self._placed)
 
     def _placed(self, scaled: Array, phase: float) -> Array:
-        constants = self.begun.field.constants
+        flow, constants = self.system.flow, self.system.constants
         state = scaled * constants.scales
-        slip = _slip(self.flow, self.contact, state, phase, constants)
+        slip = _slip(self.system, self.contact, state, phase)
         if np.linalg.norm(slip) > np.linalg.norm(self.least):
             return scaled
-        return self.flow.slipping(self.mode, state, self.least, phase, constants) / constants.scales
+        return flow.slipping(self.mode, state, self.least, phase, constants) / constants.scales
 
 
-def begins(
-    flow: SwitchedFlow,
-    mode: Mode,
-    contact: int,
-    state: Array,
-    phase: float,
-    constants: Constants,
-    weights: Array,
-) -> bool:
+def begins(system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float) -> bool:
     """Whether the slow slip of a contact is still beginning. Shapes: state (n,)."""
-    slip = flow.quantities.at(state, phase, constants).slip[flow.quantities.places[contact]]
-    if math.hypot(*slip) * weights[contact] > BEGUN:
+    slip = system.at(state, phase).slip[system.places[contact]]
+    if math.hypot(*slip) * system.weights[contact] > BEGUN:
         return False
-    growth = _growth(flow, mode, contact, state, phase, constants)
+    growth = _growth(system, mode, contact, state, phase)
     return growth.rate > -SLACK * growth.most
 
 
 def direction_of_release(
-    flow: SwitchedFlow, mode: Mode, contact: int, state: Array, phase: float, constants: Constants
+    system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float
 ) -> Array:
     """Return the direction in which a contact at rest begins to slip, shape (2,).
 
     Shapes: state (n,).
     """
-    return _growth(flow, mode, contact, state, phase, constants).along
+    return _growth(system, mode, contact, state, phase).along
 
 
-def _growth(
-    flow: SwitchedFlow,
-    mode: Mode,
-    contact: int,
-    state: Array,
-    phase: float,
-    constants: Constants,
-) -> _Growth:
-    now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
+def _growth(system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float) -> _Growth:
+    now, places = system.at(state, phase), system.places
     rest = [i for i, status in enumerate(mode) if status is Status.STICK or i == contact]
     alone, change = response(now, places, mode, rest, contact)
     size = now.starting[contact]

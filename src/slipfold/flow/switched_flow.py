@@ -21,9 +21,16 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.compiled_code import OwnCopies
 from slipfold.flow.compiled_mode import STEPS, CompiledMode, ReadyMode
-from slipfold.flow.contact_state import SLACK, Arguments, ContactQuantities, Slopes, many
+from slipfold.flow.contact_state import (
+    SLACK,
+    Arguments,
+    ContactQuantities,
+    ContactsNow,
+    Slopes,
+    many,
+)
 from slipfold.flow.equations import Constants, power_of_two
-from slipfold.flow.flow import Flow
+from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.intervals import Field, Solved
 from slipfold.flow.modes import (
     REST,
@@ -438,6 +445,10 @@ class SwitchedFlow:
             [_over(slips), _over(forces), _over(self._distances(around, constants))]
         )
 
+    def system(self, state: Array, constants: Constants) -> HybridSystem:
+        """Return the hybrid system with scales about a state. Shapes: state (n,)."""
+        return HybridSystem(self, constants, self.weights(state, constants))
+
     def _distances(self, states: Array, constants: Constants) -> Array:
         """Return how far states are from the limits, shape (m, limits)."""
         if not self.limits:  # outputs take their time to compile
@@ -466,11 +477,53 @@ def _over(sizes: Array) -> Array:
     return 1 / power_of_two(np.where(largest > 0, largest, 1.0))
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class HybridSystem:
+    """The switched flow of a model at values of its parameters."""
+
+    flow: SwitchedFlow
+    constants: Constants
+    weights: Array  # one over the scales of slips, frictions, and of what limits watch
+
+    @property
+    def places(self) -> tuple[slice, ...]:
+        """Components of slip of each contact."""
+        return self.flow.quantities.places
+
+    def at(self, state: Array, phase: float) -> ContactsNow:
+        """Evaluate contacts at a state. Shapes: state (n,)."""
+        return self.flow.quantities.at(state, phase, self.constants)
+
+    def held(self, mode: Mode, state: Array, phase: float) -> Array:
+        """Return a state as the contacts of a mode hold it. Shapes: state (n,)."""
+        return self.flow.held(mode, state, phase, self.constants)
+
+    def run(
+        self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool = False
+    ) -> Leg:
+        """Integrate a state in a mode until the mode changes. Shapes: state (n,)."""
+        return self.flow.run(mode, state, begin, end, self.constants, self.weights, dense=dense)
+
+    def without_limit(self, contact: int) -> HybridSystem:
+        """Return the system in which a contact is held by more than friction."""
+        weights = self.weights.copy()
+        weights[len(self.flow.contacts) + contact] *= NOTHING
+        return HybridSystem(self.flow, self.constants, weights)
+
+
+NOTHING = 2.0**-100
+
+
 class _Own(threading.local):
     """The modes that are ready in a thread."""
 
     def __init__(self) -> None:
         self.modes: dict[Mode, ReadyMode] = {}
+
+
+def hybrid_system(model: Model, state: Array) -> HybridSystem:
+    """Return the hybrid system of a model, with scales about a state. Shapes: state (n,)."""
+    return switched_flow_of(model).system(state, flow_of(model).constants_of(model))
 
 
 def switched_flow_of(model: Model) -> SwitchedFlow:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from operator import attrgetter
@@ -14,8 +14,6 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.compiled_mode import ARRIVED, STEPS
 from slipfold.flow.contact_state import Numbers, Undecided, next_mode
-from slipfold.flow.equations import Constants
-from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.modes import (
     SLOW,
@@ -29,7 +27,7 @@ from slipfold.flow.modes import (
     status_name,
 )
 from slipfold.flow.release import AT_REST, begins, let_go, release
-from slipfold.flow.switched_flow import Leg, SwitchedFlow, switched_flow_of
+from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system
 from slipfold.models.model import Model
 
 
@@ -131,13 +129,11 @@ MAX_LEGS = 1_000
 
 
 def in_turn(
-    flow: SwitchedFlow,
+    system: HybridSystem,
     mode: Mode,
     state: Array,
     phase: float,
     further: float,
-    constants: Constants,
-    weights: Array,
     recorder: Recorder,
     ended: Callable[[Mode, Array], None],
 ) -> tuple[Mode, Array, float]:
@@ -146,6 +142,7 @@ def in_turn(
     A leg with constant rates may go somewhat further than that end, of which `ended` is told then.
     Nothing is made for a leg but what is noted. Shapes: state (n,).
     """
+    flow, constants, weights = system.flow, system.constants, system.weights
     # An event is a root that lies ahead: what begins at its limit may be beyond it already.
     if phase < 1 and mode == STUCK and not flow.rested(state, phase, constants)[1]:
         return mode, state, phase
@@ -200,14 +197,13 @@ class SwitchedMotion:
 
     def __init__(self, model: Model, start: Array) -> None:
         self.model = model
-        self.flow = switched_flow_of(model)
-        self.constants = flow_of(model).constants_of(model)
-        self.weights = self.flow.weights(start, self.constants)
+        self.system = system = hybrid_system(model, start)
+        self.flow, self.constants = system.flow, system.constants
         self.stopped: Stop | None = None
         self._period = self.constants.period
-        mode = first_mode(self.flow, start, self.constants, self.weights)
+        mode = first_mode(system, start)
         self.modes = [shown(mode)]
-        self._states = [self.flow.held(self.modes[0], start, 0.0, self.constants)]
+        self._states = [system.held(self.modes[0], start, 0.0)]
         self.recorder = Recorder([item.name for item in self.flow.contacts], self.modes[0])
 
     @property
@@ -233,12 +229,13 @@ class SwitchedMotion:
         further = FURTHER
         while (done := self.periods) < last:
             beyond = further if done + 1 < last else 0.0
-            flow, known, self.recorder.begun = self.flow, (self.constants, self.weights), done
-            if flow.straight:
-                noting = self.recorder, self._ended
-                mode, state, phase = in_turn(flow, mode, state, phase, beyond, *known, *noting)
-            args = flow, mode, state, 1.0, *known
-            closely = legs(*args, begin=phase, steadily=1 + beyond) if phase < 1 else ()
+            self.recorder.begun = done
+            if self.flow.straight:
+                args = self.system, mode, state, phase, beyond, self.recorder, self._ended
+                mode, state, phase = in_turn(*args)
+            closely: Iterable[tuple[Leg, Mode]] = ()
+            if phase < 1:
+                closely = legs(self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond)
             try:
                 for leg, after in closely:
                     self.recorder.went_on(leg.energies)
@@ -267,31 +264,27 @@ class SwitchedMotion:
         self._states.append(state)
 
 
-def first_mode(
-    flow: SwitchedFlow, start: Array, constants: Constants, weights: Array, phase: float = 0.0
-) -> Mode:
+def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
     """Return the mode in which a motion begins. Shapes: start (n,)."""
-    now = flow.quantities.at(start, phase, constants)
+    now = system.at(start, phase)
     mode, rest = [], []
-    for contact, place in enumerate(flow.quantities.places):
+    for contact, place in enumerate(system.places):
         slip = now.slip[place]
-        if flow.contacts[contact].opens and now.normal[contact] < 0:
+        if system.flow.contacts[contact].opens and now.normal[contact] < 0:
             mode.append(Status.OPEN)
-        elif math.hypot(*slip) * weights[contact] <= AT_REST:
+        elif math.hypot(*slip) * system.weights[contact] <= AT_REST:
             mode.append(Status.STICK)
             rest.append(contact)
         else:
             mode.append(_slipping(slip))
-    return next_mode(now, flow.quantities.places, tuple(mode), rest, {})
+    return next_mode(now, system.places, tuple(mode), rest, {})
 
 
 def legs(
-    flow: SwitchedFlow,
+    system: HybridSystem,
     mode: Mode,
     state: Array,
     end: float,
-    constants: Constants,
-    weights: Array,
     *,
     begin: float = 0.0,
     dense: bool = False,
@@ -301,11 +294,11 @@ def legs(
 
     A last leg with constant rates may go on steadily, to a phase beyond the end.
     """
-    phase = begin
+    flow, phase = system.flow, begin
     if flow.planar:
-        mode = _slow_where_slow(flow, mode, state, phase, constants, weights)
+        mode = _slow_where_slow(system, mode, state, phase)
     if Status.STICK in mode or Status.SLOW in mode:
-        mode, first = _begun(flow, mode, state, phase, constants, weights, end, dense=dense)
+        mode, first = _begun(system, mode, state, phase, end, dense=dense)
         for piece, after in first:
             yield piece, after
             state, phase = piece.state, piece.end
@@ -313,16 +306,16 @@ def legs(
             return
     for _ in range(MAX_CHANGES):
         until = steadily if steadily > end and flow.steady(mode) else end
-        leg = flow.run(mode, state, phase, until, constants, weights, dense=dense)
+        leg = system.run(mode, state, phase, until, dense=dense)
         if leg.event is None:
             yield leg, mode
             return
         beginning: list[Leg] = []
         try:
-            after, resting = _after(flow, leg, constants, weights)
+            after, resting = _after(system, leg)
             for contact, status in enumerate(after if flow.planar else ()):
                 if status is Status.SLOW and resting[contact] is Status.STICK:
-                    args = flow, after, contact, leg.state, leg.end, constants, weights, end
+                    args = system, after, contact, leg.state, leg.end, end
                     beginning = release(*args, dense=dense)
         except Undecided as error:
             raise Broken(_undecided(error, leg.end), leg) from None
@@ -348,29 +341,21 @@ def legs(
 
 
 def _begun(
-    flow: SwitchedFlow,
-    mode: Mode,
-    state: Array,
-    phase: float,
-    constants: Constants,
-    weights: Array,
-    end: float,
-    *,
-    dense: bool,
+    system: HybridSystem, mode: Mode, state: Array, phase: float, end: float, *, dense: bool
 ) -> tuple[Mode, list[tuple[Leg, Mode]]]:
     """Return the mode in which a motion goes on, and its first pieces if slip begins at once."""
     first = list[tuple[Leg, Mode]]()
     try:
-        slips = let_go(flow, mode, state, phase, constants, weights)
+        slips = let_go(system, mode, state, phase)
         if slips != mode:
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
             slips = _one_slow(slips, [contact])
             event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
-            first.append((Leg(mode, phase, phase, state, flow.no_energies(), event), slips))
+            first.append((Leg(mode, phase, phase, state, system.flow.no_energies(), event), slips))
         slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
-        if slow is not None and begins(flow, slips, slow, state, phase, constants, weights):
-            args = flow, slips, slow, state, phase, constants, weights, end
-            first += [(piece, slips) for piece in release(*args, dense=dense)]
+        if slow is not None and begins(system, slips, slow, state, phase):
+            pieces = release(system, slips, slow, state, phase, end, dense=dense)
+            first += [(piece, slips) for piece in pieces]
     except Undecided as error:
         raise Broken(_undecided(error, phase)) from None
     return slips, first
@@ -380,24 +365,25 @@ def _undecided(error: Undecided, phase: float) -> Stop:
     return Stop("undecided", f"{error}; start elsewhere", phase)
 
 
-def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -> tuple[Mode, Mode]:
+def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
     """Return the mode that follows an event, and the one in which all that is at rest sticks.
 
     The leg comes to rest in the latter.
     """
     event, mode = leg.event, leg.mode
     assert event is not None
-    if flow.straight and (alone := _alone(flow, leg, event, constants)) is not None:
+    flow = system.flow
+    if flow.straight and (alone := _alone(system, leg, event)) is not None:
         return alone, alone
     if event.ending in (Ending.SLOWS, Ending.QUICKENS):
         slows = event.ending is Ending.SLOWS
-        now_slow = _slow_where_slow(flow, shown(mode), leg.state, leg.end, constants, weights)
+        now_slow = _slow_where_slow(system, shown(mode), leg.state, leg.end)
         after = _with(now_slow, event.which, Status.SLOW if slows else Status.FORTH)
         after = _one_slow(after, [event.which]) if slows else after
         return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
-        raise Broken(_stop(flow, leg, event, constants), leg)
-    now, places = flow.quantities.at(leg.state, leg.end, constants), flow.quantities.places
+        raise Broken(_stop(system, leg, event), leg)
+    now, places = system.at(leg.state, leg.end), system.places
     wanted: dict[int, Status] = {}
     rest = []
     for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
@@ -416,51 +402,46 @@ def _after(flow: SwitchedFlow, leg: Leg, constants: Constants, weights: Array) -
             rest.append(contact)
             if met and event.ending is Ending.YIELDS:
                 wanted[contact] = event.towards
-        elif math.hypot(*slip) * weights[contact] <= AT_REST:
+        elif math.hypot(*slip) * system.weights[contact] <= AT_REST:
             rest.append(contact)
         elif status is Status.OPEN:
             continue  # it slips as it lands
-        elif len(slip) == 1 and float(status) * slip[0] * weights[contact] < -BACKWARDS:
+        elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -BACKWARDS:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
-    after = _one_slow(let_go(flow, after, leg.state, leg.end, constants, weights, now), rest)
+    after = _one_slow(let_go(system, after, leg.state, leg.end, now), rest)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )
     if resting != mode:
-        leg.state = flow.held(resting, leg.state, leg.end, constants)
+        leg.state = system.held(resting, leg.state, leg.end)
     return after, resting
 
 
-def _alone(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> Mode | None:
+def _alone(system: HybridSystem, leg: Leg, event: Event) -> Mode | None:
     """Return the mode that follows where nothing else can change; None if that is not so clear."""
     if event.ending is Ending.YIELDS:
         return (event.towards,)
     if event.ending is Ending.STOPS:
-        speed, holds = flow.rested(leg.state, leg.end, constants)
+        flow = system.flow
+        speed, holds = flow.rested(leg.state, leg.end, system.constants)
         if holds:
             leg.state[flow.rests_by[0]] = speed
             return STUCK
     return None
 
 
-def _slow_where_slow(
-    flow: SwitchedFlow,
-    mode: Mode,
-    state: Array,
-    phase: float,
-    constants: Constants,
-    weights: Array,
-) -> Mode:
+def _slow_where_slow(system: HybridSystem, mode: Mode, state: Array, phase: float) -> Mode:
     """Return a mode in which slow slip in the plane, the slowest, is integrated as such."""
     sliding = [
-        contact for contact, place in enumerate(flow.quantities.places)
+        contact for contact, place in enumerate(system.places)
         if mode[contact] is Status.FORTH and place.stop - place.start == 2
     ]  # fmt: skip
     if not sliding:
         return mode
-    now, places = flow.quantities.at(state, phase, constants), flow.quantities.places
+    now, places = system.at(state, phase), system.places
     speeds = {contact: math.hypot(*now.slip[places[contact]]) for contact in sliding}
+    weights = system.weights
     slowest = min(sliding, key=lambda contact: speeds[contact] * weights[contact])
     slow = speeds[slowest] * weights[slowest] < SLOW
     return _with(mode, slowest, Status.SLOW) if slow else mode
@@ -490,10 +471,10 @@ def _slipping(slip: Numbers) -> Status:
     return Status.FORTH if len(slip) == 2 or slip[0] > 0 else Status.BACK
 
 
-def _stop(flow: SwitchedFlow, leg: Leg, event: Event, constants: Constants) -> Stop:
+def _stop(system: HybridSystem, leg: Leg, event: Event) -> Stop:
     if event.ending is Ending.LIMIT:
-        limit, mode = flow.limits[event.which], flow.of(leg.mode)
-        values = mode.outputs(leg.state[None], np.array([leg.end]), constants)
+        limit, mode = system.flow.limits[event.which], system.flow.of(leg.mode)
+        values = mode.outputs(leg.state[None], np.array([leg.end]), system.constants)
         value = float(values[0, mode.output_index(limit.output)])
         return Stop(limit.name, limit.reason.format(value=value), leg.end)
     if event.ending is Ending.STIFF:

@@ -280,13 +280,13 @@ class _SwitchedGrowth(Growth):
     def carried(self, periods: int) -> Array:
         motion, before = self._motion, self._motion.periods
         motion.go_on(periods)
-        flow, constants, weights = motion.flow, motion.constants, motion.weights
+        system, constants = motion.system, motion.constants
         scales, still = motion.model.state_scales(), np.zeros((len(constants.values), 0))
         n, strobe = len(scales), motion.strobe
         found = np.empty((motion.periods - before, 1, n, n))
         for row, place in enumerate(range(before, motion.periods)):
-            passed = list(legs(flow, motion.modes[place], strobe[place], 1.0, constants, weights))
-            part = linearised_motion(flow, strobe[place], passed, constants, weights, still)
+            passed = list(legs(system, motion.modes[place], strobe[place], 1.0))
+            part = linearised_motion(system, strobe[place], passed, still)
             found[row, 0] = part.matrix * (scales / scales[:, None])
         return found
 

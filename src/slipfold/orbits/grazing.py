@@ -14,7 +14,7 @@ from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.modes import Ending, Event, Mode, Undetermined, shown
-from slipfold.flow.switched_flow import Leg, SwitchedFlow
+from slipfold.flow.switched_flow import HybridSystem, Leg, SwitchedFlow
 from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
@@ -78,13 +78,10 @@ class MarginalShooting(SwitchedShooting):
         other = type(self)(self.model, self.free, self.period, self.met, lead=0.8)
         return other, *self.moved_to(other, nodes, constants, along, rates)
 
-    def beyond(
-        self, mode: Mode, state: Array, end: float, constants: Constants, weights: Array
-    ) -> Passed:
+    def beyond(self, system: HybridSystem, mode: Mode, state: Array, end: float) -> Passed:
         """Return what follows the window; nothing where the trajectory cannot continue."""
-        flow, begin = self.switched, self._beyond
         try:
-            found = list(legs(flow, mode, state, end, constants, weights, begin=begin))
+            found = list(legs(system, mode, state, end, begin=self._beyond))
         except (Broken, Undecided, Undetermined):
             return []
         return found if found[-1][0].end <= end else []
@@ -273,7 +270,7 @@ class GrazingShooting(MarginalShooting):
         window = Leg(mode, begin, until, state, flow.no_energies(), None), mode
         if end <= self._beyond:
             return [window]
-        found = self.beyond(mode, state, end, constants, flow.weights(start, constants))
+        found = self.beyond(flow.system(start, constants), mode, state, end)
         return [window, *found] if found else []
 
     def condition(self, nodes: Array, constants: Constants) -> tuple[float, Array, Array]:

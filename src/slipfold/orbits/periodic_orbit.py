@@ -13,7 +13,7 @@ from slipfold.errors import InputError
 from slipfold.flow.contact_motion import Samples, sample_switched
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Mode, shown
-from slipfold.flow.switched_flow import switched_flow_of
+from slipfold.flow.switched_flow import hybrid_system, switched_flow_of
 from slipfold.flow.switched_motion import first_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.model import Model
@@ -332,9 +332,7 @@ class StickSlipOrbit(PeriodicOrbit):
     @cached_property
     def first_mode(self) -> Mode:
         """What its contacts do at phase zero."""
-        flow, constants = switched_flow_of(self.model), flow_of(self.model).constants_of(self.model)
-        weights = flow.weights(self.state, constants)
-        return shown(first_mode(flow, self.state, constants, weights))
+        return shown(first_mode(hybrid_system(self.model, self.state), self.state))
 
     def _samples(self, phases: Array) -> Samples:
         return sample_switched(self.model, self.state, self.first_mode, phases)

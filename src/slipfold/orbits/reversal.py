@@ -143,8 +143,7 @@ class ReversalShooting(MarginalShooting):
         slip = self._slip(beyond, until, constants)
         if not slip * float(turn.after[turn.contact]) > 0:
             return []
-        weights = flow.weights(start, constants)
-        found = self.beyond(turn.after, beyond, end, constants, weights)
+        found = self.beyond(flow.system(start, constants), turn.after, beyond, end)
         return [first, second, *found] if found else []
 
     def condition(self, nodes: Array, constants: Constants) -> tuple[float, Array, Array]:

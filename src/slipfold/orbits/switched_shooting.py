@@ -91,9 +91,8 @@ class SwitchedShooting(Shooting):
         """
         found = list[float]()
         for node, begin, end in zip(nodes, self.start, self.end, strict=True):
-            found += left_to_touch(
-                self.switched, node, self.passed(node, begin, end, constants), constants
-            )
+            system = self.switched.system(node, constants)
+            found += left_to_touch(system, node, self.passed(node, begin, end, constants))
         return min(found, default=None)
 
     def better(self, nodes: Array, constants: Constants) -> SwitchedShooting | None:
@@ -202,15 +201,12 @@ class SwitchedShooting(Shooting):
 
     def motion(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
         """Do the same; an error tells why a trajectory cannot continue. Shapes: start (n,)."""
-        flow = self.switched
-        weights = flow.weights(start, constants)
-        mode = first_mode(flow, start, constants, weights, begin)
-        state = flow.held(mode, start, begin, constants)
-        return list(legs(flow, mode, state, end, constants, weights, begin=begin))
+        system = self.switched.system(start, constants)
+        mode = first_mode(system, start, begin)
+        return list(legs(system, mode, system.held(mode, start, begin), end, begin=begin))
 
     def _mode(self, state: Array, phase: float, constants: Constants) -> Mode:
-        weights = self.switched.weights(state, constants)
-        return shown(first_mode(self.switched, state, constants, weights, phase))
+        return shown(first_mode(self.switched.system(state, constants), state, phase))
 
     def _rates(self, nodes: Array, phases: Array, constants: Constants) -> Array:
         found = np.full(nodes.shape, np.nan)
@@ -238,8 +234,8 @@ class SwitchedShooting(Shooting):
         for place, node in enumerate(nodes):
             passed = self.passed(node, float(begin[place]), float(end[place]), constants)
             if passed:
-                weights = self.switched.weights(node, constants)
-                found = linearised_motion(self.switched, node, passed, constants, weights, along)
+                system = self.switched.system(node, constants)
+                found = linearised_motion(system, node, passed, along)
                 ends[place] = passed[-1][0].state
                 matrices[place], vectors[place] = found.matrix, found.vectors
         return ends, matrices, vectors
