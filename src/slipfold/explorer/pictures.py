@@ -140,7 +140,7 @@ def _names(work: Places) -> list[str]:
     kinds: NDArray[np.str_] = work.told_kinds[0]
     return [
         f"period {period}" if kind == PERIODIC else str(kind)
-        for kind, period in zip(kinds, work.periods[0], strict=True)
+        for kind, period in zip(kinds, work.known.periods[0], strict=True)
     ]
 
 

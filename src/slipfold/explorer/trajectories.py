@@ -24,6 +24,7 @@ from slipfold.flow.simulate import (
     comes_to_rest,
     ends_of,
     initial_state,
+    settlement_of,
     slips_at_first,
     trajectory_of,
 )
@@ -195,7 +196,7 @@ def _switched(
             ]
             if values:
                 emit(_piece(motion.model, np.array(values), done, every))
-        found = trajectory_of(motion, TOLERANCE)
+        found = trajectory_of(motion, settlement_of(motion, TOLERANCE))
         if found.settlement.settled or motion.stopped is not None:
             break
     return found

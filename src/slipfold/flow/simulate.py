@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,41 +68,45 @@ def simulate(
         asked = asked or PERIODS
     else:
         model, asked = paced(model, start, asked)
-    motion, settlement = integrated(model, start, asked, tolerance, observer)
-    for _ in range(DIVISIONS):
+    for _ in range(DIVISIONS + 1):
+        motion = Motion(model, start)
+        settlement = integrate(
+            motion,
+            SMOOTH_CHECKS if asked is None else (asked,),
+            partial(motion.settlement, tolerance),
+            observer,
+        )
         if motion.stopped is None or motion.stopped.kind != "stiff" or model.forced:
             break
         model, asked = divided(model, asked)
-        motion, settlement = integrated(model, start, asked, tolerance, observer)
     return Trajectory(motion.model, motion.strobe, settlement, motion.stopped)
 
 
-def integrated(
-    model: Model,
-    start: Array,
-    asked: int | None,
-    tolerance: float,
-    observer: Observer | None = None,
-) -> tuple[Motion, Settlement]:
-    """Integrate as many periods as asked for, or until the motion settles or is interrupted."""
-    motion = Motion(model, start)
+def integrate(
+    motion: Motion | SwitchedMotion,
+    ends: Sequence[int],
+    settlement: Callable[[], Settlement],
+    observer: Observer | None,
+) -> Settlement:
+    """Integrate up to numbers of periods, until a trajectory converges, ends or is interrupted."""
+    total = ends[0] if len(ends) == 1 else None
 
-    def tell() -> None:
+    def report() -> None:
         if observer is not None:
-            observer(Progress("motion", motion.periods, asked, f"{motion.time:.6g} s"))
+            observer(Progress("motion", motion.periods, total, f"{motion.time:.6g} s"))
 
     try:
-        for count in SMOOTH_CHECKS if asked is None else (asked,):
-            motion.go_on(count - motion.periods, tell)
-            settlement = motion.settlement(tolerance)
-            if settlement.settled or motion.stopped is not None:
+        for count in ends:
+            motion.go_on(count - motion.periods, report)
+            found = settlement()
+            if found.settled or motion.stopped is not None:
                 break
     except KeyboardInterrupt:
         if observer is None:
             raise
         motion.stopped = interrupted_at(motion.time)
-        settlement = motion.settlement(tolerance)
-    return motion, settlement
+        found = settlement()
+    return found
 
 
 class Motion:
@@ -366,25 +371,9 @@ def simulate_switched(
     If `periods` is None an autonomous model is integrated until it settles. If it is observed, an
     interrupted motion is returned as far as it came. Shapes: start (n,).
     """
-    motion, ends = begun(model, start, paced=periods is None), ends_of(model, periods)
-    total = ends[0] if len(ends) == 1 else None
-
-    def tell() -> None:
-        if observer is not None:
-            observer(Progress("motion", motion.periods, total, f"{motion.time:.6g} s"))
-
-    try:
-        for count in ends:
-            motion.go_on(count - motion.periods, tell)
-            found = trajectory_of(motion, tolerance)
-            if found.settlement.settled or motion.stopped is not None:
-                break
-    except KeyboardInterrupt:
-        if observer is None:
-            raise
-        motion.stopped = interrupted_at(motion.time)
-        found = trajectory_of(motion, tolerance)
-    return found
+    motion = begun(model, start, paced=periods is None)
+    settlement = partial(settlement_of, motion, tolerance)
+    return trajectory_of(motion, integrate(motion, ends_of(model, periods), settlement, observer))
 
 
 def ends_of(model: Model, periods: int | None) -> tuple[int, ...]:
@@ -404,9 +393,8 @@ def begun(model: Model, start: Array, *, paced: bool) -> SwitchedMotion:
     return SwitchedMotion(_sized(model, start), start)
 
 
-def trajectory_of(motion: SwitchedMotion, tolerance: float) -> Trajectory:
-    """Return what has come of a motion so far, and whether it has settled."""
-    settlement = _settlement(motion, tolerance)
+def trajectory_of(motion: SwitchedMotion, settlement: Settlement) -> Trajectory:
+    """Return the trajectory so far, as data."""
     unit = 1.0 if motion.model.forced else motion.constants.period
     end = (
         motion.periods if motion.stopped is None else motion.stopped.time / motion.constants.period
@@ -451,7 +439,7 @@ def _natural(model: Model, start: Array) -> float:
     return rounded_down(math.pi / fastest)
 
 
-def _settlement(motion: SwitchedMotion, tolerance: float) -> Settlement:
+def settlement_of(motion: SwitchedMotion, tolerance: float) -> Settlement:
     """Judge whether a motion has settled, and on what."""
     model, scales = motion.model, motion.model.state_scales()
     if motion.stopped is not None:

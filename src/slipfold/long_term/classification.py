@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -154,37 +154,54 @@ CLASSES = 24
 
 
 @dataclass(frozen=True, eq=False)
-class Told:
-    """What motions do; shapes (k, ...). Of an interruption only those not undecided are told."""
+class Classified:
+    """What trajectories do, as far as it is known; shapes (k, ...), or of r runs (r, k, ...)."""
 
     kinds: NDArray[np.object_]
     periods: NDArray[np.int64]
     exponents: Array
     states: Array
     means: Array
-    interrupted: bool = False
+    changes: Array  # of the state over the period, in scales; NaN where it was not seen
+
+    @classmethod
+    def unknown(cls, kind: str, states: Array) -> Classified:
+        """Return trajectories of which the states alone are known. Shapes: states (..., n)."""
+        shape = states.shape[:-1]
+        exponents, changes = np.full((2, *shape), np.nan)
+        periods = np.zeros(shape, np.int64)
+        means = np.full_like(states, np.nan)
+        return cls(np.full(shape, kind, object), periods, exponents, states, means, changes)
+
+    def put(self, rows: Any, others: Classified) -> None:
+        """Replace a subset."""
+        for name, values in vars(others).items():
+            getattr(self, name)[rows] = values
+
+    def rows(self, rows: Any) -> Classified:
+        """Return a subset."""
+        return Classified(*(values[rows] for values in vars(self).values()))
+
+    def joined(self, others: Classified) -> Classified:
+        """Return these runs and others."""
+        pairs = zip(vars(self).values(), vars(others).values(), strict=True)
+        return Classified(*(np.concatenate(pair) for pair in pairs))
 
 
 def tell_open(
     models: list[Model], states: Array, tell: Callable[[int, int], None] = lambda done, more: None
-) -> Told:
-    """Follow each motion beside another one close to it; who is told may interrupt.
+) -> tuple[Classified, bool]:
+    """Follow each trajectory beside another one close to it; return whether that was interrupted.
 
     The exponent is the mean growth of their distance, which is made small again each period. If it
     is above zero the motion is chaotic, if it is zero within its error a torus. If it is below,
     nearby motions come to one response: averages over states of equal number modulo 24 say of what
-    period, if motions are coming nearer to these averages. What is judged when somebody interrupts
-    is kept.
+    period, if trajectories are coming nearer to these averages. After an interruption those that
+    are not yet classified are undecided.
 
     Shapes: states (k, n).
     """
-    found = Told(
-        np.full(len(states), UNDECIDED, object),
-        np.zeros(len(states), np.int64),
-        np.full(len(states), np.nan),
-        states.copy(),
-        np.full(states.shape, np.nan),
-    )
+    found = Classified.unknown(UNDECIDED, states.copy())
     rest = np.arange(len(states))
     try:
         for round_, periods in enumerate(PAIR_PERIODS):
@@ -199,8 +216,8 @@ def tell_open(
             if not len(rest):
                 break
     except KeyboardInterrupt:
-        return replace(found, interrupted=True)
-    return found
+        return found, True
+    return found, False
 
 
 class _Pairs:
@@ -250,7 +267,7 @@ class _Pairs:
         self._last[self._done % RECENT] = base
         self._done += 1
 
-    def judge(self, found: Told, rows: NDArray[np.intp]) -> None:
+    def judge(self, found: Classified, rows: NDArray[np.intp]) -> None:
         """Say what the motions do, as far as that is clear."""
         last = np.roll(self._last, -(self._done % RECENT), axis=0)
         stopped = np.array([stop is not None for stop in self._crowd.stopped])[::2]
@@ -282,7 +299,7 @@ class _Pairs:
                 if period:
                     self._set_periodic(found, row, averages[:period, place])
 
-    def _set_periodic(self, found: Told, row: int, states: Array) -> None:
+    def _set_periodic(self, found: Classified, row: int, states: Array) -> None:
         found.kinds[row], found.periods[row] = PERIODIC, len(states)
         found.means[row] = mean_state(states, self._turns)
 
@@ -327,27 +344,6 @@ BATCH = 2048
 """Motions that are followed together: between them an interruption loses nothing."""
 
 
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """What motions do, as far as it is known; shapes (k, ...)."""
-
-    kinds: NDArray[np.object_]
-    periods: NDArray[np.int64]
-    exponents: Array
-    states: Array
-    means: Array
-    changes: Array  # of the state over the period, in scales; NaN where it was not seen
-
-    def put(self, rows: NDArray[np.intp], others: Judged) -> None:
-        """Replace some of them."""
-        for name, values in vars(others).items():
-            getattr(self, name)[rows] = values
-
-    def rows(self, rows: NDArray[Any]) -> Judged:
-        """Return some of them."""
-        return Judged(*(values[rows] for values in vars(self).values()))
-
-
 class Places:
     """Motions at many values of parameters, in one run or several; what is known of them so far."""
 
@@ -367,12 +363,7 @@ class Places:
         # Off a motion that symmetry would keep unstable.
         self.start = start + PUSH * self.scales
         self.transient, self.observer = transient, observer
-        shape, n = (runs, count), len(start)
-        self.kinds = np.full(shape, NOT_DONE, object)
-        self.periods = np.zeros(shape, np.int64)
-        self.exponents = np.full(shape, np.nan)
-        self.states, self.means = np.full((2, *shape, n), np.nan)
-        self.changes = np.full(shape, np.nan)
+        self.known = Classified.unknown(NOT_DONE, np.full((runs, count, len(start)), np.nan))
         self.done, self.total = 0, runs * count * self.periods_of_a_motion
 
     @property
@@ -390,15 +381,15 @@ class Places:
     def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
         """Follow a motion in some places; return their last states, or the start if they ended."""
         found = self._followed(cells, starts)
-        self.store(run, cells, found)
-        self.store(run, cells, self._seen_again(cells, found))
+        self.known.put((run, cells), found)
+        self.known.put((run, cells), self._seen_again(cells, found))
         return np.where(np.isnan(found.states).any(axis=1, keepdims=True), self.start, found.states)
 
-    def judged(self, cells: NDArray[np.intp], starts: Array) -> Judged:
+    def judged(self, cells: NDArray[np.intp], starts: Array) -> Classified:
         """Follow motions in some places, and say what they do; none of it is stored."""
         return self._seen_again(cells, self._followed(cells, starts))
 
-    def _seen_again(self, cells: NDArray[np.intp], found: Judged) -> Judged:
+    def _seen_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
         """Follow what still comes nearer to a response once more: past a saddle it leaves again."""
         nearer = np.flatnonzero((found.periods > 0) & (found.changes > FLOOR))
         if len(nearer):
@@ -406,7 +397,7 @@ class Places:
             found.put(nearer, self._followed(cells[nearer], found.states[nearer]))
         return found
 
-    def _followed(self, cells: NDArray[np.intp], starts: Array) -> Judged:
+    def _followed(self, cells: NDArray[np.intp], starts: Array) -> Classified:
         """Follow motions once."""
         models = [self.models[cell] for cell in cells]
         total = self.periods_of_a_motion
@@ -428,58 +419,42 @@ class Places:
         window[:, stuck >= STUCK] = np.nan  # they were left where they were
         return self._judge(window, np.where(stopped[:, None], np.nan, states), sticks)
 
-    def store(self, run: int | NDArray[np.intp], cells: NDArray[np.intp], found: Judged) -> None:
-        """Store what motions of one run, or of a run each, do in some places."""
-        for name, values in vars(found).items():
-            getattr(self, name)[run, cells] = values
-
-    def stored(self, run: NDArray[np.intp], cells: NDArray[np.intp]) -> Judged:
-        """Return what is known of motions."""
-        names = Judged.__dataclass_fields__
-        return Judged(*(getattr(self, name)[run, cells] for name in names))
-
     def add_run(self, kind: str) -> None:
-        """Add a run whose motions are of one kind until something is stored."""
-        self.kinds = np.concatenate([self.kinds, np.full_like(self.kinds[:1], kind)])
-        self.periods = np.concatenate([self.periods, np.zeros_like(self.periods[:1])])
-        for name in ("exponents", "states", "means", "changes"):
-            known = getattr(self, name)
-            setattr(self, name, np.concatenate([known, np.full_like(known[:1], np.nan)]))
+        """Add a run whose trajectories are of one kind until they are classified."""
+        nowhere = np.full_like(self.known.states[:1], np.nan)
+        self.known = self.known.joined(Classified.unknown(kind, nowhere))
 
-    def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Judged:
-        """Say what motions do, as far as they repeat, stick or stopped."""
+    def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Classified:
+        """Classify trajectories, as far as they repeat, stick or stopped."""
         whole_turns = self.models[0].whole_turns
         periods = repeats_of(window.transpose(1, 0, 2), self.scales, whole_turns)
         before = window[-1 - periods, np.arange(len(states))]
         apart = without_turns(window[-1] - before, whole_turns) / self.scales
-        kinds = np.full(len(states), OPEN, object)
-        kinds[periods > 0] = PERIODIC
-        kinds[sticks] = STICKS
-        kinds[np.isnan(states).any(axis=1)] = STOPPED
-        means = np.full_like(states, np.nan)
+        found = Classified.unknown(OPEN, states)
+        found.kinds[periods > 0] = PERIODIC
+        found.kinds[sticks] = STICKS
+        found.kinds[np.isnan(states).any(axis=1)] = STOPPED
+        found.periods[:] = periods
+        found.changes[:] = np.abs(apart).max(axis=1)
         for row in np.flatnonzero(periods):
-            means[row] = mean_state(window[-periods[row] :, row], whole_turns)
-        exponents, changes = np.full(len(states), np.nan), np.abs(apart).max(axis=1)
-        return Judged(kinds, periods, exponents, states, means, changes)
+            found.means[row] = mean_state(window[-periods[row] :, row], whole_turns)
+        return found
 
     def tell_open(self) -> None:
         """Look longer at motions that neither repeat nor stick, of all runs together."""
-        runs, cells = np.nonzero(self.kinds == OPEN)
+        runs, cells = np.nonzero(self.known.kinds == OPEN)
         self.total += 2 * len(cells) * PAIR_PERIODS[0]
         for first in range(0, len(cells), BATCH):
             run, cell = runs[first : first + BATCH], cells[first : first + BATCH]
-            found, interrupted = self.judged_open(cell, self.states[run, cell])
+            found, interrupted = self.judged_open(cell, self.known.states[run, cell])
             known = (found.kinds != UNDECIDED) | (not interrupted)
-            self.store(run[known], cell[known], found.rows(known))
+            self.known.put((run[known], cell[known]), found.rows(known))
             if interrupted:
                 raise KeyboardInterrupt
 
-    def judged_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Judged, bool]:
-        """Look longer at motions; return what they do, and whether that was interrupted."""
-        told = tell_open([self.models[cell] for cell in cells], states, self._tell_pairs)
-        changes = np.full(len(cells), np.nan)
-        parts = told.kinds, told.periods, told.exponents, told.states, told.means, changes
-        return Judged(*parts), told.interrupted
+    def judged_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Classified, bool]:
+        """Look longer at trajectories; return what they do, and whether that was interrupted."""
+        return tell_open([self.models[cell] for cell in cells], states, self._tell_pairs)
 
     def _tell(self, periods: int) -> None:
         self.done += periods
@@ -493,4 +468,4 @@ class Places:
     @property
     def told_kinds(self) -> NDArray[np.str_]:
         """What the motions do, as far as that is known."""
-        return np.where(self.kinds == OPEN, NOT_DONE, self.kinds).astype(str)
+        return np.where(self.known.kinds == OPEN, NOT_DONE, self.known.kinds).astype(str)

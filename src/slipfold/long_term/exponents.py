@@ -16,7 +16,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.linearised_motion import linearised_motion
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.simulate import Motion, begun, comes_to_rest, slips_at_first, trajectory_of
+from slipfold.flow.simulate import Motion, begun, comes_to_rest, settlement_of, slips_at_first
 from slipfold.flow.switched_motion import SwitchedMotion, legs
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
@@ -275,7 +275,7 @@ class _SwitchedGrowth(Growth):
         super().__init__()
 
     def settlement(self, tolerance: float) -> Settlement:
-        return trajectory_of(self._motion, tolerance).settlement
+        return settlement_of(self._motion, tolerance)
 
     def carried(self, periods: int) -> Array:
         motion, before = self._motion, self._motion.periods

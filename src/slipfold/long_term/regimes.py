@@ -19,7 +19,7 @@ from slipfold.long_term.classification import (
     STICKS,
     TORUS,
     UNDECIDED,
-    Judged,
+    Classified,
     Places,
 )
 from slipfold.models.model import Model
@@ -62,11 +62,11 @@ def continue_to_neighbours(work: Places, grid: Rows) -> None:
 
 def _distinct(work: Places) -> Rows:
     """Return run and cell of each motion that no earlier run has in that cell."""
-    cells = np.arange(work.kinds.shape[1])
+    cells = np.arange(work.known.kinds.shape[1])
     found = []
-    for run in range(len(work.kinds)):
+    for run in range(len(work.known.kinds)):
         rows = np.full(len(cells), run)
-        new = ~_known(work, cells, work.stored(rows, cells), run)
+        new = ~_known(work, cells, work.known.rows((run, cells)), run)
         found.append(np.column_stack([rows[new], cells[new]]))
     return np.concatenate(found)
 
@@ -81,24 +81,24 @@ def _proposals(work: Places, grid: Rows, sources: Rows) -> Rows:
         # Where a sweep has this very motion, it has been in the next cell as well.
         done = (DOWN, UP)[step[1] > 0] if step[1] else None
         if done is not None:
-            swept = work.stored(np.full(len(sources), done), sources[:, 1])
-            inside &= ~_same(work, swept, work.stored(*sources.T))
+            swept = work.known.rows((done, sources[:, 1]))
+            inside &= ~_same(work, swept, work.known.rows(tuple(sources.T)))
         targets = grid[tuple(places[:, inside])]
         found.append(np.column_stack([sources[inside], targets]))
     proposals = np.concatenate(found)
     # Motions that stick are expensive, and not told apart.
-    sticks = work.kinds[proposals[:, 0], proposals[:, 1]] == STICKS
-    stuck_there = (work.kinds[:, proposals[:, 2]] == STICKS).any(axis=0)
+    sticks = work.known.kinds[proposals[:, 0], proposals[:, 1]] == STICKS
+    stuck_there = (work.known.kinds[:, proposals[:, 2]] == STICKS).any(axis=0)
     return proposals[~(sticks & stuck_there)]
 
 
 def _continued(work: Places, proposals: Rows) -> Rows:
     """Follow some proposals; store what is new, and return its runs and cells."""
     runs, cells, targets = proposals.T
-    found = work.judged(targets, work.states[runs, cells])
+    found = work.judged(targets, work.known.states[runs, cells])
     # What does not repeat soon is taken for what it was, and followed for longer if that is new.
     opened = found.kinds == OPEN
-    before = work.kinds[runs, cells]
+    before = work.known.kinds[runs, cells]
     found.kinds[opened] = np.where(np.isin(before, APERIODIC), before, UNDECIDED)[opened]
     new = ~_known(work, targets, found)
     longer = np.flatnonzero(new & opened)
@@ -111,31 +111,33 @@ def _continued(work: Places, proposals: Rows) -> Rows:
     return _stored(work, targets, found, np.flatnonzero(new))
 
 
-def _stored(work: Places, targets: Rows, found: Judged, rows: Rows) -> Rows:
+def _stored(work: Places, targets: Rows, found: Classified, rows: Rows) -> Rows:
     """Store motions that are new, one after the other; return their runs and cells."""
     kept = []
     for row in rows:
         cell, motion = targets[row : row + 1], found.rows(np.array([row]))
         if _known(work, cell, motion)[0]:
             continue
-        free = np.flatnonzero(work.kinds[:, cell[0]] == NONE)
+        free = np.flatnonzero(work.known.kinds[:, cell[0]] == NONE)
         if not len(free):
             work.add_run(NONE)
-            free = np.array([len(work.kinds) - 1])
-        work.store(free[:1], cell, motion)
+            free = np.array([len(work.known.kinds) - 1])
+        work.known.put((free[:1], cell), motion)
         kept.append((free[0], cell[0]))
     return np.array(kept, np.intp).reshape(-1, 2)
 
 
-def _known(work: Places, cells: Rows, found: Judged, runs: int | None = None) -> NDArray[np.bool_]:
+def _known(
+    work: Places, cells: Rows, found: Classified, runs: int | None = None
+) -> NDArray[np.bool_]:
     """Whether motions add nothing to what the first runs, or all of them, have in their cells."""
     known = ~np.isin(found.kinds, (PERIODIC, STICKS, *APERIODIC))
-    for run in range(len(work.kinds) if runs is None else runs):
-        known |= _same(work, work.stored(np.full(len(cells), run), cells), found)
+    for run in range(len(work.known.kinds) if runs is None else runs):
+        known |= _same(work, work.known.rows((run, cells)), found)
     return known
 
 
-def _same(work: Places, one: Judged, other: Judged) -> NDArray[np.bool_]:
+def _same(work: Places, one: Classified, other: Classified) -> NDArray[np.bool_]:
     """Whether pairs of motions cannot be told apart; of an undecided one it is not known."""
     apart = np.abs(without_turns(one.means - other.means, work.model.whole_turns) / work.scales)
     periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
@@ -201,16 +203,16 @@ def _sweep(work: Places, lines: NDArray[np.intp]) -> None:
 
 
 def _plane(work: Places, cells: tuple[int, int], interrupted: bool) -> Plane:
-    further = len(work.kinds) - len(RUNS)
-    shape = len(work.kinds), *cells
+    further = len(work.known.kinds) - len(RUNS)
+    shape = len(work.known.kinds), *cells
     return Plane(
         work.model,
         (*RUNS, *(f"continued {number}" for number in range(1, further + 1))),
         work.told_kinds.reshape(shape),
-        work.periods.reshape(shape),
-        work.exponents.reshape(shape),
-        work.states.reshape(*shape, -1),
-        work.means.reshape(*shape, -1),
+        work.known.periods.reshape(shape),
+        work.known.exponents.reshape(shape),
+        work.known.states.reshape(*shape, -1),
+        work.known.means.reshape(*shape, -1),
         interrupted,
     )
 
@@ -263,7 +265,7 @@ def resolve_regions(
     except KeyboardInterrupt:
         interrupted = True
     found: dict[int, list[RegionMotion]] = {number: [] for number in places}
-    told = zip(work.told_kinds[0], work.periods[0], work.exponents[0], strict=True)
+    told = zip(work.told_kinds[0], work.known.periods[0], work.known.exponents[0], strict=True)
     for number, place, (kind, period, exponent) in zip(numbers, values, told, strict=True):
         if kind != NOT_DONE:
             at = (float(place[0]), float(place[1]))
