@@ -131,7 +131,7 @@ class Placed(ABC):
 
 
 PHASES = 64
-"""Equidistant phases a forcing period over which a motion is averaged: of a smooth periodic one
+"""Equidistant phases a forcing period over which a trajectory is averaged: of a smooth periodic one
 that is exact but for harmonics above the 32nd."""
 
 
@@ -230,7 +230,7 @@ def _turns(found: Correction) -> bool:
 
 
 BEYOND = 0.05
-"""Share of the threshold by which the response is followed past it."""
+"""Fraction of the threshold by which the response is followed past it."""
 
 SAME = 1e-8
 """Difference of thresholds, over their size, that are the same."""
@@ -288,7 +288,7 @@ EXACT = 1e-9
 """Changes of the level, over that at the start, at which it is the least."""
 
 MET = 1e-6
-"""A demand is met within this share of its bound."""
+"""A demand is met within this fraction of its bound."""
 
 ROUNDS = 60
 

@@ -55,7 +55,7 @@ def check_power(count: int, asked: str) -> None:
 
 
 def quantiles(scatters: Sequence[Scatter], shares: Array) -> Array:
-    """Return the values that shares of all lie below. Shapes: shares (n, d); returns (n, d)."""
+    """Return the values that fractions of all lie below. Shapes: shares (n, d); returns (n, d)."""
     columns = [item.quantile(shares[:, place]) for place, item in enumerate(scatters)]
     return np.stack(columns, axis=1)
 

@@ -144,7 +144,7 @@ class Scatter:
         return float(truncnorm.std(*self._ends, self.mean, self.size))
 
     def quantile(self, share: Array) -> Array:
-        """Return the values that a share of all lies below.
+        """Return the values that a fraction of all lies below.
 
         Parameters
         ----------

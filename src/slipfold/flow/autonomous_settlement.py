@@ -21,20 +21,20 @@ from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 
 NEAR = 0.3
-"""Crossings farther from where the plane was placed than this share of the motion's extent are
-other parts of the motion."""
+"""Crossings farther from where the plane was placed than this fraction of the trajectory's extent
+are other parts of the trajectory."""
 
 CORRECTIONS = 12
 """Newton steps to a crossing; five are enough, and a step that leaves its bracket is halved."""
 
 
 ROUNDING = 1e-6
-"""Share of a step by which rounding may place a crossing beyond it."""
+"""Fraction of a step by which rounding may place a crossing beyond it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Returns:
-    """Where a motion crosses a plane, in one sense."""
+    """Where a trajectory crosses a plane, in one sense."""
 
     phases: Array  # when, shape (m,)
     states: Array  # where, shape (m, n)
@@ -47,9 +47,9 @@ class Returns:
 def find_returns(
     flow: Flow, constants: Constants, motion: DenseMotion, scales: Array, turns: Array
 ) -> Returns:
-    """Find where a motion comes back to a plane that its own end places, but for whole turns.
+    """Find where a trajectory returns to a plane through its end, but for full revolutions.
 
-    The plane stands across the motion where the speed is typical of its second half, neither at
+    The plane stands across the trajectory where the speed is typical of its second half, neither at
     rest nor in a jump.
     """
     phases = motion.phases
@@ -103,11 +103,11 @@ def _crossings(
 
 
 STEPS = (4_000, 16_000, 64_000)
-"""Steps of the integrator at the end of a motion that are looked at: a round of a smooth cycle
+"""Steps of the integrator at the end of a trajectory that are looked at: a round of a smooth cycle
 takes fifty, one with jumps a thousand."""
 
 SEVERAL, TRIED, PROBE = 100, 10, 500
-"""Intervals before the end from which on is tried whether a motion is stiff, in how many of them,
+"""Intervals before the end from which is tried whether a trajectory is stiff, in how many of them,
 and steps of each trial."""
 
 ENOUGH = 60
@@ -123,15 +123,15 @@ FEWEST = 40
 """States below which no trend can be seen."""
 
 GROWS = 2.0
-"""Factor by which a motion that grows without end exceeds what it was before."""
+"""Factor by which a trajectory that grows without end exceeds what it was before."""
 
 
 def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlement:
-    """Judge from the end of a motion whether it has settled.
+    """Judge from the end of a trajectory whether it has converged.
 
     On an equilibrium, if it is that near to one that attracts. On a cycle, if its returns to a
-    plane across it repeat as the states of a forced motion must, and the cycle attracts: in a
-    centre each round repeats the one before without any having been settled on.
+    plane across it repeat as the states of a forced trajectory must, and the cycle attracts: in a
+    centre each round repeats the one before without any having been converged to.
 
     Shapes: strobe (m, n).
 
@@ -163,7 +163,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
 
 @dataclass(frozen=True, eq=False)
 class _End:
-    """The end of a motion, integrated again as far back as asked."""
+    """The end of a trajectory, integrated again as far back as asked."""
 
     model: Model
     strobe: Array
@@ -179,17 +179,17 @@ class _End:
 
     @property
     def time(self) -> float:
-        """Seconds that the motion lasts."""
+        """Seconds that the trajectory lasts."""
         return self.unit * (len(self.strobe) - 1)
 
     def window(self, steps: int) -> DenseMotion | None:
-        """Return the motion over about so many of its last steps."""
+        """Return the trajectory over about so many of its last steps."""
         flow = flow_of(self.model)
         constants = flow.constants_of(self.model)
         return self._window(flow.dense(self.strobe[-2], constants, 1.0, steps), steps)
 
     def stiff_window(self, steps: int) -> DenseMotion | None:
-        """Return the same in implicit steps; None where the motion is not stiff."""
+        """Return the same in implicit steps; None where the trajectory is not stiff."""
         flow, whole = flow_of(self.model), len(self.strobe) - 1
         constants, several = flow.constants_of(self.model), min(SEVERAL, whole)
         for count in range(several, max(several - TRIED, 0), -1):  # in a round it is so at times
@@ -208,11 +208,11 @@ class _End:
         return flow.dense(start, constants, float(count), 4 * steps)
 
     def is_whole(self, window: DenseMotion) -> bool:
-        """Whether there is no more of the motion."""
+        """Whether there is no more of the trajectory."""
         return window.end >= len(self.strobe) - 1
 
     def returns(self, window: DenseMotion) -> Returns:
-        """Return where the end of the motion comes back to a plane across it."""
+        """Return where the end of the trajectory comes back to a plane across it."""
         flow = flow_of(self.model)
         constants = flow.constants_of(self.model)
         return find_returns(flow, constants, window, self.scales, self.model.whole_turns)
@@ -336,7 +336,7 @@ def _few(count: int, seen: float) -> str:
 
 
 def _approaches(end: _End, rest: Equilibrium) -> bool:
-    """Whether the motion comes nearer to an equilibrium as its slowest eigenvalue says."""
+    """Whether the trajectory comes nearer to an equilibrium as its slowest eigenvalue says."""
     away = np.abs((end.strobe - rest.state) / end.scales).max(axis=1)
     if len(away) < FEWEST:
         return False

@@ -25,8 +25,8 @@ LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
 """Trajectories integrated together: two registers of AVX2, one of AVX-512."""
 
 OPTIMISATION = int(os.environ.get("SLIPFOLD_OPTIMISATION", "3"))
-"""LLVM's level for integrators but that of many motions: at 0 they are compiled in a quarter of the
-time and run half as fast, which pays where a model is integrated once, as in most tests."""
+"""LLVM's level for integrators but that of many trajectories: at 0 they are compiled in a quarter
+of the time and run half as fast, which pays where a model is integrated once, as in most tests."""
 
 
 CALL = 500
@@ -34,39 +34,39 @@ CALL = 500
 80 where it passes a singularity at 1e-5."""
 
 STEEP = 50_000
-"""Steps that a motion may take without getting on where formulas turn sharply: while a contact
+"""Steps that a trajectory may take without progress where formulas turn sharply: while a contact
 creeps, the steps are as short as its rise is steep."""
 
 LONGEST = 2_000_000
-"""Steps that one motion may take to its end: two hundred thousand vibrations, or bristles a hundred
-thousand times as stiff as the load in fast slip; a few seconds."""
+"""Steps that one trajectory may take to its end: two hundred thousand vibrations, or bristles a
+hundred thousand times as stiff as the load in fast slip; a few seconds."""
 
 LONGEST_SEGMENT = 4_500
 """Steps that segments of an orbit may take: eight hundred vibrations on each. Newton's method asks
 for hundreds of them, with derivatives, also where there is no orbit."""
 
 HOPELESS = 1e-5
-"""Share of what is left of a motion that `CALL` steps must gain: less is a singularity, however
-steep the formulas are."""
+"""Fraction of what is left of a trajectory that `CALL` steps must gain: less is a singularity,
+however steep the formulas are."""
 
 STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT = int(STOPPED)
 
 
 class Rest(Protocol):
-    """Another way to go on with one motion."""
+    """Another way to continue with one trajectory."""
 
     def is_due(self, single: Any) -> bool:
-        """Whether it gets on better from where the integrator is."""
+        """Whether it progresses better from where the integrator is."""
 
     def through(self, single: Any, times: Array) -> Array:
         """Return the states of what is left at some times, shape (m, n). Shapes: times (m,)."""
 
 
 def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
-    """Integrate a batch to its ends, unless one of its motions would take too many steps.
+    """Integrate a batch to its ends, unless one of its trajectories would take too many steps.
 
-    Return which lanes arrived. The steps of one motion are up for all of them.
+    Return which lanes arrived. The steps of one trajectory are up for all of them.
     """
     free, taken = STEEP if _turns(batch) else CALL, 0
     while True:
@@ -115,7 +115,7 @@ def sampled(batch: Any, times: Array) -> Array:
 
 
 def go_on(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
-    """Integrate one motion to its end in the same way; return the last outcome.
+    """Integrate one trajectory to its end in the same way; return the last outcome.
 
     That is None from where the other way is due.
     """
@@ -136,7 +136,7 @@ def go_on(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
 
 
 def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True) -> Array:
-    """Integrate one motion through given times; return its states there, NaN from where it ends.
+    """Integrate one trajectory through given times; return its states, NaN after its end.
 
     Shapes: times (m,).
     """

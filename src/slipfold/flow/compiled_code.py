@@ -37,7 +37,7 @@ from slipfold.models.evaluation import COLUMNS, compiled_function
 class OwnCopies:
     """Integrators by name, one of each a thread.
 
-    They release Python's lock while they run, so threads run side by side; a copy takes a
+    They release Python's lock while they run, so threads run at the same time; a copy takes a
     millisecond. The originals are never run: what runs cannot be copied.
     """
 
@@ -197,7 +197,7 @@ class CompiledCode:
 
     @property
     def plain(self) -> Any:
-        """Batch of the states alone, always optimised: searches for motions run long."""
+        """Batch of the states alone, always optimised: searches for trajectories run long."""
 
         def build() -> Any:
             system = self._plain_system()
@@ -248,7 +248,7 @@ class CompiledCode:
     def curved(self, directions: int) -> Any:
         """Batch of the states, one derivative of them along a vector, and the derivatives of both.
 
-        A perturbation v is carried along by the linearised equations; differentiated it gives
+        A perturbation v is propagated along by the linearised equations; differentiated it gives
         second derivatives with v as one direction. Parameters are as for `linear`.
         """
 
@@ -483,7 +483,7 @@ def _slopes(forms: Sequence[Any], symbols: Sequence[Any], direction: Sequence[An
 
 
 MANY = 8
-"""Symbols from which on derivatives are taken all at once, in a fifth of the time. Of few each is
+"""Symbols from which derivatives are taken all at once, in a fifth of the time. Of few each is
 simplified by itself, and rounded less."""
 
 

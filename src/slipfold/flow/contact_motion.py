@@ -48,10 +48,10 @@ class Samples:
 
 
 def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[Leg]:
-    """Carry a state from phase zero to another, with all that lies between.
+    """Propagate a state from phase zero to another, with all that lies between.
 
-    A motion that cannot go on ends there; where slip in the plane touches zero it goes on from
-    rest.
+    A trajectory that cannot continue ends there; where slip in the plane grazes zero it continues
+    from rest.
     """
     system = hybrid_system(model, state)
     phase, ahead = 0.0, True
@@ -97,7 +97,7 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
                 states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
             modes[done:upto] = [leg.seen] * (upto - done)
         done, last, doing = max(done, upto), leg.state, leg.seen
-    # Where the last leg ends in an event at the last of the phases, no other one follows.
+    # Where the last smooth phase ends in an event at the last of the phases, no other one follows.
     states[done:], modes[done:] = last, [doing] * (len(phases) - done)
     return Samples(model, states, phases, modes)
 
@@ -144,7 +144,7 @@ def contact_motions(
     length: float = 1.0,
     per_period: int = 256,
 ) -> tuple[ContactMotion, ...]:
-    """Return what all contacts do in motions of some length that follow each other.
+    """Return what all contacts do in trajectories of some length that follow each other.
 
     Each begins at phase zero, at a state and in a mode; None is the one that the state tells.
     """
@@ -166,7 +166,7 @@ def contact_motions(
 
 
 def _sampled(model: Model, leg: Leg, n: int, per_period: int) -> list[ContactPiece]:
-    """Sample a leg from its begin to its end, a piece for each contact."""
+    """Sample a smooth phase from its begin to its end, a piece for each contact."""
     constants, flow = flow_of(model).constants_of(model), switched_flow_of(model)
     count = max(math.ceil(per_period * (leg.end - leg.begin)), FEWEST)
     phases = np.linspace(leg.begin, leg.end, count + 1)

@@ -22,7 +22,7 @@ from slipfold.models.output import Contact, Expression, normal_name
 
 
 class Arguments(threading.local):
-    """Their place in memory, one a thread: most calls of a motion differ in few of them."""
+    """Their place in memory, one a thread: most calls of a trajectory differ in few of them."""
 
     def __init__(self) -> None:
         self._constants: Constants | None = None
@@ -106,7 +106,7 @@ class ContactsNow(NamedTuple):
 
 
 class ContactQuantities:
-    """Evaluates what decides how contacts go on."""
+    """Evaluates what decides how contacts continue."""
 
     def __init__(self, contacts: Sequence[Contact], equations: Equations) -> None:
         ends = np.cumsum([0, *(len(contact.slip) for contact in contacts)])
@@ -163,7 +163,7 @@ TURNS = 50
 """Newton steps to the direction of slip that begins: three are enough."""
 
 SLACK = 1e-11
-"""Share of what friction holds by which rounding may place a force beyond it."""
+"""Fraction of what friction holds by which rounding may place a force beyond it."""
 
 TRIED = 7
 """Contacts at rest at one instant of which all combinations are tried."""
@@ -185,7 +185,7 @@ class _Instant:
     def forces(
         self, mode: Mode, given: Mapping[int, Numbers] | None = None
     ) -> tuple[Numbers, Numbers]:
-        """Return friction and rates of slip if the contacts go on in a mode.
+        """Return friction and rates of slip if the contacts continue in a mode.
 
         Friction in contacts that slip may be given.
         """
@@ -237,7 +237,7 @@ class _Instant:
     def response(self, mode: Mode, contact: int) -> tuple[Numbers, list[Numbers]]:
         """Return a contact's rate of slip without its friction, and its change with that.
 
-        Others go on in the mode, those that stick with whatever friction it takes.
+        Others continue in the mode, those that stick with whatever friction it takes.
         """
         place = self.places[contact]
         size = range(place.stop - place.start)
@@ -313,7 +313,7 @@ def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
 def friction_in(
     now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int]
 ) -> Numbers:
-    """Return friction if contacts, some of them at rest, go on in a mode."""
+    """Return friction if contacts, some of them at rest, continue in a mode."""
     return _Instant(now, places, tuple(rest), mode).forces(mode)[0]
 
 
@@ -331,7 +331,7 @@ def next_mode(
     rest: Sequence[int],
     wanted: Mapping[int, Status],
 ) -> Mode:
-    """Return the mode in which contacts go on.
+    """Return the mode in which contacts continue.
 
     Those at `rest` have no slip; `wanted` says what some of them are about to do.
     Sticking goes before slipping back: a contact stops where friction can hold it.

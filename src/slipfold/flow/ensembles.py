@@ -27,7 +27,8 @@ from slipfold.progress import Observer, Progress
 from slipfold.threads import cores
 
 TOGETHER = 512
-"""Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""
+"""Trajectories in a march: enough to hide what a call costs, few enough for the processor's
+cache."""
 
 CALLS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
 """Calls in a forcing period, each of a few steps."""
@@ -36,7 +37,7 @@ FIRST = 4
 """Calls in the first period, if they are of four steps."""
 
 HALVINGS = 9
-"""Times that the steps of one motion are halved before that motion is left behind."""
+"""Times that the steps of one trajectory are halved before that trajectory is left behind."""
 
 ORDER = 8
 
@@ -44,14 +45,14 @@ TOLERANCE = 1e-9
 """Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""
 
 MANY = 0.2
-"""Share of calls repeated for single motions from which on all take shorter steps."""
+"""Fraction of calls repeated for single trajectories from which all take shorter steps."""
 
 FEW = 0.02
-"""Share of them below which all may take longer ones."""
+"""Fraction of them below which all may take longer ones."""
 
 
 class March:
-    """Motions that march together.
+    """Trajectories that march together.
 
     Steps that are too long for some of them, or in which they might meet a limit, are halved for
     these alone. The number of steps in a period follows from how many that are.
@@ -67,7 +68,7 @@ class March:
         self._place = CALLS.index(FIRST * STEPS_PER_CALL // self._steps.count)
 
     def period(self, states: Array) -> Array:
-        """Carry states over a forcing period; NaN where a motion is left behind.
+        """Propagate states over a forcing period; NaN where a trajectory is left behind.
 
         Shapes: states (n, m); returns (n, m).
         """
@@ -81,7 +82,7 @@ class March:
         return self._through(states, count, every=True)[:-1]
 
     def _through(self, states: Array, calls: int, *, every: bool = False) -> Array:
-        """Carry states over a period in so many calls; return the last ones, or every one."""
+        """Propagate states over a period in so many calls; return the last ones, or every one."""
         n, work, values = self._n, self._work, self._values
         behind = np.zeros(states.shape[1], bool)
         found = np.empty((calls + 1 if every else 1, *states.shape))
@@ -116,7 +117,7 @@ class March:
         behind[which[~arrived]] = True
 
     def _in_halves(self, work: Array, left: int) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the states after some steps, and of which motions they can be trusted."""
+        """Return the states after some steps, and of which trajectories they can be trusted."""
         n = self._n
         arrived = np.full(work.shape[1], left > 0)
         if left == 0:
@@ -150,7 +151,7 @@ class March:
 
 
 class OwnMotion:
-    """One motion, a few periods at a time.
+    """One trajectory, a few periods at a time.
 
     `stuck` says whether a contact stuck or was open in the last one.
     """
@@ -167,7 +168,7 @@ class OwnMotion:
         self._before = 0
 
     def go_on(self, state: Array, periods: int, done: int = 0) -> Array:
-        """Carry a state over some periods, after some that are done, as far as it comes.
+        """Propagate a state over some periods, after some that are done, as far as it comes.
 
         Shapes: state (n,); returns (m, n), m <= periods.
         """
@@ -192,7 +193,7 @@ class OwnMotion:
         return found
 
     def _through_stick(self, state: Array, done: int) -> list[Array]:
-        """Carry a state over a period in which a contact may stick."""
+        """Propagate a state over a period in which a contact may stick."""
         if self._switched is None:
             self._switched, self._before = SwitchedMotion(self.model, state), done
         motion = self._switched
@@ -210,7 +211,7 @@ class OwnMotion:
 
 
 def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, Stop]]:
-    """Return the states at the end of the period, and why motions ended before, by their place.
+    """Return the states at the end of the period, and by index why trajectories ended before.
 
     These are no numbers. Contacts may stick on the way. Shapes: starts (k, n); phases (k,), from
     0 to 1; returns (k, n).
@@ -240,7 +241,7 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
 
 
 def _through_stick(model: Model, state: Array, phase: float) -> Array:
-    """Carry a state to the end of the period, from event to event. Shapes: state (n,)."""
+    """Propagate a state to the end of the period, from event to event. Shapes: state (n,)."""
     system = hybrid_system(model, state)
     mode = first_mode(system, state, phase)
     state = system.held(shown(mode), state, phase)
@@ -250,7 +251,7 @@ def _through_stick(model: Model, state: Array, phase: float) -> Array:
 
 
 class Crowd:
-    """Motions from one forcing period to the next; a context, in which threads are kept."""
+    """Trajectories from one forcing period to the next; a context, in which threads are kept."""
 
     def __init__(
         self,
@@ -272,7 +273,7 @@ class Crowd:
 
     @property
     def states(self) -> Array:
-        """Present states, NaN of motions that stopped, shape (k, n)."""
+        """Present states, NaN of trajectories that stopped, shape (k, n)."""
         return np.concatenate([group.states.T for group in self._groups])
 
     @property
@@ -282,18 +283,18 @@ class Crowd:
 
     @property
     def stopped(self) -> tuple[Stop | None, ...]:
-        """Why and when each motion ended early."""
+        """Why and when each trajectory ended early."""
         return tuple(stop for group in self._groups for stop in group.stopped)
 
     def go_on(self) -> None:
-        """Carry all motions over a period."""
+        """Propagate all trajectories over a period."""
         if len(self._groups) == 1:  # without the detour through another thread
             self._groups[0].go_on()
         else:
             list(self._pool.map(_Group.go_on, self._groups))
 
     def move(self, states: Array) -> None:
-        """Put motions elsewhere; those left out are NaN. Shapes: states (k, n)."""
+        """Put trajectories elsewhere; those left out are NaN. Shapes: states (k, n)."""
         first = 0
         for group in self._groups:
             some = states[first : first + len(group.models)]
@@ -302,7 +303,7 @@ class Crowd:
             first += len(group.models)
 
     def leave(self, which: NDArray[np.bool_]) -> None:
-        """Let some motions stay where they are from now on. Shapes: which (k,)."""
+        """Let some trajectories stay where they are from now on. Shapes: which (k,)."""
         first = 0
         for group in self._groups:
             group.left |= which[first : first + len(group.models)]
@@ -310,7 +311,7 @@ class Crowd:
 
 
 class _Group:
-    """Motions that march together while they can."""
+    """Trajectories that march together while they can."""
 
     def __init__(self, models: list[Model], starts: Array) -> None:
         self.models = models
@@ -331,13 +332,13 @@ class _Group:
         self._done = 0
 
     def go_on(self) -> None:
-        """Carry all motions over a period."""
+        """Propagate all trajectories over a period."""
         before = self.states
         over = self.left | self._over
         if over.all():
             return
         alone = over | self.stuck
-        # Those that go on by themselves keep their places: the state of another stands in for them.
+        # Those that continue individually keep their rows: the state of another stands in for them.
         going = np.flatnonzero(~alone)
         after = np.full_like(before, np.nan)
         if self._march is not None and len(going):
@@ -368,10 +369,12 @@ class _Group:
 
 @dataclass(frozen=True, eq=False)
 class StrobePoints:
-    """States of many motions at phase zero of each forcing period."""
+    """States of many trajectories at phase zero of each forcing period."""
 
-    states: Array  # shape (k, periods + 1, n); NaN from where a motion stopped or was interrupted
-    stopped: tuple[Stop | None, ...]  # why and when each motion ended early, length k
+    states: (
+        Array  # shape (k, periods + 1, n); NaN from where a trajectory stopped or was interrupted
+    )
+    stopped: tuple[Stop | None, ...]  # why and when each trajectory ended early, length k
     # Whether a contact stuck or was open in the period before each point, shape (k, periods + 1)
     stuck: NDArray[np.bool_]
     interrupted: bool = False
@@ -387,11 +390,12 @@ def strobe_many(
     transient: int = 0,
     threads: int | None = None,
 ) -> StrobePoints:
-    """Follow motions from many starts; each may have parameter values of its own.
+    """Follow trajectories from many starts; each may have parameter values of its own.
 
-    A motion that sticks goes on through stick by itself; one that meets another limit stops, and
-    says why. The first point kept is that after `transient` periods. Of a model that nothing forces
-    periods are intervals of its duration. If it is observed, an interruption keeps what is done.
+    A trajectory that sticks continues through stick by itself; one that meets another limit stops,
+    and says why. The first point kept is that after `transient` periods. Of a model that nothing
+    forces periods are intervals of its duration. If it is observed, an interruption keeps what is
+    done.
 
     Shapes: starts (k, n); values (k,) each.
 
@@ -428,7 +432,7 @@ def strobe_many(
 
 
 def models_with(model: Model, count: int, values: Mapping[str, ArrayLike]) -> list[Model]:
-    """Return the model of each motion."""
+    """Return the model of each trajectory."""
     columns = {}
     for name, given in values.items():
         model.variable_parameter(name)

@@ -120,8 +120,8 @@ class Constants:
     """What a flow needs to know of the parameters, and in which scales it is to be integrated."""
 
     values: Array  # coefficients, shape (n_c,); or (m, n_c), one row for each of m trajectories
-    # Typical sizes of the states, shape (n,) or (m, n). A step may make an error of the tolerance
-    # times these. States go in and come out in their own units; powers of two round nothing.
+    # Scales of the states, shape (n,) or (m, n). A step may make an error of the tolerance times
+    # these. States go in and come out in their own units; powers of two round nothing.
     scales: Array
     differentiate: Callable[[], Array] | None = None  # gives `rates`; None where they are not known
 
@@ -129,7 +129,7 @@ class Constants:
     def rates(self) -> Array:
         """Derivative of the coefficients with respect to each parameter, (n_c, n_p) or (m, ...).
 
-        Computed where they are asked for: most motions are integrated without derivatives.
+        Computed where they are asked for: most trajectories are integrated without derivatives.
         """
         assert self.differentiate is not None
         return self.differentiate()
@@ -278,7 +278,7 @@ def perturbed_system(
 ) -> list[tuple[Any, Any]]:
     r"""Add perturbations to a system.
 
-    Each column is one derivative of the motion, with respect to its start or along a change
+    Each column is one derivative of the trajectory, with respect to its start or along a change
     :math:`d_j` of coefficients,
 
     .. math:: v_j' = \partial_x f \, v_j + \partial_c f \, d_j,

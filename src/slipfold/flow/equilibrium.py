@@ -46,7 +46,7 @@ AT_REST = 1e-9
 1e-13, and users write starts with a dozen digits."""
 
 PUSH = 1e-6
-"""How far a motion is pushed off an unstable equilibrium, in scaled states: so little that it
+"""How far a trajectory is pushed off an unstable equilibrium, in scaled states: so little that it
 leaves as the linearised equations say, far more than rounding."""
 
 NEUTRAL = 1e-9
@@ -90,7 +90,7 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
 
 
 def pushed_off(model: Model, state: Array) -> Array | None:
-    """Return a state beside an unstable equilibrium that a motion would sit on for ever.
+    """Return a state beside an unstable equilibrium that a trajectory would sit on for ever.
 
     Shapes: state (n,); returns (n,).
     """
@@ -120,7 +120,8 @@ def _leaves(model: Model, state: Array, rest: Equilibrium) -> bool:
 
 
 EXPLORED = 500
-"""Steps of the integrator from which the pace of a motion is taken: ten rounds of a smooth one."""
+"""Steps of the integrator from which the pace of a trajectory is taken: ten rounds of a smooth
+one."""
 
 INTERVALS = 20
 """Intervals that these make: a round is about two of them."""
@@ -129,15 +130,15 @@ LONGEST = 8.0
 """Intervals this many times as long are divided: the integrator's steps within are bounded."""
 
 FASTEST = 12.0
-"""Angle, or growth, of the fastest eigenvalue in an interval at most: a motion that begins small
-takes longer steps at first than later."""
+"""Angle, or growth, of the fastest eigenvalue in an interval at most: a trajectory that begins
+small takes longer steps at first than later."""
 
 FARTHEST = 1e4
-"""Times of the fastest rate that are explored: a motion that slows down sets no pace."""
+"""Times of the fastest rate that are explored: a trajectory that slows down sets no pace."""
 
 
 def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int | None]:
-    """Return an autonomous model whose ``duration`` suits its motion, and how many it lasts."""
+    """Return an autonomous model whose ``duration`` suits its trajectory, and how many it lasts."""
     unit = model.values[DURATION.name]
     natural = _natural(model, state)
     if periods is None and unit == DURATION.default:
@@ -154,7 +155,7 @@ def divided(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, i
 
 
 def _natural(model: Model, state: Array) -> float:
-    """Return a time of which a motion has two or so a round, rounded to 1, 2 or 5."""
+    """Return a time of which a trajectory has two or so a round, rounded to 1, 2 or 5."""
     scales = model.state_scales()
     jacobian = evaluation_of(model).jacobian(model, state) * (scales / scales[:, None])
     if not np.isfinite(jacobian).all():

@@ -209,23 +209,24 @@ FIRST = 1 / 32
 ORDER = 8
 
 SAFELY, SHORTER, LONGER = 0.9, 0.2, 4.0
-"""Share of the step that the error allows, and by how much one may differ from that before."""
+"""Fraction of the step that the error allows, and by how much one may differ from that before."""
 
 MAX_STEPS = 600
-"""Steps after which a motion is left behind."""
+"""Steps after which a trajectory is left behind."""
 
 ROUND = 6
-"""Steps after which motions that have not arrived are put together anew."""
+"""Steps after which trajectories that have not arrived are put together again."""
 
 TOGETHER = 256
-"""Motions in a march: enough to hide what a call costs, few enough for the processor's cache."""
+"""Trajectories in a march: enough to hide what a call costs, few enough for the processor's
+cache."""
 
 MORE = 0.5
-"""Share of the fall below the ends of a step by which it may fall farther than a cubic does."""
+"""Fraction of the fall below the ends of a step by which it may fall farther than a cubic does."""
 
 REGISTERS = 16
-"""Motions are made up to a multiple of this: those left over would be computed by other code, and
-what is found of one would depend on how many there are beside it."""
+"""Trajectories are made up to a multiple of this: those left over would be computed by other code,
+and what is found of one would depend on how many there are beside it."""
 
 MAX_LINEARISED_OPERATIONS = 5_000
 """Operations compiled into a step at most; 3,000 take three seconds."""
@@ -268,7 +269,7 @@ class LinearisedSteps:
         change: Array,
         tolerance: float = TOLERANCE,
     ) -> Carried:
-        """Carry states and their derivatives over a piece of a forcing period.
+        """Propagate states and their derivatives over a piece of a forcing period.
 
         Shapes: states, scales (l, n); start (l,); coefficients, change (l, n_c).
         """
@@ -304,7 +305,7 @@ class LinearisedSteps:
         passed: _Passed,
         tolerance: float,
     ) -> NDArray[np.bool_]:
-        """Take a few steps with some motions; return which have arrived."""
+        """Take a few steps with some trajectories; return which have arrived."""
         size, count, watched = self.states * (self.states + 2), len(some), self.limits
         more = -count % REGISTERS
         work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
@@ -334,14 +335,14 @@ class LinearisedSteps:
 
 
 class _Passed:
-    """What limits watch, before and after all steps of many motions."""
+    """What limits watch, before and after all steps of many trajectories."""
 
     def __init__(self) -> None:
         self._motions = [np.empty(0, dtype=np.int64)]
         self._steps, self._seen = list[Array](), list[Array]()
 
     def add(self, some: NDArray[np.int64], steps: Array, seen: Array) -> None:
-        """Add steps of some motions. Shapes: steps (k,); seen (4 n_limits, k)."""
+        """Add steps of some trajectories. Shapes: steps (k,); seen (4 n_limits, k)."""
         self._motions.append(some)
         self._steps.append(steps)
         self._seen.append(seen)
@@ -445,7 +446,7 @@ def _build_linearised(
 
 
 def _rate(value: Any, equations: Equations) -> Any:
-    """Return how fast a value changes along the motion, in phase."""
+    """Return how fast a value changes along the trajectory, in phase."""
     terms = [
         hy.diff(value, state) * rate
         for state, rate in zip(equations.states, equations.rates, strict=True)

@@ -40,7 +40,7 @@ from slipfold.models.evaluation import COLUMNS, carried_whole
 from slipfold.models.model import Kind, Model
 
 MANY = 8_000
-"""Steps of a motion that is not stiff in its first period, at most."""
+"""Steps of a trajectory that is not stiff in its first period, at most."""
 
 TINY = 1e-300
 """Length of a step that is taken for what is known before it."""
@@ -88,7 +88,7 @@ class Flow(Evaluated):
     # -- trajectories --------------------------------------------------------------------------
 
     def advance(self, states: Array, start: Array, end: Array, constants: Constants) -> Array:
-        """Carry states from one phase to another.
+        """Propagate states from one phase to another.
 
         Shapes: states (m, n); start, end (m,); returns (m, n).
         """
@@ -102,7 +102,7 @@ class Flow(Evaluated):
     def sample(
         self, states: Array, start: Array, end: Array, count: int, constants: Constants
     ) -> Array:
-        """Carry states from one phase to another and keep equidistant samples.
+        """Propagate states from one phase to another and keep equidistant samples.
 
         Shapes: states (m, n); start, end (m,); returns (m, count, n).
         """
@@ -116,7 +116,7 @@ class Flow(Evaluated):
         return samples
 
     def along(self, states: Array, phases: Array, constants: Constants) -> Array:
-        """Carry states along phases of their own.
+        """Propagate states along phases of their own.
 
         Shapes: states (m, n); phases (m, p); returns (m, p, n).
         """
@@ -134,7 +134,7 @@ class Flow(Evaluated):
     def linearise(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array, Array]:
-        """Carry states and their derivatives from one phase to another.
+        """Propagate states and their derivatives from one phase to another.
 
         Shapes: states (m, n); start, end (m,); directions (n_c, k), or (m, n_c, k); returns ends
         (m, n), matrices (m, n, n), vectors (m, n, k).
@@ -157,7 +157,7 @@ class Flow(Evaluated):
     def _columns(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array]:
-        """Carry states and their derivatives, a few columns of these at a time.
+        """Propagate states and their derivatives, a few columns of these at a time.
 
         Shapes: states (m, n); returns ends (m, N), derivatives (m, N, n + k).
         """
@@ -302,7 +302,7 @@ class Flow(Evaluated):
         some: slice,
         beyond: Array | None,
     ) -> Any:
-        """Carry as many jets as there are lanes to the last of the nodes that are passed.
+        """Propagate as many jets as there are lanes to the last of the nodes that are passed.
 
         Directions are of scaled states.
         """
@@ -322,7 +322,7 @@ class Flow(Evaluated):
     def trajectory(
         self, state: Array, constants: Constants, grid: Array, *, patient: bool = True
     ) -> Array:
-        """Carry one state along a grid of phases, one step after the other.
+        """Propagate one state along a grid of phases, one step after the other.
 
         Shapes: state (n,); grid (m,); returns (m, n).
         """
@@ -331,7 +331,7 @@ class Flow(Evaluated):
         return pass_through(single, grid, takeover, patient=patient) * constants.scales
 
     def is_stiff(self, state: Array, constants: Constants) -> bool:
-        """Whether a motion over the first period had better go on in implicit steps.
+        """Whether a trajectory over the first period had better continue in implicit steps.
 
         Shapes: state (n,).
         """
@@ -342,7 +342,7 @@ class Flow(Evaluated):
     def dense(
         self, state: Array, constants: Constants, end: float, steps: int
     ) -> DenseMotion | None:
-        """Carry a state of an autonomous model over some steps, and keep all that lies between.
+        """Propagate a state of an autonomous model over some steps, and keep all that lies between.
 
         None where not even one step can be taken.
 
@@ -360,7 +360,7 @@ class Flow(Evaluated):
         return output and DenseMotion(np.array(output.times), output, constants.scales)
 
     def _set_out(self, state: Array, constants: Constants, phase: float) -> Any:
-        """Return the integrator of one motion at its beginning."""
+        """Return the integrator of one trajectory at its beginning."""
         single = self._code.single
         single.time = phase
         forget(single)

@@ -29,7 +29,7 @@ CHUNK = 16
 ARRIVED = int(hy.taylor_outcome.time_limit)
 
 STANDSTILL = 1e-9
-"""A last step shorter than this share of a period is one before a singularity."""
+"""A last step shorter than this fraction of a period is one before a singularity."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Stop:
 
 
 class Strobe(NamedTuple):
-    """States after some forcing periods, shape (m, n), why the motion ended, if it did.
+    """States after some forcing periods, shape (m, n), why the trajectory ended, if it did.
 
     And how many periods took implicit steps.
     """
@@ -75,13 +75,13 @@ class GuardedFlow:
         self._flow: Flow = flow_of(model)
         self._forced = model.forced
         self._whole_turns = model.whole_turns
-        # The more turns an angle has made, the larger the errors of steps: begin each period anew.
+        # The more turns an angle has made, the larger the errors of steps: begin each period again.
         self._together = 1 if self._whole_turns.any() else CHUNK
         self._watched = [self._flow.output_index(limit.output) for limit in model.limits]
         self._bounds = np.array([limit.bound for limit in model.limits])
 
     def strobe(self, state: Array, periods: int, constants: Constants) -> Array:
-        """Return the states after each of some forcing periods, as far as the motion comes.
+        """Return the states after each of some forcing periods, as far as the trajectory comes.
 
         Shapes: state (n,); returns (periods + 1, n).
         """
@@ -96,7 +96,7 @@ class GuardedFlow:
         before: int = 0,
         weights: Array | None = None,
     ) -> Iterator[Strobe]:
-        """Carry a state over forcing periods, a few at a time; the phase restarts with them.
+        """Propagate a state over forcing periods, a few at a time; the phase restarts with them.
 
         Shapes: state (n,).
         """
@@ -176,7 +176,7 @@ class GuardedFlow:
     def _implicitly(
         self, takeover: Takeover, integrator: Any, constants: Constants, done: float
     ) -> Strobe:
-        """Go on to the end of a period in implicit steps."""
+        """Continue to the end of a period in implicit steps."""
         motion = takeover.motion(integrator, 1.0, watch=self._margins(constants))
         met, time = motion.state * constants.scales, (done + motion.phase) * constants.period
         if motion.end is End.ARRIVED:
@@ -225,7 +225,7 @@ class GuardedFlow:
         return Stop(limit.name, limit.reason.format(value=value), time)
 
     def weights(self, state: Array, constants: Constants) -> Array:
-        """Return one over the sizes of what is watched, which counts in the length of a step.
+        """Return one over the scales of what is watched, which counts in the length of a step.
 
         Shapes: state (n,).
         """

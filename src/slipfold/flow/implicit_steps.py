@@ -28,17 +28,17 @@ POINTS = radau_points(8)
 those within with the 9th."""
 
 TOLERANCE = 1e-11
-"""Share of the states that the last term of a step's polynomial may make: the first term that is
+"""Fraction of the states that the last term of a step's polynomial may make: the first term that is
 left out is smaller by as much as it is smaller than the one before."""
 
 MOST = 20_000
-"""Steps of a motion at most: a hundred forcing periods of stiff slip, ten seconds."""
+"""Steps of a trajectory at most: a hundred forcing periods of stiff slip, ten seconds."""
 
 SHORTEST = 1e-14
-"""Length of a step, over that of the motion, below which there is a singularity."""
+"""Length of a step, over that of the trajectory, below which there is a singularity."""
 
 BEGIN = 0.01
-"""Share of its size by which a motion may change in the first step that is tried."""
+"""Fraction of its size by which a trajectory may change in the first step that is tried."""
 
 SAFETY, SHRINKS, GROWS = 0.85, 0.1, 3.0
 """Of the length that the error allows, and how much a step may differ from the one before."""
@@ -49,7 +49,7 @@ a thousandth of what an output changes in the step."""
 
 
 class End(Enum):
-    """How a motion ended."""
+    """How a trajectory ended."""
 
     ARRIVED = auto()
     MET = auto()  # a limit
@@ -59,7 +59,7 @@ class End(Enum):
 
 @dataclass(frozen=True, eq=False)
 class ImplicitMotion:
-    """A motion in scaled states, as far as it came."""
+    """A trajectory in scaled states, as far as it came."""
 
     polynomials: StepPolynomials | None  # None of one without a single step
     end: End
@@ -79,7 +79,7 @@ def implicit_motion(
     points: CollocationPoints = POINTS,
     tolerance: float = TOLERANCE,
 ) -> ImplicitMotion:
-    """Carry a scaled state from one phase to another, or to where what is watched is not positive.
+    """Propagate a scaled state to another phase, or to where what is watched is not positive.
 
     Shapes: state (n,).
     """
@@ -182,7 +182,7 @@ order 16 is stable up to six or so, and what it resolves it resolves in a few te
 
 
 class Takeover:
-    """Goes on implicitly from where one motion's integrator is."""
+    """Goes on implicitly from where one trajectory's integrator is."""
 
     def __init__(self, flow: Evaluated, constants: Constants) -> None:
         self.field = Field(flow, constants, constants.scales, [], LinearPart())
@@ -201,12 +201,12 @@ class Takeover:
     def motion(
         self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST
     ) -> ImplicitMotion:
-        """Return the rest of a motion up to an end."""
+        """Return the rest of a trajectory up to an end."""
         state, phase = np.array(single.state), float(single.time)
         return implicit_motion(self.field, state, phase, end, watch=watch, most=most)
 
     def period(self, state: Array) -> DenseMotion | None:
-        """Return a motion over the first period, None where it does not come to its end.
+        """Return a trajectory over the first period, None where it does not come to its end.
 
         Shapes: state (n,).
         """
@@ -217,7 +217,7 @@ class Takeover:
         return DenseMotion(times, known.polynomials, self.field.scales, implicit=True)
 
     def through(self, single: Any, times: Array) -> Array:
-        """Return the states of the rest of a motion at some times, NaN where it does not come.
+        """Return the states of the rest of a trajectory at some times, NaN where it does not come.
 
         Shapes: times (p,); returns (p, n).
         """
@@ -229,7 +229,7 @@ class Takeover:
         return states
 
     def matrices(self, motion: DenseMotion, edges: Array) -> Array:
-        """Return the derivatives of a motion's scaled states from one of some phases to the next.
+        """Return the derivatives of scaled states at some phases by those at the phases before.
 
         Shapes: edges (m + 1,); returns (m, n, n).
         """

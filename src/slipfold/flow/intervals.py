@@ -23,13 +23,13 @@ STILL = 1e-10
 """A step this short, in scaled states, is the last one: what it leaves is rounding."""
 
 EXACT = 1e-13
-"""Steps with old derivatives go on until they are this short."""
+"""Steps with old derivatives continue until they are this short."""
 
 CHORDS = 8
 """Steps with old derivatives before new ones are taken."""
 
 SLOWEST = 0.3
-"""Share of the step before that one with old derivatives may still be long."""
+"""Fraction of the step before that one with old derivatives may still be long."""
 
 FAR = 1e6
 """Steps longer than this, in scaled states, lead nowhere."""

@@ -23,8 +23,8 @@ from slipfold.flow.release import direction_of_release
 from slipfold.flow.switched_flow import HybridSystem, Leg
 
 SHORT = 1e-9
-"""Share of a leg of slow slip that is left out before it comes to rest: there the equations are
-singular, and what happens to perturbations in so short a time is of second order."""
+"""Fraction of a smooth phase of slow slip that is left out before it comes to rest: there the
+equations are singular, and what happens to perturbations in so short a time is of second order."""
 
 BEGUN = 1e-9
 """Slip in the plane, over its size, with which slip begins that grows at once: less has too few
@@ -37,7 +37,7 @@ UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 
 @dataclass(frozen=True, eq=False)
 class LinearisedMotion:
-    """Derivatives of a motion's end, by its beginning and along changes of the coefficients."""
+    """Derivatives of a trajectory's end, by its beginning and along changes of the coefficients."""
 
     matrix: Array  # shape (n, n)
     vectors: Array  # shape (n, k)
@@ -46,7 +46,7 @@ class LinearisedMotion:
 def linearised_motion(
     system: HybridSystem, start: Array, passed: Sequence[tuple[Leg, Mode]], directions: Array
 ) -> LinearisedMotion:
-    """Linearise a motion that was carried through its legs, each with the mode that follows.
+    """Linearise a trajectory of some smooth phases, each with the mode that follows.
 
     Shapes: start (n,); directions (n_c, k).
     """
@@ -69,15 +69,15 @@ def linearised_motion(
 
 
 def _equations_in(leg: Leg) -> Mode:
-    """Return the mode whose equations hold in a leg."""
+    """Return the mode whose equations hold in a smooth phase."""
     return shown(leg.mode)
 
 
 def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list[Array]:
-    """Return the states from which motions go on after each leg."""
+    """Return the states from which trajectories continue after each smooth phase."""
     found = list[Array]()
     for place, (leg, _) in enumerate(passed):
-        # Where a motion begins so, its state is all that is known.
+        # Where a trajectory begins so, its state is all that is known.
         at_once = bool(found) and leg.released and leg.beginning is None
         follows = place + 1 < len(passed) and passed[place + 1][0].beginning is not None
         found.append(found[-1] if at_once else leg.state if follows else beyond[place])
@@ -85,7 +85,7 @@ def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list
 
 
 class _Variations:
-    """Carries variations of a motion, shape (n, n + k), through legs and events."""
+    """Propagates variations of a trajectory, shape (n, n + k), through smooth phases and events."""
 
     def __init__(self, system: HybridSystem, directions: Array) -> None:
         self._system, self._directions = system, directions
@@ -104,7 +104,7 @@ class _Variations:
         return state
 
     def carried(self, legs: Sequence[Leg], starts: Array) -> tuple[Array, Array, Array]:
-        """Return the ends of legs with their derivatives, those of one mode side by side.
+        """Return the ends of smooth phases with their derivatives, those of one mode in one batch.
 
         Shapes: starts (m, n); returns (m, n), (m, n, n), (m, n, k).
         """
@@ -174,7 +174,7 @@ class _Variations:
 
 
 def _rests(leg: Leg, contact: int) -> bool:
-    """Whether a contact has no slip at the end of a leg."""
+    """Whether a contact has no slip at the end of a smooth phase."""
     event = leg.event
     stops = event is not None and event.ending is Ending.STOPS and event.which == contact
     return stops or leg.mode[contact] is Status.STICK
@@ -215,7 +215,7 @@ def left_to_touch(
 
 
 def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
-    """Return the minima of a speed inside of a leg, in m/s."""
+    """Return the minima of a speed inside of a smooth phase, in m/s."""
     inner, found = slow.inner, list[float]()
     for begin, end, powers in zip(inner.times, inner.times[1:], inner.tcs[:, n], strict=False):
         slopes = np.polynomial.polynomial.polyder(powers)

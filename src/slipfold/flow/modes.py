@@ -256,7 +256,7 @@ PHASE, END = hy.expression("phase in slow slip"), hy.expression("phase asked for
 
 
 class Ending(Enum):
-    """Why a motion does not go on in its mode."""
+    """Why a trajectory does not continue in its mode."""
 
     STOPS = "slip comes to an end"
     SLOWS = "slip in the plane becomes slow"

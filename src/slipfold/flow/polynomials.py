@@ -17,7 +17,7 @@ UNIT = 64.0
 
 @dataclass(frozen=True, eq=False)
 class DenseMotion:
-    """A motion of an autonomous model over some steps of the integrator."""
+    """A trajectory of an autonomous model over some steps of the integrator."""
 
     phases: Array  # where the steps begin and end, from zero on, shape (m,)
     polynomials: Any  # maps phases to states in units of the scales
@@ -56,7 +56,7 @@ class StepPolynomials:
         return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])
 
     def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
-        """Return states and times after shares of each step, and the rate of time with the share.
+        """Return states and times after fractions of each step, and the rate of time with them.
 
         Shapes: shares (p,); returns (m, p, n), (m, p), (m, p).
         """
@@ -78,7 +78,7 @@ def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomia
         outcome = int(found)
         coefficients.append(np.array(integrator.tc))
         times.append(float(integrator.time))
-        # Outcomes from zero on are events at which the integrator goes on.
+        # Outcomes from zero on are events at which the integrator continues.
         if outcome != SUCCESS and outcome < 0:
             return outcome, StepPolynomials(times, coefficients)
     return STEP_LIMIT, StepPolynomials(times, coefficients)
@@ -107,7 +107,7 @@ class SlowPolynomials:
         return self._stated(self.inner(self.inner.times[steps] + within))
 
     def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
-        """Return states and phases after shares of each step, and the rate of the phase with them.
+        """Return states and phases after fractions of each step, and the rate of the phase.
 
         Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
         """
@@ -153,7 +153,7 @@ class BegunPolynomials:
         return np.array([self._placed(*item) for item in zip(known, phases, strict=True)])
 
     def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
-        """Return states and phases after shares of each step, and the rate of the phase with them.
+        """Return states and phases after fractions of each step, and the rate of the phase.
 
         Shapes: shares (p,); returns (steps, p, n), (steps, p), (steps, p).
         """

@@ -35,7 +35,7 @@ AHEAD = 1e-6
 """Phases after which a force that grows is larger."""
 
 GROWN = 1e-13
-"""Share of what friction holds by which it is then larger than rounding alone makes it."""
+"""Fraction of what friction holds by which it is then larger than rounding alone makes it."""
 
 
 def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> list[int]:
@@ -88,7 +88,7 @@ INSTANT, FIRST = 1e-13, 0.01
 """Phases taken for the beginning of slip: where it grows at once, and at most where it does not."""
 
 SHRINKS, SHORTEST = 0.3, 1e-6
-"""Share of a time to go on with that was too long, and phases below which there is none."""
+"""Fraction of a time to continue with that was too long, and phases below which there is none."""
 
 TERMS = 25.0
 """Terms of the series in which slip grows that fall, at the end of its beginning: so many leave an
@@ -192,7 +192,7 @@ def _beginning(
 def _corrected(system: HybridSystem, contact: int, begun: Beginning, first: _Growth) -> Array:
     """Return what the powers of friction lack since slow slip has few digits for its direction.
 
-    By how the motion goes on friction is known better. Shapes: returns (s, 2).
+    By how the trajectory continues friction is known better. Shapes: returns (s, 2).
     """
     flow, constants, place = system.flow, system.constants, system.places[contact]
     nothing = np.empty((len(constants.values), 0))
@@ -206,7 +206,7 @@ def _corrected(system: HybridSystem, contact: int, begun: Beginning, first: _Gro
 
 
 def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Array) -> Array:
-    """Return slip after shares of a time by how it grows at both ends. Shapes: shares (p,)."""
+    """Return slip after fractions of a time by how it grows at both ends. Shapes: shares (p,)."""
     shares = shares[:, None]
     rates = first.rate * shares + (last.rate - first.rate) * shares**2 / 2
     return np.asarray(before + time * rates * (first.along + shares * (last.along - first.along)))

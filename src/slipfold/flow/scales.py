@@ -25,10 +25,10 @@ ENOUGH = 0.1
 
 WEAK = 0.1
 """Where a state drives another that does not act back, their ratio is that of a coupling back with
-this share of the typical rate."""
+this fraction of the typical rate."""
 
 NEGLIGIBLE = 1e-100
-"""Share of the largest entry below which one couples nothing: what follows from it overflows."""
+"""Fraction of the largest entry below which one couples nothing: what follows from it overflows."""
 
 
 def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
@@ -95,7 +95,7 @@ def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
 
 FAST = 64.0
 """Vibrations this many times faster than the slowest one, and than the forcing, carry none of the
-motion: they follow it. A chain of forty masses has none, a beam of three elements has."""
+trajectory: they follow it. A chain of forty masses has none, a beam of three elements has."""
 
 VIBRATES = 1e-9
 """Imaginary part of an eigenvalue, over the fastest rate, that rounding may feign."""
@@ -189,7 +189,8 @@ def linear_response(
 
 
 PERIODS = 8
-"""Forcing periods of the motion looked at: a resonance shows, and what runs away has not yet."""
+"""Forcing periods of the trajectory looked at: a resonance shows, and what runs away has not
+yet."""
 
 SAMPLES = 16
 """Samples of it in a forcing period."""
@@ -199,13 +200,13 @@ LEAST = 1 / 8
 displacements alone, and what follows it vibrates faster."""
 
 ROUNDING = 1e-9
-"""Motion smaller than this share of the displacement at rest is rounding."""
+"""Trajectory smaller than this fraction of the displacement at rest is rounding."""
 
 ROUNDING_OF_ZERO = 1e-15
-"""Share of the start, or of what the forcing moves, below which a state at rest is zero."""
+"""Fraction of the start, or of what the forcing moves, below which a state at rest is zero."""
 
 BENT = 0.5
-"""Share of the linear rates that the others make up where a motion counts as large."""
+"""Fraction of the linear rates that the others make up where a trajectory counts as large."""
 
 SMALL = 1e-6
 """The same share that may be no more than rounding."""
@@ -224,10 +225,10 @@ def measured(
     motion: Array | None = None,
     start: Array | None = None,
 ) -> Model:
-    """Return a model that knows the typical sizes of its states, where it declares none.
+    """Return a model that knows the characteristic scales of its states, where it declares none.
 
     The ratios of coupled states are those that balance the linearised equations. How large all of
-    them are shows in a motion; where nothing moves them, in the distance from rest at which the
+    them are shows in a trajectory; where nothing moves them, in the distance from rest at which the
     equations stop being linear; else in the state of rest itself. All of this is the same in any
     units. Sizes are powers of two.
 
@@ -271,7 +272,7 @@ class _Look:
     # The model and its flow
     model: Model
     flow: Flow
-    start: Array  # state from which motions start
+    start: Array  # state from which trajectories start
 
     @cached_property
     def rest(self) -> Array:
@@ -308,7 +309,7 @@ class _Look:
         return loops_of(self.flow.equations.feeds)
 
     def moved(self, motion: Array | None) -> Array:
-        """Sizes that a motion shows."""
+        """Sizes that a trajectory shows."""
         if motion is None:
             reached = self._reached() if self.model.forced else np.zeros(len(self.rest))
         else:
@@ -370,14 +371,14 @@ class _Look:
         return largest_in(self.groups, np.nan_to_num(values))
 
     def _reached(self) -> Array:
-        """Amplitudes of the motion from rest: their median over forcing periods."""
+        """Amplitudes of the trajectory from rest: their median over forcing periods."""
         rates = self._around(self.rest)[0]
         pushed = self._in_group(np.ptp(rates, axis=0) / self.ratios)
         if not _largest(pushed) > 0:
             return pushed
         sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
         sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
-        if self.slow is not None:  # a motion would take very many steps
+        if self.slow is not None:  # a trajectory would take very many steps
             constants = self.flow.constants(self.model.vector)
             nodes = linear_response(self.flow, constants, self.ratios, SAMPLES, self.start)
             return np.asarray(np.ptp(nodes, axis=0) / 2)

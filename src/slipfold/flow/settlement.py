@@ -29,7 +29,7 @@ TREND = 0.9
 
 @dataclass(frozen=True, repr=False)
 class Settlement:
-    """Whether a trajectory has settled, and how that was judged.
+    """Whether a trajectory has converged, and how that was judged.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ class Settlement:
     message
         A sentence for the user.
     duration
-        Seconds that one round of a cycle takes; None if it settled on none.
+        Seconds that one round of a cycle takes; None if it converged to none.
     kind
         ``"response"`` of a forced model, ``"cycle"`` or ``"equilibrium"`` of an autonomous one;
         None if not settled.
     turns
-        Whole turns of each angle in that response, by name; empty if not settled.
+        Full revolutions of each angle in that response, by name; empty if not settled.
     """
 
     settled: bool
@@ -141,7 +141,7 @@ def trends_of(scaled: Array, turns: Array = NO_TURNS) -> list[Trend]:
 def judge_settlement(
     strobe: Array, scales: Array, tolerance: float, turns: Array = NO_TURNS
 ) -> Settlement:
-    """Judge from the states at phase zero whether a trajectory has settled.
+    """Judge from the states at phase zero whether a trajectory has converged.
 
     Shapes: strobe (m, n); scales (n,); turns (n,), of angles.
 
@@ -185,7 +185,7 @@ def _measure(scaled: Array, turns: Array, period: int) -> Trend:
 def _shortest(trends: list[Trend], settled: Trend, tolerance: float) -> Trend:
     """Return the shortest period of which the settled one is a multiple but for errors.
 
-    A multiplier near minus one makes a response alternate that settles on period 1. Each of two
+    A multiplier near minus one makes a response alternate that converges to period 1. Each of two
     states is known within the tolerance, once those of one more period have faded.
     """
     fading = min(settled.rate or 1.0, 1.0) ** settled.period
@@ -261,7 +261,7 @@ ROUNDS = 4
 def judge_changes(
     changes: list[Change], scales: Array, tolerance: float, unit: float, time: float
 ) -> Settlement:
-    """Judge from the last changes whether a motion repeats itself.
+    """Judge from the last changes whether a trajectory repeats itself.
 
     Of a cycle of k changes the last rounds must have the same modes in the same order. It is
     settled where states differ by less than the tolerance from round to round, and by as much as

@@ -31,7 +31,7 @@ COMPARED = "?"
 class Operand:
     """What an operation acts on."""
 
-    # Which operation it is the result of; None for what is constant along a motion
+    # Which operation it is the result of; None for what is constant along a trajectory
     index: int | None
     exponent: float = 1.0  # power to which it is raised; NaN if that is a parameter
 
@@ -45,7 +45,7 @@ class Operation:
     operands: tuple[Operand, ...]  # what it acts on, in order
     needed: tuple[int, ...]  # operations that its series needs beside those it acts on
     expression: Expression  # its value in the symbols of the equations
-    moves: bool  # whether it changes along a motion
+    moves: bool  # whether it changes along a trajectory
 
 
 def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tuple[Operation, ...]:
@@ -216,7 +216,7 @@ COOLDOWN = 1e-10
 VERSION = f"turns of powers, unfed apart, no corners={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
 """What is compiled with other events differs."""
 
-# Where a motion with events ends in NaN, heyoka warns on the terminal; here that is data.
+# Where a trajectory with events ends in NaN, heyoka warns on the terminal; here that is data.
 hy.set_logger_level_error()
 
 
@@ -391,7 +391,7 @@ def _addends(operations: Sequence[Operation], index: int) -> Iterator[tuple[int 
 
 
 def _bends(operations: Sequence[Operation], index: int | None, exponent: float = 1.0) -> bool:
-    """Whether something is not linear, and its edges are not known by themselves."""
+    """Whether something is not linear, and its edges are not known individually."""
     if index is None:
         return False
     operation = operations[index]

@@ -30,16 +30,16 @@ from slipfold.progress import Observer, Progress
 from slipfold.text.stability import turns_text
 
 PERIODS = 1000
-"""Forcing periods of a motion by default."""
+"""Forcing periods of a trajectory by default."""
 
 DIVISIONS = 4
-"""Times that intervals are divided where a motion becomes faster than it began."""
+"""Times that intervals are divided where a trajectory becomes faster than it began."""
 
 LARGEST = 1e12
-"""Size in scales beyond which a motion has left whatever its equations mean."""
+"""Size in scales beyond which a trajectory has left whatever its equations mean."""
 
 SMOOTH_CHECKS = (1000, 4000, 16000)
-"""Intervals after which an autonomous motion is judged, and ended if it has settled."""
+"""Intervals after which an autonomous trajectory is judged, and ended if it has converged."""
 
 
 def simulate(
@@ -50,9 +50,9 @@ def simulate(
     tolerance: float = 1e-9,
     observer: Observer | None = None,
 ) -> Trajectory:
-    """Integrate a model, and say whether its motion has settled, and on what.
+    """Integrate a model, and say whether its trajectory has converged, and to what.
 
-    If it is observed, an interrupted motion is returned as far as it came. Shapes: state
+    If it is observed, an interrupted trajectory is returned as far as it came. Shapes: state
     (n_states,).
 
     >>> from slipfold.models import SlidingOscillator, model_named
@@ -110,7 +110,7 @@ def integrate(
 
 
 class Motion:
-    """A motion while it is integrated, piece by piece."""
+    """A trajectory while it is integrated, piece by piece."""
 
     def __init__(self, model: Model, start: Array) -> None:
         self.model = measured(model, start=start)
@@ -137,7 +137,7 @@ class Motion:
     def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> Array:
         """Integrate some more periods; return the states at their starts, as far as it came.
 
-        Whoever is to be told of each piece may interrupt.
+        The caller who is to be told of each piece may interrupt.
         """
         flow, first = guarded_flow_of(self.model), self.periods
         end = first + periods
@@ -158,7 +158,7 @@ class Motion:
         return self.strobe[first : self.periods]
 
     def _leave_unstable_equilibrium(self) -> None:
-        """Push the motion on where it would stay for ever."""
+        """Push the trajectory on where it would stay for ever."""
         last, scales = self._pieces[-1], self.model.state_scales()
         lately = np.concatenate(self._pieces[-2:])[-2:]
         moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
@@ -168,14 +168,14 @@ class Motion:
             self._pushed.append(self.periods)
 
     def _end_beyond_bounds(self, known: int) -> None:
-        """End a motion that grows without bound, before numbers do; some pieces are known."""
+        """End a trajectory that grows without bound, before numbers do; some pieces are known."""
         states = np.concatenate(self._pieces[known:])
         size = np.abs(states / self.model.state_scales()).max(initial=0.0)
         if self.stopped is None and size > LARGEST:
             self.stopped = unbounded_at(self.time, size)
 
     def settlement(self, tolerance: float) -> Settlement:
-        """Return whether it has settled, and on what."""
+        """Return whether it has converged, and to what."""
         found = self._judged(tolerance)
         return replace(found, message=found.message + self._computed()) if self._implicit else found
 
@@ -269,33 +269,33 @@ def checked_tolerance(tolerance: float) -> float:
 
 
 def interrupted_at(time: float) -> Stop:
-    """Return the end of a motion that was interrupted."""
+    """Return the end of a trajectory that was interrupted."""
     return Stop("interrupted", "it was interrupted", time)
 
 
 def unbounded_at(time: float, size: float) -> Stop:
-    """Return the end of a motion that grew to some scales."""
+    """Return the end of a trajectory that grew to some scales."""
     reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
     return Stop("unbounded", reason, time)
 
 
 def cut_short(stop: Stop) -> Settlement:
-    """Say of a motion that ended early that it has not settled."""
+    """Say of a trajectory that ended early that it has not settled."""
     return Settlement(
         False, None, math.nan, None, f"not settled: ended after {stop.time:.6g} s, {stop.reason}"
     )
 
 
 SWITCHED_CHECKS = (32, 128, 512, 2048, 8192)
-"""Intervals after which an autonomous motion is judged, and ended if it has settled."""
+"""Intervals after which an autonomous trajectory is judged, and ended if it has converged."""
 
 PILOT = 4
-"""Periods after which sizes of states are taken from a motion."""
+"""Periods after which sizes of states are taken from a trajectory."""
 
 SLIPS = (Status.FORTH, Status.BACK)
 
 STILL = 1e-12
-"""Rate, in scales an interval, at which a motion rests."""
+"""Rate, in scales an interval, at which a trajectory rests."""
 
 
 def simulate_smooth_or_switched(
@@ -308,7 +308,7 @@ def simulate_smooth_or_switched(
 ) -> Trajectory:
     """Integrate a model, through stick and slip where its contacts come to that.
 
-    A motion that always slips well is that of `slipfold.flow.simulate`.
+    A trajectory that always slips well is that of `slipfold.flow.simulate`.
     """
     start = initial_state(model, state)
     if slips_at_first(model, start):
@@ -321,7 +321,7 @@ def simulate_smooth_or_switched(
 
 
 def comes_to_rest(stopped: Stop | None, model: Model) -> bool:
-    """Whether a motion ended where a contact may stick or open, and so goes on."""
+    """Whether a trajectory ended where a contact may stick or open, and so continues."""
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     return stopped is not None and stopped.kind in beyond
 
@@ -336,7 +336,7 @@ def slips_at_first(model: Model, start: Array) -> bool:
 
 
 def told_in_slip(model: Model, starts: Array, constants: Constants) -> bool:
-    """Whether motions in slip tell where their contacts come to their limits.
+    """Whether trajectories in slip tell where their contacts come to their limits.
 
     Over the speed of a floor at rest slip is infinite, and no limit can be followed. Shapes: starts
     (m, n); constants of the model or of m like it.
@@ -368,8 +368,8 @@ def simulate_switched(
 ) -> Trajectory:
     """Integrate a model with stick and slip from a state at phase zero.
 
-    If `periods` is None an autonomous model is integrated until it settles. If it is observed, an
-    interrupted motion is returned as far as it came. Shapes: start (n,).
+    If `periods` is None an autonomous model is integrated until it converges. If it is observed, an
+    interrupted trajectory is returned as far as it came. Shapes: start (n,).
     """
     motion = begun(model, start, paced=periods is None)
     settlement = partial(settlement_of, motion, tolerance)
@@ -384,7 +384,7 @@ def ends_of(model: Model, periods: int | None) -> tuple[int, ...]:
 
 
 def begun(model: Model, start: Array, *, paced: bool) -> SwitchedMotion:
-    """Begin a motion; if it is to be paced, an autonomous one in intervals that suit it.
+    """Begin a trajectory; if it is to be paced, an autonomous one in intervals that suit it.
 
     Shapes: start (n,).
     """
@@ -413,7 +413,7 @@ def trajectory_of(motion: SwitchedMotion, settlement: Settlement) -> Trajectory:
 
 
 def _sized(model: Model, start: Array) -> Model:
-    """Return the model with typical sizes of its states, seen in a short motion."""
+    """Return the model with characteristic scales of its states, seen in a short trajectory."""
     if not np.isnan(model.declared_scales()).any() or model.found_sizes is not None:
         return model
     sizes = np.ones(len(start))
@@ -440,7 +440,7 @@ def _natural(model: Model, start: Array) -> float:
 
 
 def settlement_of(motion: SwitchedMotion, tolerance: float) -> Settlement:
-    """Judge whether a motion has settled, and on what."""
+    """Judge whether a trajectory has converged, and to what."""
     model, scales = motion.model, motion.model.state_scales()
     if motion.stopped is not None:
         return cut_short(motion.stopped)

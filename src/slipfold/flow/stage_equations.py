@@ -71,7 +71,7 @@ class Jacobians:
 
 
 MANY = 12
-"""States from which on the linear part of the equations is set apart."""
+"""States from which the linear part of the equations is set apart."""
 
 SHARE = 0.25
 """Columns of the Jacobian that may change for it to pay."""
@@ -80,7 +80,7 @@ SAME = 1e-12
 """Share by which entries of a matrix may differ from a multiple of another one."""
 
 SOUND = 1e-9
-"""Share of a matrix that may be lost in its eigenvectors."""
+"""Fraction of a matrix that may be lost in its eigenvectors."""
 
 
 class StageEquations(ABC):
@@ -222,7 +222,7 @@ def _times(matrices: NDArray[Any], columns: NDArray[Any]) -> Complex:
 
 
 class _Separated(StageEquations):
-    r"""Modes of the linear part, each by itself, coupled by what a few columns add.
+    r"""Modes of the linear part, each individually, coupled by what a few columns add.
 
     With :math:`J_k = V \Lambda U + N_k E^T` the modes :math:`\zeta = U Z` and what the columns see,
     :math:`y_k = E^T Z_k`, are

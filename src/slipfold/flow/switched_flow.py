@@ -58,15 +58,15 @@ POINTS = radau_points(8)
 """Points of the polynomial; with six the end is as good to 1e-14."""
 
 EXACT = 1e-15
-"""Steps of Newton's method, in scaled states, go on until they are this short: slip at the first
+"""Steps of Newton's method, in scaled states, continue until they are this short: slip at the first
 point is a ten thousandth of that at the end."""
 
 ITERATIONS, RENEWED = 12, 0.1
-"""How many of them there may be, and from what share of the one before on that takes new
+"""How many of them there may be, and from what fraction of the one before on that takes new
 derivatives."""
 
 FAR = 1.0
-"""A first step must be shorter than a share of this, in scaled states, to lead anywhere."""
+"""A first step must be shorter than a fraction of this, in scaled states, to lead anywhere."""
 
 LAST = 1e-13
 """Last term of the polynomial, in scaled states, that is small enough: what is left out is smaller
@@ -328,7 +328,7 @@ class SwitchedFlow:
         return result
 
     def no_energies(self) -> Array:
-        """Return those of a leg without duration, shape (2 k,)."""
+        """Return those of a smooth phase without duration, shape (2 k,)."""
         return np.zeros(2 * len(self.contacts))
 
     def steady(self, mode: Mode) -> bool:
@@ -367,7 +367,7 @@ class SwitchedFlow:
         *,
         dense: bool = False,
     ) -> Leg:
-        """Carry a state on in a mode, until it changes. Shapes: state (n,)."""
+        """Propagate a state on in a mode, until it changes. Shapes: state (n,)."""
         ready = self.ready(mode, constants, weights)
         ready.set_out(state, begin)
         if ready.compiled.slow is not None or dense:

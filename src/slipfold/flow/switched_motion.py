@@ -41,7 +41,7 @@ class Interval(NamedTuple):
     state
         ``"slip"``, ``"stick"`` or ``"free"``.
     begin, end
-        Time since the start of the motion, in forcing periods; of an autonomous model in s.
+        Time since the start of the trajectory, in forcing periods; of an autonomous model in s.
     work
         Work of its friction on the structure in J.
     heat
@@ -71,13 +71,13 @@ class Recorder:
     def __init__(self, contacts: Sequence[str], mode: Mode) -> None:
         self._contacts = contacts
         self._energies: list[Array] = []
-        # Of all that begins with a mode: when, in which state, and how many legs came before
+        # Of all that begins with a mode: when, in which state, how many smooth phases came before
         self.modes, self._times, self._legs = [mode], [0.0], [0]
         self._states: list[Array] = []
         self.begun = 0  # periods that are over where times are counted from
 
     def went_on(self, energies: Array) -> None:
-        """Note the energies of a leg, shape (2 k,)."""
+        """Note the energies of a smooth phase, shape (2 k,)."""
         self._energies.append(energies)
 
     def changed(self, time: float, state: Array, mode: Mode) -> None:
@@ -112,7 +112,7 @@ class Recorder:
         return tuple(sorted(chain.from_iterable(found), key=attrgetter("end")))
 
     def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
-        """Return what one contact did. Shapes: energies (legs + 1, 2)."""
+        """Return what one contact did. Shapes: energies (smooth phases + 1, 2)."""
         doing = np.array([mode[place] for mode in self.modes])
         kept = np.flatnonzero(np.append(True, doing[1:] != doing[:-1]))
         sums = np.add.reduceat(energies, np.array(self._legs)[kept])
@@ -125,7 +125,7 @@ class Recorder:
 
 
 MAX_LEGS = 1_000
-"""Legs in a period of which none is looked at more closely."""
+"""Smooth phases in a period of which none is looked at more closely."""
 
 
 def in_turn(
@@ -137,10 +137,10 @@ def in_turn(
     recorder: Recorder,
     ended: Callable[[Mode, Array], None],
 ) -> tuple[Mode, Array, float]:
-    """Carry a state to the end of a period, or to where a closer look is due.
+    """Propagate a state to the end of a period, or to where a closer look is due.
 
-    A leg with constant rates may go somewhat further than that end, of which `ended` is told then.
-    Nothing is made for a leg but what is noted. Shapes: state (n,).
+    A smooth phase with constant rates may go somewhat further than that end, of which `ended` is
+    told then. Nothing is made for a smooth phase but what is noted. Shapes: state (n,).
     """
     flow, constants, weights = system.flow, system.constants, system.weights
     # An event is a root that lies ahead: what begins at its limit may be beyond it already.
@@ -178,14 +178,14 @@ BACKWARDS = 1e-9
 """Slip against its own direction, over its size, at which a change was missed."""
 
 FURTHER = 0.5
-"""Phases by which a leg with constant rates may go beyond the end of a period."""
+"""Phases by which a smooth phase with constant rates may go beyond the end of a period."""
 
 MAX_CHANGES = 10_000
 """Changes in a forcing period that are followed."""
 
 
 class Broken(Exception):
-    """A motion that cannot go on, and why."""
+    """A trajectory that cannot continue, and why."""
 
     def __init__(self, stop: Stop, leg: Leg | None = None) -> None:
         super().__init__(stop.reason)
@@ -193,7 +193,7 @@ class Broken(Exception):
 
 
 class SwitchedMotion:
-    """A motion while it is integrated."""
+    """A trajectory while it is integrated."""
 
     def __init__(self, model: Model, start: Array) -> None:
         self.model = model
@@ -265,7 +265,7 @@ class SwitchedMotion:
 
 
 def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
-    """Return the mode in which a motion begins. Shapes: start (n,)."""
+    """Return the mode in which a trajectory begins. Shapes: start (n,)."""
     now = system.at(start, phase)
     mode, rest = [], []
     for contact, place in enumerate(system.places):
@@ -290,9 +290,9 @@ def legs(
     dense: bool = False,
     steadily: float = 0.0,
 ) -> Iterator[tuple[Leg, Mode]]:
-    """Carry a state from one phase to another through its modes; with each leg what follows.
+    """Propagate a state through its modes; yield each smooth phase and the mode that follows.
 
-    A last leg with constant rates may go on steadily, to a phase beyond the end.
+    A last smooth phase with constant rates may continue steadily, to a phase beyond the end.
     """
     flow, phase = system.flow, begin
     if flow.planar:
@@ -368,7 +368,7 @@ def _undecided(error: Undecided, phase: float) -> Stop:
 def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
     """Return the mode that follows an event, and the one in which all that is at rest sticks.
 
-    The leg comes to rest in the latter.
+    The smooth phase comes to rest in the latter.
     """
     event, mode = leg.event, leg.mode
     assert event is not None

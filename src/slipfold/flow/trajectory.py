@@ -29,7 +29,7 @@ from slipfold.text.printed_table import PrintedTable
 
 @dataclass(frozen=True, eq=False)
 class Sticking:
-    """What the contacts of a motion did; frozen.
+    """What the contacts of a trajectory did; frozen.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Sticking:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(OneLine):
-    """A motion over many forcing periods; frozen.
+    """A trajectory over many forcing periods; frozen.
 
     Of an autonomous model these are intervals of its ``duration``. It keeps the state at the start
     of every forcing period. What lies between is integrated again
@@ -71,7 +71,7 @@ class Trajectory(OneLine):
     stopped
         Why and when it ended early; None if it ran to its end.
     sticking
-        What contacts did in a motion that sticks; None of one that always slips.
+        What contacts did in a trajectory that sticks; None of one that always slips.
 
     Examples
     --------
@@ -205,7 +205,7 @@ class Trajectory(OneLine):
         return time, states.reshape(len(ticks), -1)
 
     def _each(self, first: int, last: int, per_period: int) -> Iterator[Samples]:
-        """Sample forcing periods of a motion that sticks, one after the other."""
+        """Sample forcing periods of a trajectory that sticks, one after the other."""
         assert self.sticking is not None
         phases = np.arange(per_period) / per_period
         for index in range(first, last):
@@ -253,8 +253,8 @@ class Trajectory(OneLine):
         Parameters
         ----------
         periods
-            Forcing periods wanted; rounded up to a multiple of the period it settled on, as far as
-            the run allows.
+            Forcing periods wanted; rounded up to a multiple of the period it converged to, as far
+            as the run allows.
         per_period
             Samples per forcing period.
 
@@ -282,7 +282,7 @@ class Trajectory(OneLine):
         return time, states[:-1]
 
     def _rounds(self, count: int, per_period: int) -> Samples:
-        """Sample rounds of the cycle that a motion with stick settled on."""
+        """Sample rounds of the cycle that a trajectory with stick converged to."""
         assert self.sticking is not None
         phases = np.arange(count * per_period) / per_period
         return sample_switched(self.steady_model, self.strobe[-1], self.sticking.mode(-1), phases)
@@ -372,13 +372,13 @@ class Trajectory(OneLine):
 
 
 SAME = 1e-12
-"""Share of a step by which a root may lie beside it."""
+"""Fraction of a step by which a root may lie beside it."""
 
 STEPS = 100_000
 """Steps of the integrator in a round at most."""
 
 WHOLE = 1e-9
-"""Phases that may lack of a round: the end of a leg is the root of an event there."""
+"""Phases that may lack of a round: the end of a smooth phase is the root of an event there."""
 
 CLOSES = 1e-5
 """Gap, in scaled states, of a round carried on from rest; what is caught there misses by far."""
@@ -387,7 +387,7 @@ SPREAD = 64
 """Places in a step of slow slip that are looked at."""
 
 UNSETTLED = 16
-"""Intervals at the end of an autonomous motion that are looked at if it has no round."""
+"""Intervals at the end of an autonomous trajectory that are looked at if it has no round."""
 
 
 @dataclass(frozen=True)
@@ -410,7 +410,7 @@ class StickTime:
 
 @dataclass(frozen=True, eq=False)
 class LastRound:
-    """The last whole round of a motion.
+    """The last whole round of a trajectory.
 
     Parameters
     ----------
@@ -419,7 +419,7 @@ class LastRound:
     sticking
         When contacts stick.
     fraction
-        Share of the time in which any contact sticks.
+        Fraction of the time in which any contact sticks.
     stuck
         Whether all contacts stick all the time.
     """
@@ -432,10 +432,10 @@ class LastRound:
 
 
 def last_round(motion: Trajectory) -> LastRound | None:
-    """Return what the last whole round of a motion shows; None if there is none.
+    """Return what the last whole round of a trajectory shows; None if there is none.
 
-    That is the last response, or one more round of a cycle; of a motion that has not settled the
-    last forcing period.
+    That is the last response, or one more round of a cycle; of a trajectory that has not settled
+    the last forcing period.
     """
     settlement, model = motion.settlement, motion.model
     count = settlement.period or (1 if model.forced else min(UNSETTLED, motion.periods))
@@ -458,7 +458,7 @@ def last_round(motion: Trajectory) -> LastRound | None:
 def round_with_stick(
     model: Model, state: Array, mode: Mode, contacts: Sequence[str], count: int, repeats: bool
 ) -> LastRound:
-    """Return what a motion with stick and slip shows from phase zero to another.
+    """Return what a trajectory with stick and slip shows from phase zero to another.
 
     Of one that stops on the way nothing is known: NaN. Shapes: state (n,).
     """

@@ -1,1 +1,1 @@
-"""What motions settle on: spectra, and what their contacts do."""
+"""What trajectories converge to: spectra, and what their contacts do."""

@@ -1,4 +1,4 @@
-"""What motions settle on, as data: an orbit, a cycle, an equilibrium, a torus or chaos."""
+"""What trajectories converge to, as data: an orbit, a cycle, an equilibrium, a torus or chaos."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHOWN, PER_PERIOD = 400, 64
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """Something that motions settle on; frozen.
+    """Something that trajectories converge to; frozen.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Attractor:
 
 
 def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:
-    """Return an orbit or cycle as what motions settle on."""
+    """Return an orbit or cycle as what trajectories converge to."""
     extrema, forced = orbit.extrema, orbit.model.forced
     return Attractor(
         number,
@@ -74,7 +74,7 @@ def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:
 
 
 def at_rest(model: Model, state: Array, number: int) -> Attractor:
-    """Return an equilibrium as what motions settle on."""
+    """Return an equilibrium as what trajectories converge to."""
     functions = evaluation_of(model)
     values = functions.outputs(model, state, np.zeros(()))
     eigenvalues = np.linalg.eigvals(functions.jacobian(model, state)).astype(complex)
@@ -86,7 +86,7 @@ def at_rest(model: Model, state: Array, number: int) -> Attractor:
 
 
 def of_exponents(found: Exponents, number: int) -> Attractor:
-    """Return a torus or chaos as what motions settle on."""
+    """Return a torus or chaos as what trajectories converge to."""
     model, state = found.model, found.state
     motion = simulate_smooth_or_switched(model, SHOWN, state)
     states = motion.sample(per_period=PER_PERIOD)[1]

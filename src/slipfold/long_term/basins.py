@@ -40,11 +40,11 @@ def find_basins(
     periods: int | None,
     observer: Observer | None,
 ) -> FoundBasins:
-    """Label the cells of a plane by what their starts settle on, and see where that is uncertain.
+    """Label the cells of a plane by what their starts converge to, and see where that is uncertain.
 
-    Motions start at the centres of cells, then at their corners. Cells whose labels differ, and
-    those beside them, are labelled again from states that are moved by errors of steps. `starts_at`
-    returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
+    Trajectories start at the centres of cells, then at their corners. Cells whose labels differ,
+    and those beside them, are labelled again from states that are moved by errors of steps.
+    `starts_at` returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
     """
 
     def searched_on(starts: Array, phases: Array) -> Searched:
@@ -99,7 +99,7 @@ class Fractions:
 
     labels: Labels  # shape (n_values, n_starts)
     attractors: tuple[tuple[Attractor, ...], ...]  # of each value, none where it was not finished
-    ends: dict[str, int]  # how many motions ended early, by the kind of their end
+    ends: dict[str, int]  # how many trajectories ended early, by the kind of their end
     interrupted: bool
 
 
@@ -111,10 +111,10 @@ def find_fractions(
     periods: int | None,
     observer: Observer | None,
 ) -> Fractions:
-    """Search at one value after the other; an attractor keeps its number as long as it goes on.
+    """Search at one value after the other; an attractor keeps its number as long as it continues.
 
-    From each attractor of the value before a motion starts as well, which is not counted: what
-    few starts come to is not lost, and where it comes to tells which attractor goes on as which.
+    From each attractor of the value before a trajectory starts as well, which is not counted: what
+    few starts come to is not lost, and where it comes to tells which attractor continues as which.
 
     Shapes: values (m,), starts (k, n).
     """
@@ -153,7 +153,7 @@ def _numbers(
 ) -> dict[int, int]:
     """Return the number of each attractor: of the one like it that leads there, else a new one.
 
-    Of several that lead there the one whose extremes are nearest goes on.
+    Of several that lead there the one whose extremes are nearest continues.
     """
     numbers: dict[int, int] = {}
     for item in found:

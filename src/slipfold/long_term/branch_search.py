@@ -12,11 +12,11 @@ class BranchSearch:
     Parameters
     ----------
     values
-        Values of the parameter at which motions were started.
+        Values of the parameter at which trajectories were started.
     low, high
         Least and largest starting value of each state.
     starts
-        Motions at each value.
+        Trajectories at each value.
     found
         Ids of the branches that were found.
     interrupted

@@ -26,7 +26,7 @@ FADES = 1e-5
 """Change in scales over a part of a period below which that part is the period."""
 
 NEAR = 1e-3
-"""Distance in scales that a motion may still be away from the response it comes to."""
+"""Distance in scales that a trajectory may still be away from the response it comes to."""
 
 AROUND = 4.0
 """Distances from a response between which states lie that wind round it."""
@@ -36,13 +36,13 @@ SHRINKS = 0.9
 
 
 def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) -> NDArray[np.int64]:
-    """Return after how many states each motion repeats; 0 where that cannot be said.
+    """Return after how many states each trajectory repeats; 0 where that cannot be said.
 
     The change over a period either is no more than errors of steps, or shrinks by so much that what
-    is still to come, a geometric series, is little. A motion that winds round a response on its way
-    there nearly repeats after each turn: the period is the shortest after which it is not farther
-    away than that. Of one that repeats after two periods, but moves next to nothing in one, that
-    movement is still to fade.
+    is still to come, a geometric series, is little. A trajectory that winds round a response on its
+    way there nearly repeats after each turn: the period is the shortest after which it is not
+    farther away than that. Of one that repeats after two periods, but moves next to nothing in one,
+    that movement is still to fade.
 
     Shapes: states (..., m, n); scales, turns (n,); returns (...).
     """
@@ -73,7 +73,7 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
 def sampled_outputs(model: Model, vary: str, values: Array, states: Array, samples: int) -> Array:
     """Return all outputs at equal intervals of the forcing period that follows each state.
 
-    NaN of a motion that sticks.
+    NaN of a trajectory that sticks.
 
     Shapes: values (m,); states (m, n); returns (m, samples, n_outputs).
     """
@@ -143,11 +143,11 @@ LEAVES = 1e-2
 """Change in scales over some periods, at the beginning, of what may leave a response later."""
 
 SHRUNK = 0.9
-"""Share of its distance to a response that a motion has left at most, if it is seen to come to it;
-less where its exponent lets expect less."""
+"""Fraction of its distance to a response that a trajectory has left at most, if it is seen to come
+to it; less where its exponent lets expect less."""
 
 RECENT = 48
-"""Periods in which a motion is seen to repeat."""
+"""Periods in which a trajectory is seen to repeat."""
 
 CLASSES = 24
 """States are averaged apart by their number modulo this: periods that divide it show."""
@@ -194,10 +194,10 @@ def tell_open(
     """Follow each trajectory beside another one close to it; return whether that was interrupted.
 
     The exponent is the mean growth of their distance, which is made small again each period. If it
-    is above zero the motion is chaotic, if it is zero within its error a torus. If it is below,
-    nearby motions come to one response: averages over states of equal number modulo 24 say of what
-    period, if trajectories are coming nearer to these averages. After an interruption those that
-    are not yet classified are undecided.
+    is above zero the trajectory is chaotic, if it is zero within its error a torus. If it is below,
+    nearby trajectories come to one response: averages over states of equal number modulo 24 say of
+    what period, if trajectories are coming nearer to these averages. After an interruption those
+    that are not yet classified are undecided.
 
     Shapes: states (k, n).
     """
@@ -221,7 +221,7 @@ def tell_open(
 
 
 class _Pairs:
-    """Motions, each beside another one, for some periods."""
+    """Trajectories, each beside another one, for some periods."""
 
     def __init__(self, models: list[Model], states: Array, periods: int) -> None:
         self._scales, self._turns = models[0].state_scales(), models[0].whole_turns
@@ -242,7 +242,7 @@ class _Pairs:
         self._done = 0
 
     def go_on(self) -> None:
-        """Carry all pairs over a period."""
+        """Propagate all pairs over a period."""
         crowd = self._crowd
         crowd.go_on()
         states = crowd.states
@@ -268,7 +268,7 @@ class _Pairs:
         self._done += 1
 
     def judge(self, found: Classified, rows: NDArray[np.intp]) -> None:
-        """Say what the motions do, as far as that is clear."""
+        """Say what the trajectories do, as far as that is clear."""
         last = np.roll(self._last, -(self._done % RECENT), axis=0)
         stopped = np.array([stop is not None for stop in self._crowd.stopped])[::2]
         repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
@@ -304,7 +304,7 @@ class _Pairs:
         found.means[row] = mean_state(states, self._turns)
 
     def _nearly_repeats(self, states: Array) -> bool:
-        """Whether a motion has a response nearby, which it may be about to leave."""
+        """Whether a trajectory has a response nearby, which it may be about to leave."""
         changes = [
             np.abs(without_turns(states[period:] - states[:-period], self._turns) / self._scales)
             for period in range(1, RECENT // 3 + 1)
@@ -312,7 +312,7 @@ class _Pairs:
         return min(change.max() for change in changes) < LEAVES
 
     def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
-        """Return the period of the averages, if the motion comes nearer to them; else 0."""
+        """Return the period of the averages, if the trajectory comes nearer to them; else 0."""
         numbers = np.arange(RECENT)
         late = (self._done - RECENT + numbers) % CLASSES
         before, after = (
@@ -332,16 +332,16 @@ class _Pairs:
 NOT_DONE = "not done"
 
 OPEN = "open"
-"""Of a motion that is to be followed for longer."""
+"""Of a trajectory that is to be followed for longer."""
 
 KEPT = 48
-"""Periods after the transient in which a motion is seen to repeat."""
+"""Periods after the transient in which a trajectory is seen to repeat."""
 
 STUCK = 32
-"""Periods in which a contact stuck after which a motion is not followed any further."""
+"""Periods in which a contact stuck after which a trajectory is not followed any further."""
 
 BATCH = 2048
-"""Motions that are followed together: between them an interruption loses nothing."""
+"""Trajectories that are followed together: between them an interruption loses nothing."""
 
 
 class Places:
@@ -360,7 +360,7 @@ class Places:
         self.models = models_with(model, count, values)
         self.model = model.measured_in(self.models[0].found_sizes)
         self.scales = self.models[0].state_scales()
-        # Off a motion that symmetry would keep unstable.
+        # Off a trajectory that symmetry would keep unstable.
         self.start = start + PUSH * self.scales
         self.transient, self.observer = transient, observer
         self.known = Classified.unknown(NOT_DONE, np.full((runs, count, len(start)), np.nan))
@@ -368,11 +368,11 @@ class Places:
 
     @property
     def periods_of_a_motion(self) -> int:
-        """Forcing periods after which each motion is judged."""
+        """Forcing periods after which each trajectory is judged."""
         return self.transient + KEPT
 
     def from_rest(self, run: int) -> None:
-        """Follow a motion from the start in each place."""
+        """Follow a trajectory from the start in each place."""
         cells = np.arange(len(self.models))
         for first in range(0, len(cells), BATCH):
             some = cells[first : first + BATCH]
@@ -386,7 +386,7 @@ class Places:
         return np.where(np.isnan(found.states).any(axis=1, keepdims=True), self.start, found.states)
 
     def judged(self, cells: NDArray[np.intp], starts: Array) -> Classified:
-        """Follow motions in some places, and say what they do; none of it is stored."""
+        """Follow trajectories in some places, and say what they do; none of it is stored."""
         return self._seen_again(cells, self._followed(cells, starts))
 
     def _seen_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
@@ -398,7 +398,7 @@ class Places:
         return found
 
     def _followed(self, cells: NDArray[np.intp], starts: Array) -> Classified:
-        """Follow motions once."""
+        """Follow trajectories once."""
         models = [self.models[cell] for cell in cells]
         total = self.periods_of_a_motion
         window = np.full((KEPT + 1, *starts.shape), np.nan)
@@ -441,7 +441,7 @@ class Places:
         return found
 
     def tell_open(self) -> None:
-        """Look longer at motions that neither repeat nor stick, of all runs together."""
+        """Look longer at trajectories that neither repeat nor stick, of all runs together."""
         runs, cells = np.nonzero(self.known.kinds == OPEN)
         self.total += 2 * len(cells) * PAIR_PERIODS[0]
         for first in range(0, len(cells), BATCH):
@@ -467,5 +467,5 @@ class Places:
 
     @property
     def told_kinds(self) -> NDArray[np.str_]:
-        """What the motions do, as far as that is known."""
+        """What the trajectories do, as far as that is known."""
         return np.where(self.known.kinds == OPEN, NOT_DONE, self.known.kinds).astype(str)

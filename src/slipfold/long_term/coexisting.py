@@ -54,16 +54,16 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
 
 
 PLACES = 4
-"""Places on the span, evenly spaced, at which motions are started."""
+"""Places on the span, evenly spaced, at which trajectories are started."""
 
 STARTS = 32
-"""Motions at each of them; starts of Newton's method for equilibria."""
+"""Trajectories at each of them; starts of Newton's method for equilibria."""
 
 PERIODS = 256
-"""Periods of a motion."""
+"""Periods of a trajectory."""
 
 FARTHER = 2.0
-"""Times of the box of motions that nobody gives: isolas lie beyond what branches reach."""
+"""Times of the box of trajectories that nobody gives: isolas lie beyond what branches reach."""
 
 STAGE = "search for others"
 
@@ -121,7 +121,7 @@ def find_coexisting(
 
 @dataclass(frozen=True)
 class _Tells:
-    """Tells whoever watches how far the search at one place has come."""
+    """Tells the caller who watches how far the search at one place has come."""
 
     observer: Observer
     branches: int

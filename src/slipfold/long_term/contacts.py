@@ -1,4 +1,4 @@
-"""What contacts do at the end of a motion, or along an orbit: pieces of stick, slip and flight."""
+"""What contacts do at the end of a trajectory, or along an orbit: stick, slip and flight."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 UNSETTLED = 32
-"""Periods at the end of a motion that has not settled, or has come to rest."""
+"""Periods at the end of a trajectory that has not settled, or has come to rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class ShownContacts:
 
     model: Model
     contacts: tuple[ContactMotion, ...]
-    begin: float  # when the first round begins, since the start of the motion
+    begin: float  # when the first round begins, since the start of the trajectory
     unit: float  # of a phase, in these times
     repeats: bool  # whether the rounds are all alike
 
@@ -53,7 +53,7 @@ def find_contacts(
     rounds: int = 1,
     per_period: int = 256,
 ) -> ShownContacts:
-    """Return what a contact, or all of them, do in the last rounds of a motion."""
+    """Return what a contact, or all of them, do in the last rounds of a trajectory."""
     if rounds < 1:
         raise InputError(f"rounds = {rounds} is less than 1; give 1 or more")
     _check(motion.model, contact)
@@ -71,7 +71,7 @@ def find_contacts(
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The part of a motion that is shown, in phases."""
+    """The part of a trajectory that is shown, in phases."""
 
     model: Model
     starts: list[tuple[NDArray[np.float64], Mode | None]]  # each of the same length

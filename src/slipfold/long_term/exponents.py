@@ -35,7 +35,7 @@ ROUNDING = 1e-10
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a motion is, with the sentence that says so."""
+    """What a trajectory is, with the sentence that says so."""
 
     kind: str  # equilibrium, periodic, torus, chaos or undecided
     message: str
@@ -62,10 +62,10 @@ class Verdict:
 def verdict_of(
     exponents: Array, errors: Array, settlement: Settlement, seconds: float | None
 ) -> Verdict:
-    """Tell from exponents a period, in descending order, and from what a motion settled on.
+    """Tell from exponents a period, in descending order, and from what a trajectory converged to.
 
-    `seconds` is the length of a period of a motion that nothing forces: one exponent is zero then,
-    that along the motion. Shapes: exponents, errors (n,).
+    `seconds` is the length of a period of a trajectory that nothing forces: one exponent is zero
+    then, that along the trajectory. Shapes: exponents, errors (n,).
     """
     if settlement.settled:
         return _settled(settlement, exponents[0] > SURE * errors[0] + ROUNDING)
@@ -113,7 +113,7 @@ SAMPLES = 16
 """Samples of each of them from which it is seen how far states move."""
 
 STILL = 1e-9
-"""Share of its size below which a state does not move but for rounding."""
+"""Fraction of its size below which a state does not move but for rounding."""
 
 SPREAD = 12.0
 """Difference of logarithms of growth over which derivatives are carried at once: of 36, with which
@@ -128,7 +128,7 @@ left of it is rounding."""
 
 
 class Growth(ABC):
-    """A motion that goes on, with the growth of perturbations along it.
+    """A trajectory that continues, with the growth of perturbations along it.
 
     They are kept orthogonal (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9): in
     each period the logarithms of the factors by which volumes of 1, 2, ... dimensions grow, divided
@@ -143,7 +143,7 @@ class Growth(ABC):
         self.model = self._motion.model
         self._frame: Array = np.eye(self.state.size)
         self._logarithms: list[Array] = []
-        # How far states move, over their typical sizes: in these the frame is told
+        # How far states move, over their characteristic scales: in these the frame is told
         self._extents: Array = np.ones(self.state.size)
 
     @property
@@ -158,7 +158,7 @@ class Growth(ABC):
 
     @property
     def stopped(self) -> Stop | None:
-        """Why the motion ended, if it did."""
+        """Why the trajectory ended, if it did."""
         return self._motion.stopped
 
     @property
@@ -173,17 +173,17 @@ class Growth(ABC):
 
     @abstractmethod
     def settlement(self, tolerance: float) -> Settlement:
-        """Return whether the motion has settled, and on what."""
+        """Return whether the trajectory has converged, and to what."""
 
     @abstractmethod
     def carried(self, periods: int) -> Array:
-        """Go on; return the derivatives of the ends of pieces of equal length.
+        """Continue; return the derivatives of the ends of pieces of equal length.
 
         Shapes: returns (periods, parts, n, n), in scaled states.
         """
 
     def go_on(self, periods: int) -> None:
-        """Go on for some periods, as far as it comes."""
+        """Continue for some periods, as far as it comes."""
         matrices = self._in_extents(self.carried(periods))
         found = np.zeros((len(matrices), matrices.shape[-1]))
         for row, pieces in zip(found, matrices, strict=True):
@@ -201,7 +201,7 @@ class Growth(ABC):
 
 
 class _SmoothGrowth(Growth):
-    """That of a motion without events; all periods are linearised side by side."""
+    """That of a trajectory without events; all periods are linearised in one batch."""
 
     def __init__(self, model: Model, start: Array) -> None:
         self._motion: Motion = Motion(model, start)
@@ -223,10 +223,10 @@ class _SmoothGrowth(Growth):
         return self._derivatives(starts, self._parts)
 
     def _extents_of(self, starts: Array) -> Array:
-        """Return how far each state moves, over its typical size; one where it rests.
+        """Return how far each state moves, over its characteristic scale; one where it rests.
 
-        Typical sizes are found before anything moves: of a hard spring the displacement's may be
-        thousands of times too large, and growth looks that unequal.
+        Characteristic scales are found before anything moves: of a hard spring the displacement's
+        may be thousands of times too large, and growth looks that unequal.
         """
         model, zero = self._motion.model, np.zeros(len(starts))
         flow = flow_of(model)
@@ -266,7 +266,7 @@ class _SmoothGrowth(Growth):
 
 
 class _SwitchedGrowth(Growth):
-    """That of a motion through stick and slip: at events perturbations jump, or are lost."""
+    """That of a trajectory through stick and slip: at events perturbations jump, or are lost."""
 
     switches = True
 
@@ -296,14 +296,14 @@ class _SwitchedGrowth(Growth):
 
 
 def growth_from(model: Model, start: Array) -> Growth:
-    """Begin a motion with the growth of its perturbations. Shapes: start (n,)."""
+    """Begin a trajectory with the growth of its perturbations. Shapes: start (n,)."""
     if not slips_at_first(model, start):
         return growth_through_stick(model, start)
     return _SmoothGrowth(model if model.forced else paced(model, start, None)[0], start)
 
 
 def growth_through_stick(model: Model, start: Array) -> Growth:
-    """Begin a motion that sticks, or will. Shapes: start (n,)."""
+    """Begin a trajectory that sticks, or will. Shapes: start (n,)."""
     return _SwitchedGrowth(begun(model, start, paced=True))
 
 
@@ -311,14 +311,15 @@ FIRST = 250
 """Periods after which exponents are estimated first; from then on each time it is twice as many."""
 
 MOST, LONGEST = 32_000, 128_000
-"""Periods after which a motion ends if nobody says otherwise: if it is known what it is, or each
-period is expensive; else. Of four states 128,000 take 9 s."""
+"""Periods after which a trajectory ends if nobody says otherwise: if it is known what it is, or
+each period is expensive; else. Of four states 128,000 take 9 s."""
 
 CHEAP = 6
-"""States of a motion without events up to which a period is cheap."""
+"""States of a trajectory without events up to which a period is cheap."""
 
 SETTLED = 1e-9
-"""Distance from a periodic response, in scaled states, at which the motion counts as settled."""
+"""Distance from a periodic response, in scaled states, at which the trajectory counts as
+settled."""
 
 
 class Estimate(NamedTuple):
@@ -347,7 +348,7 @@ def find_exponents(
     tolerance: float,
     observer: Observer | None = None,
 ) -> Exponents:
-    """Follow a motion until its exponents are known to a tolerance, or for some periods.
+    """Follow a trajectory until its exponents are known to a tolerance, or for some periods.
 
     Shapes: start (n,).
     """
@@ -358,7 +359,7 @@ def find_exponents(
 
 
 class _Sticks(Exception):
-    """The motion goes on through stick."""
+    """The trajectory continues through stick."""
 
 
 def follow_exponents(

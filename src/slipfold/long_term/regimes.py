@@ -32,22 +32,22 @@ SAME = 1e-2
 """Distance in scales between the means of two responses of one period above which they differ."""
 
 NONE = "none"
-"""The kind where a cell has no further motion."""
+"""The kind where a cell has no further trajectory."""
 
 APERIODIC = (TORUS, CHAOS, UNDECIDED)
 
 UP, DOWN = 1, 2
-"""Runs that have already continued their motions along the second parameter."""
+"""Runs that have already continued their trajectories along the second parameter."""
 
 STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 """From a cell to those beside it, along the first and the second parameter."""
 
 
 def continue_to_neighbours(work: Places, grid: Rows) -> None:
-    """Continue each motion of each cell to the cells beside it, and again from what is new there.
+    """Continue each trajectory of each cell to the cells next to it, until none is new.
 
-    A motion is new if the cell has none of its kind, or, if it repeats, none of its period and
-    mean. New motions are stored in further runs. Shapes: grid (n1, n2), the cells.
+    A trajectory is new if the cell has none of its kind, or, if it repeats, none of its period and
+    mean. New trajectories are stored in further runs. Shapes: grid (n1, n2), the cells.
     """
     new = _distinct(work)
     while len(new):
@@ -61,7 +61,7 @@ def continue_to_neighbours(work: Places, grid: Rows) -> None:
 
 
 def _distinct(work: Places) -> Rows:
-    """Return run and cell of each motion that no earlier run has in that cell."""
+    """Return run and cell of each trajectory that no earlier run has in that cell."""
     cells = np.arange(work.known.kinds.shape[1])
     found = []
     for run in range(len(work.known.kinds)):
@@ -72,13 +72,13 @@ def _distinct(work: Places) -> Rows:
 
 
 def _proposals(work: Places, grid: Rows, sources: Rows) -> Rows:
-    """Return run and cell of motions, each with a cell beside it to which it is continued."""
+    """Return run and cell of trajectories, each with a cell beside it to which it is continued."""
     shape = grid.shape
     found = []
     for step in STEPS:
         places = np.array(np.unravel_index(sources[:, 1], shape)) + np.array(step)[:, None]
         inside = ((places >= 0) & (places < np.array(shape)[:, None])).all(axis=0)
-        # Where a sweep has this very motion, it has been in the next cell as well.
+        # Where a sweep has this very trajectory, it has been in the next cell as well.
         done = (DOWN, UP)[step[1] > 0] if step[1] else None
         if done is not None:
             swept = work.known.rows((done, sources[:, 1]))
@@ -86,7 +86,7 @@ def _proposals(work: Places, grid: Rows, sources: Rows) -> Rows:
         targets = grid[tuple(places[:, inside])]
         found.append(np.column_stack([sources[inside], targets]))
     proposals = np.concatenate(found)
-    # Motions that stick are expensive, and not told apart.
+    # Trajectories that stick are expensive, and not told apart.
     sticks = work.known.kinds[proposals[:, 0], proposals[:, 1]] == STICKS
     stuck_there = (work.known.kinds[:, proposals[:, 2]] == STICKS).any(axis=0)
     return proposals[~(sticks & stuck_there)]
@@ -112,7 +112,7 @@ def _continued(work: Places, proposals: Rows) -> Rows:
 
 
 def _stored(work: Places, targets: Rows, found: Classified, rows: Rows) -> Rows:
-    """Store motions that are new, one after the other; return their runs and cells."""
+    """Store trajectories that are new, one after the other; return their runs and cells."""
     kept = []
     for row in rows:
         cell, motion = targets[row : row + 1], found.rows(np.array([row]))
@@ -138,7 +138,7 @@ def _known(
 
 
 def _same(work: Places, one: Classified, other: Classified) -> NDArray[np.bool_]:
-    """Whether pairs of motions cannot be told apart; of an undecided one it is not known."""
+    """Whether pairs of trajectories cannot be told apart; of an undecided one it is not known."""
     apart = np.abs(without_turns(one.means - other.means, work.model.whole_turns) / work.scales)
     periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
     same = (one.kinds == other.kinds) & (periodic | (one.kinds != PERIODIC))
@@ -147,7 +147,7 @@ def _same(work: Places, one: Classified, other: Classified) -> NDArray[np.bool_]
 
 
 RUNS = ("rest", "up", "down")
-"""The first runs; those after them are motions continued from neighbouring cells."""
+"""The first runs; those after them are trajectories continued from neighbouring cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,10 +172,10 @@ def find_regimes(
     transient: int,
     observer: Observer | None = None,
 ) -> Plane:
-    """Follow motions in all cells: from the start, and from the motions of cells beside them.
+    """Follow trajectories in all cells: from the start, and from those of neighboring cells.
 
-    Runs up and down along the second parameter come first. Then every motion is continued to all
-    neighbours until none is new. Shapes: places (n1,), (n2,); start (n,).
+    Runs up and down along the second parameter come first. Then every trajectory is continued to
+    all neighbours until none is new. Shapes: places (n1,), (n2,); start (n,).
     """
     shape = len(places[0]), len(places[1])
     first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
@@ -194,7 +194,7 @@ def find_regimes(
 
 
 def _sweep(work: Places, lines: NDArray[np.intp]) -> None:
-    """Continue motions along the second parameter, up and down again."""
+    """Continue trajectories along the second parameter, up and down again."""
     states = np.tile(work.start, (lines.shape[0], 1))
     for place in range(lines.shape[1]):
         states = work.follow(1, lines[:, place], states)
@@ -220,7 +220,7 @@ def _plane(work: Places, cells: tuple[int, int], interrupted: bool) -> Plane:
 Labels = NDArray[np.int64]
 
 TRANSIENT = 400
-"""Forcing periods after which it is seen whether a motion repeats, as in a map of regimes."""
+"""Forcing periods after which it is seen whether a trajectory repeats, as in a map of regimes."""
 
 MARGIN = 2
 """Cells of the regions' map around a place that have to lie in the region: nearer to a border the
@@ -235,10 +235,10 @@ def resolve_regions(
     points: tuple[int, int],
     observer: Observer | None = None,
 ) -> tuple[RegionMap, bool]:
-    """Follow motions on a grid in regions whose stable responses are none or not known.
+    """Follow trajectories on a grid in regions whose stable responses are none or not known.
 
-    Returns the regions with their motions, and whether that was interrupted. A region whose label
-    motions contradict has a check more that says so, and is not known any longer.
+    Returns the regions with their trajectories, and whether that was interrupted. A region whose
+    label trajectories contradict has a check more that says so, and is not known any longer.
     """
     places = {
         region.id: _places(regions, region, window, points)
@@ -276,7 +276,7 @@ def resolve_regions(
 
 
 def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
-    """Return a region with its motions, and a check for each period of those that its label lacks.
+    """Return a region with its trajectories, and a check for each period that its label lacks.
 
     Longer periods are no contradiction: the label speaks of periods 1 and 2.
     """

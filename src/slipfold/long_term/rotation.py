@@ -12,16 +12,16 @@ from slipfold.arrays import Array
 
 
 class Average(NamedTuple):
-    """Averages of some values along a motion, and how much they may be off."""
+    """Averages of some values along a trajectory, and how much they may be off."""
 
     values: Array  # shape (k,)
     errors: Array  # shape (k,)
 
 
 def average(values: Array) -> Average:
-    """Average values along a motion with smooth weights that vanish at both of its ends.
+    """Average values along a trajectory with smooth weights that vanish at both of its ends.
 
-    Along a periodic or quasi-periodic motion errors fall faster than any power of the length
+    Along a periodic or quasi-periodic trajectory errors fall faster than any power of the length
     (Das, Saiki, Sander and Yorke, Nonlinearity 30 (2017) 4111); along a chaotic one they fall with
     its square root, as those of the mean do. The error is the largest difference from the same
     averages over each half and over the middle.
@@ -80,7 +80,7 @@ Hurwitz's theorem infinitely many fractions come as near as 0.447 to any number.
 
 @dataclass(frozen=True)
 class Rotation:
-    """How the closed curve on which a motion passes phase zero is turned; frozen.
+    """How the closed curve on which a trajectory passes phase zero is turned; frozen.
 
     Parameters
     ----------
@@ -89,12 +89,13 @@ class Rotation:
     period
         Forcing periods after which the curve is mapped onto itself.
     error
-        Estimated error of the number: the difference from that of the second half of the motion.
+        Estimated error of the number: the difference from that of its second half.
     resonance
-        A fraction p/q near the number, None if there is none: motion nearly closes after q returns.
+        A fraction p/q near the number, None if there is none: the curve nearly closes after q
+        returns.
     beat
         Forcing periods after which it has closed once more or less than at the resonance, else NaN:
-        what is averaged along the motion converges only beyond several of them.
+        what is averaged along the trajectory converges only beyond several of them.
     """
 
     number: float

@@ -24,7 +24,8 @@ from slipfold.models.suggestion import unknown
 from slipfold.progress import Observer, Progress
 
 REACH = 1.5
-"""Of a box that nobody gives: times the typical size of each state, about the model's start."""
+"""Of a box that nobody gives: times the characteristic scale of each state, about the model's
+start."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +83,8 @@ def checked_box(model: Model, given: Any) -> Box:
 def box_around(model: Model, reached: Array | None = None) -> Box:
     """Return the box that is meant where nobody gives one.
 
-    It is about the model's start, by the typical sizes of states or how far orbits reach from it,
-    whichever is larger. Shapes: reached (n,).
+    It is about the model's start, by the characteristic scales of states or how far orbits reach
+    from it, whichever is larger. Shapes: reached (n,).
     """
     sizes = model.state_scales() if reached is None else np.maximum(model.state_scales(), reached)
     half = np.where(model.whole_turns > 0, model.whole_turns / 2, REACH * sizes)
@@ -94,31 +95,32 @@ UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """What a start came to that came to no attractor."""
 
 CHUNK = 16
-"""Periods between looks at which motions have come near to what is known."""
+"""Periods between looks at which trajectories have come near to what is known."""
 
 KEPT = 33
-"""States of each motion that these looks see."""
+"""States of each trajectory that these looks see."""
 
 FIRST_LOOK = 32
-"""Periods after which motions are first looked at closely; from then on each time twice as many."""
+"""Periods after which trajectories are first looked at closely; from then on each time twice as
+many."""
 
 PERIODS = 1024
-"""Periods of a motion unless somebody says otherwise."""
+"""Periods of a trajectory unless somebody says otherwise."""
 
 SCOUTS = 256
 """Starts, of more, that go ahead: the others then mostly come to what is known."""
 
 SURELY = 256
-"""Periods in which a motion on a torus or in chaos passes most of what it passes at all."""
+"""Periods in which a trajectory on a torus or in chaos passes most of what it passes at all."""
 
 PACED = 7
-"""Motions whose paces are looked at."""
+"""Trajectories whose paces are looked at."""
 
 LOOKED_AT = 48
-"""Motions that are looked at closely at a time, of more."""
+"""Trajectories that are looked at closely at a time, of more."""
 
 TRIALS = 4
-"""Motions in turn that may be measured in vain."""
+"""Trajectories in sequence that may be measured without success."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +130,7 @@ class Searched:
     model: Model
     attractors: tuple[Attractor, ...]
     labels: NDArray[np.int64]  # of each start: number of an attractor, or what else it came to
-    ends: dict[str, int]  # how many motions ended early, by the kind of their end
+    ends: dict[str, int]  # how many trajectories ended early, by the kind of their end
     interrupted: bool
     known: tuple[Known, ...] = ()  # the attractors with what lies near them
 
@@ -142,10 +144,11 @@ def search(
     measure: bool = True,
     known: tuple[Known, ...] = (),
 ) -> Searched:
-    """Let motions from many starts go on until each is near something known and verified.
+    """Let trajectories from many starts continue until each is near something known and verified.
 
-    `known` are the attractors of a search before, whose model this is. What comes to nothing that
-    repeats is measured by its exponents, or else undecided. An interruption keeps what is found.
+    `known` are the attractors of a search before, whose model this is. What converges to nothing
+    that repeats is measured by its exponents, or else undecided. An interruption keeps what is
+    found.
 
     Shapes: starts (k, n).
     """
@@ -172,7 +175,7 @@ def search(
 
 
 class _Search:
-    """The motions, and what they have come to so far."""
+    """The trajectories, and what they have come to so far."""
 
     def __init__(
         self, verified: Verified, starts: Array, most: int, observer: Observer | None
@@ -185,7 +188,7 @@ class _Search:
         self._observer = observer
 
     def run(self, *, measure: bool) -> None:
-        """Let all motions go on, and look closely at them now and then."""
+        """Let all trajectories continue, and look closely at them now and then."""
         look = FIRST_LOOK
         while len(self._open) and self._periods < self._most:
             self._go_on(min(CHUNK, self._most - self._periods))
@@ -228,7 +231,7 @@ class _Search:
             self._observer(Progress("starts", done, len(self._labels), text, values))
 
     def _catch(self, known: Known) -> None:
-        """Label the motions that have come near it."""
+        """Label the trajectories that have come near it."""
         which = self._open
         if len(which):
             self._labels[which[known.catches(self._last[which])]] = known.attractor.id
@@ -239,7 +242,7 @@ class _Search:
         self._tell()
 
     def _look_at_open(self) -> None:
-        """Correct what motions nearly repeat on to what they settle on."""
+        """Correct what trajectories nearly repeat on to what they converge to."""
         which = self._open
         for place in which[:: -(-len(which) // LOOKED_AT) or 1]:
             if self._labels[place] == UNFINISHED:
@@ -264,7 +267,7 @@ class _Search:
                 self._tell()
 
     def _catch_later(self, known: Known) -> None:
-        """Label the motions that come to it within as many periods as tell surely."""
+        """Label the trajectories that come to it within as many periods as tell surely."""
         which = self._open
         if len(which):
             states = self._motions.go_on(which, SURELY)
@@ -272,7 +275,7 @@ class _Search:
 
 
 def _counted(observer: Observer | None, before: int, total: int) -> Observer | None:
-    """Return who is told of motions besides those `before`, as part of all of them."""
+    """Return who is told of trajectories besides those `before`, as part of all of them."""
     if observer is None:
         return None
     return lambda progress: observer(replace(progress, done=before + progress.done, total=total))
@@ -286,7 +289,7 @@ def _paced(model: Model, starts: Array) -> Model:
 
 
 def kind_of(item: Attractor) -> str:
-    """Return what an attractor is wherever it goes on."""
+    """Return what an attractor is wherever it continues."""
     return item.kind if item.period is None else f"period {item.period}"
 
 
@@ -298,7 +301,7 @@ def search_released(
     observer: Observer | None = None,
     known: tuple[Known, ...] = (),
 ) -> Searched:
-    """Let motions go on from their phases to phase zero, and from there until each is known.
+    """Continue trajectories from their phases to phase zero, and until each is known.
 
     `known` are the attractors of a search before. Shapes: starts (k, n); phases (k,), from 0 to 1.
     """

@@ -77,7 +77,7 @@ class Spectrum(SpectralLines):
     periods
         Forcing periods transformed: the lines are 1/`periods` of the forcing frequency apart.
     settled
-        Whether the motion was periodic with these periods. If not, its lines leak into each other.
+        Whether the trajectory was periodic with these periods. If not, lines leak into each other.
 
     Examples
     --------
@@ -185,7 +185,7 @@ def find_spectrum(
 
 
 def _without_even_turning(angles: Array) -> Array:
-    """Return angles of a periodic motion less their mean speed. Shapes: angles (m, k)."""
+    """Return angles of a periodic trajectory less their mean speed. Shapes: angles (m, k)."""
     steps = np.diff(angles, axis=0, append=angles[:1])
     steps -= TURN * np.round(steps / TURN)
     steps -= steps.mean(axis=0)

@@ -1,4 +1,4 @@
-"""Points of motions over a parameter: swept up and down, and from many starts at each value."""
+"""Points of trajectories over a parameter: swept up and down, and from many starts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ NOT_DONE = "not done"
 """Why a run has no points where an interruption came before."""
 
 TOGETHER = 512
-"""Motions from starts that are followed together: between them an interruption loses nothing."""
+"""Trajectories from starts that are followed together: between them an interruption loses
+nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +122,7 @@ class _Sweep:
         return "", found[-1]
 
     def _from_starts(self, first: int, starts: Array) -> None:
-        """Follow motions from some starts, whose runs are those from `first` on."""
+        """Follow trajectories from some starts, whose runs are those from `first` on."""
         before, count = self.done, len(starts)
 
         def tell(progress: Progress) -> None:

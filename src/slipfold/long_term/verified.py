@@ -26,7 +26,7 @@ from slipfold.text.stability import stability_word
 
 
 class Motions:
-    """Motions side by side; where contacts come to stick a motion goes on through that.
+    """Trajectories in one batch; where contacts come to stick a trajectory continues through that.
 
     Periods are the forcing's, of an autonomous model intervals of its ``duration``.
     """
@@ -34,15 +34,15 @@ class Motions:
     def __init__(self, model: Model, starts: Array) -> None:
         self.model = model
         self.states = starts.copy()  # shape (k, n)
-        self.stops: dict[int, Stop] = {}  # why motions ended, by their place
+        self.stops: dict[int, Stop] = {}  # why trajectories ended, by their place
         self.stuck = np.zeros(len(starts), bool)  # whether contacts stuck in the last periods
         self._periods = np.zeros(len(starts), int)
         self._period = flow_of(model).constants_of(model).period
 
     def go_on(self, which: NDArray[np.intp], periods: int) -> Array:
-        """Let some motions go on; return their states at the start of each period and the end.
+        """Continue some trajectories; return their states at the start of each period and the end.
 
-        What comes after the end of a motion is no number. Shapes: returns (k, periods + 1, n).
+        What comes after the end of a trajectory is no number. Shapes: returns (k, periods + 1, n).
         """
         points = strobe_many(self.model, self.states[which], None, periods)
         known = np.isfinite(points.states).all(axis=2).sum(axis=1)
@@ -91,18 +91,19 @@ FARTHER, TIMES = 4, 7
 """By how much that distance is made longer at a time, and how often at most; if need be shorter."""
 
 PROBES = 24
-"""States at a distance whose motions must come nearer."""
+"""States at a distance whose trajectories must come nearer."""
 
 SAME = 1e-6
 """Distance, in scaled states, of two orbits that are one."""
 
 ACROSS = 0.25
-"""Share of its own width at which nothing more is taken to come to a cycle without being tried."""
+"""Fraction of its own width at which nothing more is taken to come to a cycle without being
+tried."""
 
 DECAY, FEWEST, MOST_ROUNDS = 0.03, 2, 100
-"""By how much the multipliers shorten distances from a cycle in the rounds in which motions must
-come nearer by half, and how many rounds these are at least and at most: what is not orthogonal to
-the others grows at first."""
+"""By how much the multipliers shorten distances from a cycle in the rounds in which trajectories
+must come nearer by half, and how many rounds these are at least and at most: what is not orthogonal
+to the others grows at first."""
 
 POINTS = 3000
 """States at phase zero that stand for a torus or for chaos."""
@@ -111,7 +112,7 @@ SPACINGS = 3.0
 """Distance from such a state, in the distance at which others follow, that lies on it."""
 
 INSIDE = 0.9
-"""Share of the states of a motion on it that lie so near."""
+"""Fraction of the states of a trajectory on it that lie so near."""
 
 
 class Known(ABC):
@@ -123,7 +124,7 @@ class Known(ABC):
 
     @abstractmethod
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether each motion ends here, by its last states, shapes (k, m, n), returns (k,)."""
+        """Whether each trajectory ends here, by its last states, shapes (k, m, n), returns (k,)."""
 
     @abstractmethod
     def distance(self, states: Array) -> Array:
@@ -133,7 +134,7 @@ class Known(ABC):
         return without_turns(states - points, self._whole) / self._scales
 
     def _directions(self) -> Array:
-        """Directions in which motions are tried, of length one, shape (PROBES, n)."""
+        """Directions in which trajectories are tried, of length one, shape (PROBES, n)."""
         found = np.random.default_rng(0).standard_normal((PROBES, len(self._scales)))
         return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
 
@@ -143,7 +144,7 @@ class KnownPoint(Known):
 
     Near it distances are measured so that each round makes them shorter: with the monodromy matrix
     M of spectral radius r, in the norm x' P x of M' P M - r P + r = 0. How far that holds in the
-    equations themselves motions tell that begin at such distances.
+    equations themselves trajectories tell that begin at such distances.
     """
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
@@ -158,7 +159,7 @@ class KnownPoint(Known):
         self._reach = self._found_reach(model)
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether a motion passed near it once."""
+        """Whether a trajectory passed near it once."""
         return np.asarray((self._length(strobes) < self._reach).any(axis=1))
 
     def distance(self, states: Array) -> Array:
@@ -172,7 +173,7 @@ class KnownPoint(Known):
             return np.asarray(np.linalg.norm(apart @ self._metric.T, axis=-1))
 
     def _found_reach(self, model: Model) -> float:
-        """Return the largest of some distances from which every motion comes nearer."""
+        """Return the largest of some distances from which every trajectory comes nearer."""
         around = np.linalg.solve(self._metric, self._directions().T).T * self._scales
 
         def nearer(tried: float) -> bool:
@@ -196,7 +197,7 @@ class KnownCycle(Known):
         self._reach = self._found_reach(model)
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether a motion has come beside it, which it then does not leave."""
+        """Whether a trajectory has come beside it, which it then does not leave."""
         return np.asarray(self.distance(strobes[:, -1]) < self._reach)
 
     def distance(self, states: Array) -> Array:
@@ -220,7 +221,7 @@ class KnownCycle(Known):
 
 
 class KnownCloud(Known):
-    """A torus or chaos, by the states of one motion on it."""
+    """A torus or chaos, by the states of one trajectory on it."""
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
         from scipy.spatial import KDTree
@@ -237,7 +238,7 @@ class KnownCloud(Known):
         )
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether nearly all states of a motion lie on it."""
+        """Whether nearly all states of a trajectory lie on it."""
         return np.asarray((self.distance(strobes) < self._reach).mean(axis=1) >= INSIDE)
 
     def holds(self, other: KnownCloud) -> bool:
@@ -285,7 +286,7 @@ def _monodromy(model: Model, state: Array, period: int) -> Array:
     found = np.eye(len(state))
     for matrix in matrices.reshape(-1, *found.shape):
         found = matrix @ found
-    # A motion is scaled by its own start.
+    # A trajectory is scaled by its own start.
     ratios = growth.model.state_scales() / model.state_scales()
     return found * ratios[:, None] / ratios
 
@@ -299,14 +300,14 @@ def _metric(matrix: Array) -> Array:
 
 
 LONGEST = 16
-"""Longest period, in forcing periods, that is tried where motions nearly repeat."""
+"""Longest period, in forcing periods, that is tried where trajectories nearly repeat."""
 
 CANDIDATES = 3
 """Periods tried at a time."""
 
 NEARLY = 0.03
-"""A motion that moves by less in a period of its own, in scaled states, has an orbit nearby, which
-Newton's method finds."""
+"""A trajectory that moves by less in a period of its own, in scaled states, has an orbit nearby,
+which Newton's method finds."""
 
 NEAR = 10.0
 """Distance from it, in such movements, within which an orbit that is known is the one."""
@@ -315,7 +316,7 @@ BESIDE = 3e-3
 """Distance from a cycle, in scaled states, within which it is the one."""
 
 CLOSED = 0.03
-"""A motion that comes back this near, over its extent, is near a cycle."""
+"""A trajectory that comes back this near, over its extent, is near a cycle."""
 
 FINELY = 64
 """Samples in an interval in which that is seen."""
@@ -324,7 +325,7 @@ POINT = 1e-5
 """Extent, in scaled states, of a cycle that is none: Newton's method turns about an equilibrium."""
 
 EXPONENTS = (2000, 8000)
-"""Periods from which is told, one after the other, whether a motion is a torus or chaos."""
+"""Periods from which is told, one after the other, whether a trajectory is a torus or chaos."""
 
 TOLERANCE = 1e-8
 """Error of exponents below which no more are needed."""
@@ -339,7 +340,7 @@ class Verified:
         self._slips = may_slip(model)  # else each orbit turns, sticking or not
 
     def settling(self, states: Array, sticks: bool) -> Known | None:
-        """Return what attracts a motion and is not known, if its last states tell that.
+        """Return what attracts a trajectory and is not known, if its last states tell that.
 
         Shapes: states (m, n).
         """
@@ -355,7 +356,7 @@ class Verified:
         return None
 
     def measured(self, state: Array, sticks: bool) -> Known | None:
-        """Return the torus or chaos that a motion is on by its exponents, known or not.
+        """Return the torus or chaos that a trajectory is on by its exponents, known or not.
 
         Where they tell that it repeats, its orbit if that is not known. Shapes: state (n,).
         """
@@ -425,7 +426,7 @@ class Verified:
         return KnownCycle(self.model, orbit, of_orbit(orbit, self._next))
 
     def _round(self, states: Array) -> float | None:
-        """Return after how many seconds the end of a motion comes nearly back, if it does."""
+        """Return after how many seconds the end of a trajectory comes nearly back, if it does."""
         flow, count = flow_of(self.model), len(states) - 1
         constants = flow.constants_of(self.model)
         finely = flow.sample(states[:-1], np.zeros(count), np.ones(count), FINELY, constants)

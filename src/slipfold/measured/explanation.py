@@ -68,7 +68,7 @@ class Prediction:
 
 
 def _alike(orbits: Sequence[StableOrbit]) -> list[list[int]]:
-    """Return numbers of orbits that are corrected side by side: of one period and form."""
+    """Return numbers of orbits that are corrected in one batch: of one period and form."""
     groups: dict[tuple[int, int], list[int]] = {}
     for row, orbit in enumerate(orbits):
         groups.setdefault((orbit.period, len(orbit.nodes)), []).append(row)
@@ -123,7 +123,7 @@ class Readings:
     measurement: Measurement
     bounds: Mapping[str, tuple[float, float]]
     weights: Array  # one over the standard deviations, 0 where nothing was read, shape (m, q)
-    known: bool  # whether the standard deviations are; else weights are shares of ranges
+    known: bool  # whether the standard deviations are; else weights are fractions of ranges
 
     @classmethod
     def weighted(
@@ -131,7 +131,7 @@ class Readings:
     ) -> Readings:
         """Return readings with weights from their standard deviations.
 
-        Where these are not known they are taken to be the same share of each quantity's range.
+        Where these are not known they are taken to be the same fraction of each quantity's range.
         """
         readings, errors = measurement.readings, measurement.errors
         there = np.isfinite(readings)
@@ -153,7 +153,7 @@ class Readings:
         return np.asarray((self.weights > 0).sum(axis=1))
 
     def explained(self, model: Model, before: Explanation | None = None) -> Explanation:
-        """Return the explanation by the stable orbits of a model, followed anew.
+        """Return the explanation by the stable orbits of a model, followed again.
 
         The orbits of an explanation `before`, at the same parameters, are candidates too: they may
         lie on branches that the response does not lead to.

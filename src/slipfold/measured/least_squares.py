@@ -43,7 +43,7 @@ def best_of_rounds(
 ) -> tuple[Explanation, float, bool]:
     """Return the best explanation near a start, the typical distance, and whether it converged.
 
-    Each round minimises the sum of squares with the orbits held, then explains readings anew with
+    Each round minimises the sum of squares with the orbits held, then explains readings again with
     those orbits among the candidates. So the sum never grows, and rounds cannot cycle. The typical
     distance is at most the `scale` given, `close` as for `closest`.
     """
@@ -129,7 +129,7 @@ POINTS = 60
 """Points of a profile on one side."""
 
 CHECKS = 3
-"""Times that readings are explained anew at its end."""
+"""Times that readings are explained again at its end."""
 
 
 class Better(Exception):
@@ -179,7 +179,7 @@ class Profile:
         """Return the last point of a profile that costs no more than it may.
 
         Where orbits vanish, as at a fold, steps are halved; just beyond readings are explained
-        anew, from where the profile goes on if other orbits explain them.
+        again, from where the profile continues if other orbits explain them.
         """
         bound, middle, least = (
             self._bound(place, way),
@@ -244,7 +244,7 @@ class Profile:
         return None
 
     def _anew(self, here: Explanation, place: int, target: float) -> Explanation:
-        """Return the best explanation with a parameter held, of readings explained anew."""
+        """Return the best explanation with a parameter held, of readings explained again."""
         names = tuple(here.readings.bounds)
         start = here.readings.explained(here.model.replace(**{names[place]: target}))
         return best_of_rounds(start, names[:place] + names[place + 1 :])[0]

@@ -117,7 +117,7 @@ class Measurement(OneLine, ReadOnly):
     sweep
         ``"up"``, ``"down"`` or ``""`` for each row: how the parameter came to its value.
     stopped
-        Why `slipfold.measure` took no more readings: where the motion ended at a limit; None if
+        Why `slipfold.measure` took no more readings: where the trajectory ended at a limit; None if
         it did not.
 
     Examples

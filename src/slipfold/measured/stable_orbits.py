@@ -30,7 +30,7 @@ CLOSE = 1e-9
 """Correction of an orbit that is the last: readings are then exact to rounding."""
 
 MARGIN = 0.02
-"""Share of the span by which branches are followed beyond it, so that its ends lie inside."""
+"""Fraction of the span by which branches are followed beyond it, so that its ends lie inside."""
 
 SAME_STATE = 1e-6
 """Difference of states, over their size, of one orbit found twice."""

@@ -1,4 +1,4 @@
-"""What a test stand would see: a parameter swept in steps, each time until the motion settles."""
+"""What a test stand would see: a parameter swept in steps, each to a steady state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slipfold.orbits.extrema import steady_extrema
 from slipfold.progress import Observer, Progress
 
 EACH = 500
-"""Forcing periods after which a motion is looked at."""
+"""Forcing periods after which a trajectory is looked at."""
 
 MOST = 16
 """Times that it is looked at before it is read as it is."""
@@ -32,10 +32,10 @@ def swept(
     seed: int,
     observer: Observer | None = None,
 ) -> Measurement:
-    """Sweep a parameter through values in their order and read the motion at each.
+    """Sweep a parameter through values in their order and read the trajectory at each.
 
     Noise of standard deviations `errors` is added, one for each quantity; 0 adds none. Interrupted,
-    or where the motion ends at a limit, it returns what was read. Shapes: errors (q,).
+    or where the trajectory ends at a limit, it returns what was read. Shapes: errors (q,).
     """
     noise = np.random.default_rng(seed)
     state, rows, stopped = model.start, list[Array](), None
@@ -71,7 +71,7 @@ def swept(
 
 
 def _settled(model: Model, state: Array) -> Trajectory:
-    """Return the end of a motion that was given time to settle, or that ended early."""
+    """Return the end of a trajectory that was given time to settle, or that ended early."""
     for _ in range(MOST):
         motion = simulate_smooth_or_switched(model, EACH, state)
         if motion.stopped is not None and motion.stopped.kind == "interrupted":
