@@ -146,6 +146,7 @@ def test_bautin_point_and_the_folds_of_cycles_born_there():
     assert general.values == pytest.approx([0, 0], abs=1e-12)
     assert all(value < 1e-9 for value in general.uncertainty)
     assert general.leads_to == (folds.id,)
+    assert general.coefficients == pytest.approx({"l2": -4}, rel=1e-7)
     assert general.duration == pytest.approx(2 * math.pi)
     b1, b2 = folds.values.T
     assert b1 == pytest.approx(-(b2**2) / 4, abs=1e-12)
@@ -153,6 +154,30 @@ def test_bautin_point_and_the_folds_of_cycles_born_there():
     assert b2.max() == pytest.approx(math.sqrt(2), abs=1e-12)
     assert np.hypot(*folds.states.T) == pytest.approx(np.sqrt(np.abs(b2) / 2), abs=1e-6)
     assert folds.durations == pytest.approx(2 * math.pi)
+
+
+def test_second_lyapunov_coefficient_in_bent_coordinates():
+    # z' = (b1 + 2i) z + (b2 + 0.7i) z |z|^2 + 0.5 z |z|^4, with u + iv = z; |z|^2 is twice as much
+    # for a vector of unit length.
+    model = sf.System({
+        "name": "bent",
+        "parameters": {"b1": -0.5, "b2": 1},
+        "formulas": {
+            "v": "y - 0.4*x^2 + 0.3*s*x",
+            "u": "x + 0.5*v^2",
+            "r": "u^2 + v^2",
+            "du": "(b1 + b2*r + 0.5*r^2)*u - (2 + 0.7*r)*v",
+            "dv": "(b1 + b2*r + 0.5*r^2)*v + (2 + 0.7*r)*u",
+            "dx": "du - v*dv",
+            "ds": "-s",
+        },
+        "states": {"x": "dx", "y": "dv + 0.8*x*dx - 0.3*(ds*x + s*dx)", "s": "ds"},
+    })  # fmt: skip
+    point = point_of(model, "b1", (-0.5, 0.5), "HB")
+    (hopf, *_) = sf.locus(point, ("b1", "b2"), ((-0.5, 1), (-2, 2)), switch=False).loci
+    (general,) = specials(hopf, "GH")
+    assert general.values == pytest.approx([0, 0], abs=1e-10)
+    assert general.coefficients == pytest.approx({"l2": 0.5 * 4 / 2}, rel=1e-7)
 
 
 def test_cusp():

@@ -20,6 +20,7 @@ from slipfold.normal_forms.normal_form import (
     MapDerivatives,
     critical_vectors,
     pair_cubic,
+    second_lyapunov_coefficient,
     third_form,
 )
 
@@ -209,6 +210,11 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
     }
 
 
+def _generalised_hopf(field: FieldMap) -> dict[str, float]:
+    second = second_lyapunov_coefficient(field)
+    return {} if second is None else {"l2": second}
+
+
 def _double_hopf(field: FieldMap) -> dict[str, float]:
     """Real parts of the cubic coefficients of both pairs, the faster one first (section 8.6)."""
     matrix, identity = field.jacobian, np.eye(len(field.jacobian))
@@ -247,4 +253,5 @@ _EQUILIBRIUM_FORMS: dict[str, Callable[[FieldMap], dict[str, float]]] = {
     "BT": _bogdanov_takens,
     "ZH": _zero_hopf,
     "HH": _double_hopf,
+    "GH": _generalised_hopf,
 }

@@ -40,6 +40,18 @@ class FieldMap:
         return found * self._scales / self._scales[:, None] / self._time
 
     @property
+    def centre(self) -> Array:
+        """The equilibrium, shape (n,)."""
+        return np.asarray(self._state / self._scales)
+
+    def rates(self, states: Array) -> tuple[Array, Array]:
+        """Return rates and Jacobians at states. Shapes: (m, n); returns (m, n), (m, n, n)."""
+        given = states * self._scales, np.zeros(len(states)), self._constants
+        units = self._scales * self._time
+        slopes = self._flow.jacobians(*given) * self._scales
+        return self._flow.rates(*given) / units, slopes / units[:, None]
+
+    @property
     def pull(self) -> Array:
         """Derivative of the rates with respect to the last free parameter, shape (n,)."""
         states = self._state[None]

@@ -271,6 +271,12 @@ SHARES = np.array([0.55, 0.7, 0.85, 1.0])
 AGREEMENT = 1e-2
 """Share by which the two that agree best may differ."""
 
+TIMES = 17
+"""Times of a cycle: eight harmonics of amplitudes up to 0.05 leave 1e-12."""
+
+LARGEST = 1500
+"""Unknowns up to which equations round a cycle are solved densely."""
+
 RULE = Rule(close=1e-12, iterations=12)
 
 
@@ -284,8 +290,15 @@ def quintic_coefficient(orbits: Orbits, point: OrbitPoint, scales: Array) -> flo
     amplitudes = np.multiply.outer(AMPLITUDES, SHARES)
     shifts = _shifts(orbits, point, scales, amplitudes.ravel()).reshape(amplitudes.shape)
     # tau / a^3 = -(b + e a^2 + ...): b is what was left over of it.
-    powers = amplitudes[:, :, None] ** np.array([0, 2, 4, 6])
-    found = -solve_each(powers, shifts / amplitudes**3)[:, 1]
+    return _slope(amplitudes, -shifts / amplitudes**3)
+
+
+def _slope(amplitudes: Array, values: Array) -> float | None:
+    """Return how values change with the square of an amplitude; None if that is not known.
+
+    Shapes: (k, 4).
+    """
+    found = solve_each(amplitudes[:, :, None] ** np.array([0, 2, 4, 6]), values)[:, 1]
     pairs = [(a, b) for a, b in pairwise(found.tolist()) if b and not np.isnan(a / b)]
     best = min(pairs, key=lambda pair: abs(pair[0] / pair[1] - 1), default=None)
     if best is None or abs(best[0] / best[1] - 1) > AGREEMENT:
@@ -355,6 +368,58 @@ def first_lyapunov_coefficient(field: FieldMap) -> float:
     h11 = -np.linalg.solve(matrix, q_q)
     h20 = np.linalg.solve(2j * value.imag * identity - matrix, qq)
     return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
+
+
+def second_lyapunov_coefficient(field: FieldMap) -> float | None:
+    r"""Return l2 of a generalised Hopf point, Re(c2) over the frequency.
+
+    The normal form is :math:`w' = i \omega w + c_1 w |w|^2 + c_2 w |w|^4` (Kuznetsov, section 8.3).
+    A cycle with the first harmonic a q exists if the critical modes are damped by
+    :math:`Re(c_1) a^2 + Re(c_2) a^4 + ...` as well (the reduction of Lyapunov and Schmidt).
+    """
+    q, p, value = _turning(field.jacobian)
+    if TIMES * len(q) > LARGEST:
+        return None
+    amplitudes = np.multiply.outer(AMPLITUDES, SHARES)
+    damping = _damping(field, q, p, value.imag, amplitudes.ravel()).reshape(amplitudes.shape)
+    slope = _slope(amplitudes, damping / amplitudes**2)
+    return None if slope is None else slope / value.imag
+
+
+def _damping(field: FieldMap, q: Vector, p: Vector, frequency: float, amplitudes: Array) -> Array:
+    """Return by how much critical modes are damped where cycles have some amplitudes, shape (k,).
+
+    Newton's method for the states at equidistant times, the frequency and the damping.
+    """
+    n, count = len(q), TIMES * len(q)
+    turn = np.exp(2j * np.pi * np.arange(TIMES) / TIMES)
+    orders = np.fft.fftfreq(TIMES, 1 / TIMES)
+    slopes = np.fft.ifft(1j * orders[:, None] * np.fft.fft(np.eye(TIMES), axis=0), axis=0).real
+    by_time = np.kron(slopes, np.eye(n))
+    critical = np.kron(np.eye(TIMES), 2 * np.outer(q, p.conj()).real)
+    harmonic = np.kron(turn.conj(), p.conj()) / TIMES
+    centre = np.tile(field.centre, TIMES)
+
+    def steps(some: NDArray[np.int64], unknown: Array) -> Array:
+        away, (turns, damped) = unknown[:, :-2], unknown[:, -2:].T[:, :, None]
+        rates, jacobians = field.rates((centre + away).reshape(-1, n))
+        matrices = np.zeros((len(some), count + 2, count + 2))
+        matrices[:, :count, :count] = turns[:, :, None] * by_time + damped[:, :, None] * critical
+        blocks = matrices[:, :count, :count].reshape(-1, TIMES, n, TIMES, n)
+        each = np.arange(TIMES)
+        blocks[:, each, :, each] -= jacobians.reshape(-1, TIMES, n, n).swapaxes(0, 1)
+        moved, lost = away @ by_time.T, away @ critical.T
+        matrices[:, :count, -2], matrices[:, :count, -1] = moved, lost
+        matrices[:, -2, :count], matrices[:, -1, :count] = harmonic.real, harmonic.imag
+        left = turns * moved - rates.reshape(-1, count) + damped * lost
+        first = away @ harmonic - amplitudes[some]
+        residual = np.column_stack([left, first.real, first.imag])
+        return solve_each(matrices, -residual)
+
+    shape = 2 * np.real(turn[:, None] * q).ravel()
+    guesses = amplitudes[:, None] * np.append(shape, [0.0, 0.0])
+    guesses[:, -2] = frequency
+    return correct_many(steps, guesses, RULE).z[:, -1]
 
 
 def _turning(matrix: Array) -> tuple[Vector, Vector, complex]:
