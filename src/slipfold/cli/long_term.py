@@ -123,8 +123,8 @@ def attractors(
     """
     from slipfold.computations.long_term import attractors as compute
 
-    found = partial(compute, model, box, starts=starts, seed=seed, periods=periods)
-    return outputs.status_of(found)
+    result = partial(compute, model, box, starts=starts, seed=seed, periods=periods)
+    return outputs.status_of(result)
 
 
 @command
@@ -164,8 +164,8 @@ def basin_fractions(
     """
     from slipfold.computations.long_term import basin_fractions as compute
 
-    found = partial(compute, model, *varied, box, points=points, starts=starts, seed=seed)
-    return outputs.status_of(partial(found, periods=periods))
+    result = partial(compute, model, *varied, box, points=points, starts=starts, seed=seed)
+    return outputs.status_of(partial(result, periods=periods))
 
 
 @command
@@ -191,9 +191,9 @@ def sweep(
     chosen = str(runs)
     if chosen not in RUNS:
         raise InputError(f"--runs {runs} is unknown; give {', '.join(RUNS)}")
-    found = partial(compute, model, *varied, points=points, runs=RUNS[chosen], starts=starts)
+    result = partial(compute, model, *varied, points=points, runs=RUNS[chosen], starts=starts)
     given = {"transient": transient, "periods": periods}
-    return outputs.status_of(partial(found, box=box, seed=seed, state=state, **given))
+    return outputs.status_of(partial(result, box=box, seed=seed, state=state, **given))
 
 
 @command
@@ -211,5 +211,5 @@ def regimes(
     """
     from slipfold.computations.long_term import regimes as compute
 
-    found = partial(compute, model, window, points=points, state=state, transient=transient)
-    return outputs.status_of(found)
+    result = partial(compute, model, window, points=points, state=state, transient=transient)
+    return outputs.status_of(result)

@@ -115,21 +115,21 @@ def measure(
 
         errors = _errors(error) or 0.0
         compute = partial(compute, sweep=sweep, errors=errors, seed=seed, observer=observe)
-        found = compute(model, name, values, quantity)
+        result = compute(model, name, values, quantity)
         remarks = [repr(model), f"swept {sweep} over {name}"]
-        if found.stopped is not None:
-            remarks.append(f"stopped early: {found.stopped}")
-        text = csv_of(found, remarks)
+        if result.stopped is not None:
+            remarks.append(f"stopped early: {result.stopped}")
+        text = csv_of(result, remarks)
         if csv is None:
             say(text.rstrip())
         else:
             write_file(csv, text.encode())
             note(f"wrote {csv}")
-    if found.stopped is not None:
-        note(f"stopped early: {found.stopped}; {len(found)} of {total} readings are kept")
+    if result.stopped is not None:
+        note(f"stopped early: {result.stopped}; {len(result)} of {total} readings are kept")
         return FAILED
-    if len(found) < total:
-        note(f"interrupted after {len(found)} of {total} readings, which are kept")
+    if len(result) < total:
+        note(f"interrupted after {len(result)} of {total} readings, which are kept")
         return INTERRUPTED
     return DONE
 
@@ -168,12 +168,12 @@ def plan(
         raise InputError("no --error is given; give what readings scatter by, e.g. --error 1e-4")
     name, values = _values(varied, points)
     with live_line():
-        found = compute(model, name, values, quantity, names, errors=errors)
+        result = compute(model, name, values, quantity, names, errors=errors)
     if best is not None:
-        found = found.some(found.best(best))
-    outputs.write(found)
+        result = result.some(result.best(best))
+    outputs.write(result)
     if best is not None and outputs.json != "-":
-        say(f"best at {name} = {', '.join(f'{value:.6g}' for value in found.values)}")
+        say(f"best at {name} = {', '.join(f'{value:.6g}' for value in result.values)}")
     return DONE
 
 
@@ -186,5 +186,5 @@ def _values(varied: tuple[str, tuple[float, float]], count: int) -> tuple[str, l
 
 def _errors(texts: Any) -> float | list[float] | None:
     """Return the standard deviations given, None if there are none."""
-    found = [parse_number(text, "--error") for text in texts or ()]
-    return found[0] if len(found) == 1 else found or None
+    result = [parse_number(text, "--error") for text in texts or ()]
+    return result[0] if len(result) == 1 else result or None

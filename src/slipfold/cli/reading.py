@@ -48,9 +48,9 @@ def command(function: Callable[..., Any]) -> Callable[..., Any]:
     readers: dict[str, Reader] = {}
     for item in inspect.signature(function).parameters.values():
         declared = get_args(function.__globals__.get(item.annotation))[1:]
-        (found,) = (each for each in declared if isinstance(each, Option | Reader))
+        (result,) = (each for each in declared if isinstance(each, Option | Reader))
         readers[item.name] = (
-            found if isinstance(found, Reader) else _reader(item.name, found, item.default)
+            result if isinstance(result, Reader) else _reader(item.name, result, item.default)
         )
 
     def run(**given: Any) -> Any:
@@ -312,19 +312,19 @@ def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dic
     >>> parse_assignments(["f=12.5", "alpha=60deg"])
     {'f': '12.5', 'alpha': '60deg'}
     """
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for text in texts or ():
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise InputError(
                 f"{option} {text!r} is not of the form NAME=VALUE; write e.g. {option} f=12.5"
             )
-        if name in found:
+        if name in result:
             raise InputError(
-                f"{name} is set twice, to {found[name]} and to {value}; give {option} {name}= once"
+                f"{name} is set twice, to {result[name]} and to {value}; give {option} {name}= once"
             )
-        found[name] = value
-    return found
+        result[name] = value
+    return result
 
 
 def parse_states(texts: Sequence[str] | None, model: Model) -> dict[str, float] | None:
@@ -333,8 +333,8 @@ def parse_states(texts: Sequence[str] | None, model: Model) -> dict[str, float] 
 
     units = {item.name: item.unit for item in model.states}
     given = parse_assignments(texts, "--start")
-    found = {name: parse_quantity(given[name], units.get(name, ""), name) for name in given}
-    return found or None
+    result = {name: parse_quantity(given[name], units.get(name, ""), name) for name in given}
+    return result or None
 
 
 def parse_box(
@@ -345,7 +345,7 @@ def parse_box(
     >>> parse_box(["y=-0.5:0.5"])
     {'y': ('-0.5', '0.5')}
     """
-    found = {}
+    result = {}
     for name, text in parse_assignments(texts, option).items():
         least, colon, largest = (part.strip() for part in text.partition(":"))
         if not (least and colon and largest) or ":" in largest:
@@ -353,8 +353,8 @@ def parse_box(
                 f"{option} {name}={text} is not of the form NAME=LEAST:LARGEST; write e.g. "
                 f"{option} {name}=-1:1"
             )
-        found[name] = (least, largest)
-    return found or None
+        result[name] = (least, largest)
+    return result or None
 
 
 def parse_points(text: str, option: str = "--points", least: int = 2) -> tuple[int, int]:
@@ -447,13 +447,13 @@ def parse_bounds(texts: Sequence[str] | None, model: Model) -> dict[str, tuple[f
     >>> parse_bounds(["mu=0.3:0.7", "L=40:60mm"], SlidingOscillator())
     {'mu': (0.3, 0.7), 'L': (0.04, 0.06)}
     """
-    found: dict[str, tuple[float, float]] = {}
+    result: dict[str, tuple[float, float]] = {}
     for text in texts or ():
         name, ends = _parse_interval(text, model, "--fit mu=0.3:0.7")
-        if name in found:
+        if name in result:
             raise InputError(f"{name} has bounds twice; give --fit {name}= once")
-        found[name] = ends
-    return found
+        result[name] = ends
+    return result
 
 
 def _parse_interval(

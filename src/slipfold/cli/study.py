@@ -84,7 +84,7 @@ def study(
     outputs = Outputs(files.json, file, files.csv).checked()
     store = Path(file).with_suffix(".study")
     with live_line() as show, deferred_interrupts() as check_interrupt:
-        found = compute(
+        result = compute(
             case,
             store,
             executor=scheduler or (None if count == 1 else count),
@@ -92,14 +92,14 @@ def study(
             retry_failed=retry_failed,
             observer=reporter(show, check_interrupt),
         )
-    if found.interrupted:
+    if result.interrupted:
         how = "" if retry_failed else " with --resume"
         note(
-            f"interrupted; {found.done} of {len(found)} cases are kept in {store}; the same "
+            f"interrupted; {result.done} of {len(result)} cases are kept in {store}; the same "
             f"command{how} goes on"
         )
         return INTERRUPTED
-    outputs.write(found)
+    outputs.write(result)
     return DONE
 
 
@@ -113,17 +113,17 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
     product = " x ".join(map(str, plan.cases.shape))
     said = f"{product} = {count}" if len(plan.cases.shape) > 1 else f"{count}"
     say(f"{plan.work.what} of {plan.model!r}\n{said} cases over {', '.join(plan.cases.names)}")
-    found = estimate(plan)
+    result = estimate(plan)
     processes = "one process" if workers == 1 else f"{workers} processes"
     if scheduler is not None:
         processes += f" of this machine, not at {scheduler}"
-    alone, most = (" by itself", "at most ") if found.batched else ("", "")
+    alone, most = (" by itself", "at most ") if result.batched else ("", "")
     say(
-        f"{found.seconds:.3g} s a case{alone}, from {found.tried} of them: "
-        f"{most}{duration_text(count * found.seconds / workers)} on {processes}"
-        f"{', as cases go side by side' if found.batched else ''}"
+        f"{result.seconds:.3g} s a case{alone}, from {result.tried} of them: "
+        f"{most}{duration_text(count * result.seconds / workers)} on {processes}"
+        f"{', as cases go side by side' if result.batched else ''}"
     )
-    for reason in found.failures:
+    for reason in result.failures:
         say(f"one of these failed: {reason}")
 
 

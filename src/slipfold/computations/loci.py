@@ -207,7 +207,7 @@ def bifurcation_set(
     observer = with_place(observer, model, names)
     started = perf_counter()
     base = measured_across(base, names, spans)
-    found = find_bifurcation_set(
+    result = find_bifurcation_set(
         base,
         names,
         spans,
@@ -217,22 +217,22 @@ def bifurcation_set(
         settings=chosen,
         observer=observer,
     )
-    labels, stopped = found.regions, found.interrupted
+    labels, stopped = result.regions, result.interrupted
     if labels is not None and grid is not None:
         from slipfold.long_term.regimes import resolve_regions
 
         labels, stopped = resolve_regions(base, names, spans, labels, grid, observer)
-    checked = check_loci(found.loci, observer)
+    checked = check_loci(result.loci, observer)
     return LocusDiagram(
         base,
         names,
         spans,
-        found.loci,
+        result.loci,
         labels,
         chosen,
         provenance(perf_counter() - started),
         interrupted=stopped or checked.interrupted,
-        missing=found.missing,
+        missing=result.missing,
         checked=checked,
     )
 

@@ -97,19 +97,19 @@ def simulate(
     changed = checked_model(model).replace(**parameters)
     started = perf_counter()
     watch = observer or _unobserved
-    found = simulate_smooth_or_switched(
+    result = simulate_smooth_or_switched(
         changed, periods, state, tolerance=tolerance, observer=watch
     )
     return Simulation(
-        model=found.model,
-        strobe=found.strobe,
-        settlement=found.settlement,
-        stopped=found.stopped,
-        sticking=found.sticking,
-        asked=found.periods if periods is None else int(periods),
+        model=result.model,
+        strobe=result.strobe,
+        settlement=result.settlement,
+        stopped=result.stopped,
+        sticking=result.sticking,
+        asked=result.periods if periods is None else int(periods),
         tolerance=float(tolerance),
         provenance=provenance(perf_counter() - started),
-        checked=_checked(found, watch),
+        checked=_checked(result, watch),
     )
 
 
@@ -173,22 +173,22 @@ def lyapunov(
     changed = checked_model(model).replace(**parameters)
     start = initial_state(changed, state)
     started = perf_counter()
-    found = find_exponents(
+    result = find_exponents(
         changed, start, checked_periods(periods), checked_tolerance(tolerance), observer
     )
-    unit = 1.0 if changed.forced else float(found.model.values[DURATION.name])
+    unit = 1.0 if changed.forced else float(result.model.values[DURATION.name])
     return LyapunovExponents(
-        model=found.model,
+        model=result.model,
         estimates=tuple(
             Estimate(each.periods, each.exponents / unit, each.errors / unit)
-            for each in found.estimates
+            for each in result.estimates
         ),
-        verdict=found.verdict,
+        verdict=result.verdict,
         start=start,
-        state=found.state,
+        state=result.state,
         tolerance=float(tolerance),
         asked=None if periods is None else int(periods),
-        interrupted=found.interrupted,
+        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
 
@@ -238,17 +238,17 @@ def attractors(
     where, states = starts_given(changed, box, starts, seed)
     most = checked_periods(periods)
     started = perf_counter()
-    found = search(changed, states, most, observer)
+    result = search(changed, states, most, observer)
     return Attractors(
         model=changed,
         box=where,
         seed=int(seed),
         asked=most,
         starts=states,
-        labels=found.labels,
-        attractors=found.attractors,
-        ends=found.ends,
-        interrupted=found.interrupted,
+        labels=result.labels,
+        attractors=result.attractors,
+        ends=result.ends,
+        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
 
@@ -301,7 +301,7 @@ def basin_fractions(
     where, states = starts_given(changed, box, starts, seed)
     most = checked_periods(periods)
     started = perf_counter()
-    found = find_fractions(changed, vary, values, states, most, observer)
+    result = find_fractions(changed, vary, values, states, most, observer)
     return BasinFractions(
         model=changed,
         vary=vary,
@@ -310,10 +310,10 @@ def basin_fractions(
         seed=int(seed),
         asked=most,
         starts=states,
-        labels=found.labels,
-        attractors=found.attractors,
-        ends=found.ends,
-        interrupted=found.interrupted,
+        labels=result.labels,
+        attractors=result.attractors,
+        ends=result.ends,
+        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
 
@@ -380,19 +380,19 @@ def basins(
         return starts, phases
 
     most, started = checked_periods(periods), perf_counter()
-    found = find_basins(changed, (axes[0], axes[1]), starts_at, most, observer)
+    result = find_basins(changed, (axes[0], axes[1]), starts_at, most, observer)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
         first=axes[0],
         second=axes[1],
         state=start,
-        labels=found.labels,
-        uncertain=found.uncertain,
-        attractors=found.attractors,
-        ends=found.searched.ends,
+        labels=result.labels,
+        uncertain=result.uncertain,
+        attractors=result.attractors,
+        ends=result.searched.ends,
         asked=most,
-        interrupted=found.interrupted,
+        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
 
@@ -485,7 +485,7 @@ def sweep(
     if not wanted and not len(states):
         raise InputError("neither a sweep nor a start is asked for; give runs or starts")
     started = perf_counter()
-    found = find_sweep(
+    result = find_sweep(
         changed,
         vary,
         values,
@@ -497,15 +497,15 @@ def sweep(
         observer,
     )
     return Sweep(
-        model=found.model,
+        model=result.model,
         vary=vary,
         values=values,
-        runs=found.runs,
-        states=found.states,
-        stuck=found.stuck,
-        reasons=found.reasons.astype(str),
+        runs=result.runs,
+        states=result.states,
+        stuck=result.stuck,
+        reasons=result.reasons.astype(str),
         transient=int(transient),
-        interrupted=found.interrupted,
+        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
 
@@ -570,7 +570,7 @@ def regimes(
     ]
     one, other = vary
     started = perf_counter()
-    found = find_regimes(
+    result = find_regimes(
         changed,
         (one, other),
         (axes[0], axes[1]),
@@ -579,15 +579,15 @@ def regimes(
         observer,
     )
     return RegimeMap(
-        model=found.model,
+        model=result.model,
         over=dict(zip(vary, axes, strict=True)),
-        runs=found.runs,
-        kinds=found.kinds.astype(str),
-        periods=found.periods,
-        exponents=found.exponents,
-        states=found.states,
-        means=found.means,
+        runs=result.runs,
+        kinds=result.kinds.astype(str),
+        periods=result.periods,
+        exponents=result.exponents,
+        states=result.states,
+        means=result.means,
         transient=int(transient),
-        interrupted=found.interrupted,
+        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )

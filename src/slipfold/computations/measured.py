@@ -163,23 +163,23 @@ def fit(
         )
     started = perf_counter()
     checked = {name: _bounds(changed, name, ends) for name, ends in bounds.items()}
-    found = find_fit(changed, measurement, checked, observer)
-    used = found.best.used(found.scale)
-    prediction = found.best.prediction(used)
+    result = find_fit(changed, measurement, checked, observer)
+    used = result.best.used(result.scale)
+    prediction = result.best.prediction(used)
     predicted = np.full(measurement.readings.shape, np.nan)
     predicted[used] = prediction.read
     period = np.zeros(len(measurement), dtype=np.int64)
     period[used] = [orbit.period for orbit in prediction.orbits]
     return Fit(
-        model=found.best.model,
+        model=result.best.model,
         measurement=measurement,
-        estimates=found.estimates,
+        estimates=result.estimates,
         predicted=predicted,
         period=period,
         used=used,
-        scatter=found.scatter,
-        converged=found.converged,
-        message=found.message,
+        scatter=result.scatter,
+        converged=result.converged,
+        message=result.message,
         provenance=provenance(perf_counter() - started),
     )
 
@@ -258,15 +258,15 @@ def plan_measurement(
         raise InputError("errors = 0 would tell everything exactly; give what readings scatter by")
     started = perf_counter()
     chosen = checked_values(changed.variable_parameter(vary), values)
-    found = plan(changed, vary, chosen, measured, tuple(fitted), noise)
+    result = plan(changed, vary, chosen, measured, tuple(fitted), noise)
     return MeasurementPlan(
         model=changed,
         vary=vary,
         quantities=measured,
         fitted=tuple(fitted),
         values=chosen,
-        read=found.read,
-        slopes=found.slopes,
+        read=result.read,
+        slopes=result.slopes,
         errors=noise,
         provenance=provenance(perf_counter() - started),
     )

@@ -123,10 +123,10 @@ def response(
     changed = model.replace(**parameters)
     watched = (*events, *own_events(changed, vary))
     ends = changed.values[vary], last
-    found: tuple[TorusBranch, ...] = ()
+    result: tuple[TorusBranch, ...] = ()
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None:
-        begin, found = _first(changed, vary, ends, start, settled, tori, chosen, observer)
+        begin, result = _first(changed, vary, ends, start, settled, tori, chosen, observer)
     # An orbit that sticks has its own scales.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
@@ -140,7 +140,7 @@ def response(
         observer=observer,
         through_stick=True,
     )
-    branches, failure = _followed(follow, begin, bool(search)) if not found else ((), None)
+    branches, failure = _followed(follow, begin, bool(search)) if not result else ((), None)
     searched = None
     if search:  # imported late: its modules take longer to import than a branch to follow
         from slipfold.long_term.coexisting import find_coexisting
@@ -155,9 +155,9 @@ def response(
     complete = True
     if gradients and not stopped:
         branches, complete = with_gradients(branches, chosen, observer)
-    if tori and complete and not stopped and not found:
-        found = tori_of(branches, ends, chosen, observer)
-        complete = not any(item.interrupted for item in found)
+    if tori and complete and not stopped and not result:
+        result = tori_of(branches, ends, chosen, observer)
+        complete = not any(item.interrupted for item in result)
     checked = check_branches(branches, observer) if complete else Checked((), interrupted=True)
     diagram = Diagram(
         changed,
@@ -169,7 +169,7 @@ def response(
         provenance(perf_counter() - started),
         checked,
         searched,
-        found,
+        result,
     )
     return diagram if diagram.interrupted else finalised(diagram)
 
@@ -197,10 +197,10 @@ def _first(
     except InputError:
         if not (settled and tori and may_slip(there)):
             raise
-        found = tori_from(there, vary, state, span, settings, observer)
-        if not found:
+        result = tori_from(there, vary, state, span, settings, observer)
+        if not result:
             raise
-        return None, found
+        return None, result
 
 
 def _followed(
@@ -270,15 +270,15 @@ def _begin(
         except InputError as error:
             raise InputError(f"at {vary} = {at:g} {error}") from None
     if settled:
-        tell = searching(observer, at)
-        found = attractor_from(there, state, lambda progress: tell(progress.done))
+        send = searching(observer, at)
+        result = attractor_from(there, state, lambda progress: send(progress.done))
     elif state or not there.forced:
-        found = orbit_near(there, state)
+        result = orbit_near(there, state)
     else:
-        found = periodic_orbit(there)
-    if isinstance(found, PeriodicOrbit):
-        return Begin(at, found)
-    return Begin(at, state=found)
+        result = periodic_orbit(there)
+    if isinstance(result, PeriodicOrbit):
+        return Begin(at, result)
+    return Begin(at, state=result)
 
 
 def own_events(model: Model, vary: str) -> tuple[Event, ...]:
@@ -361,7 +361,7 @@ def responses(
     ]
     batch = dict[int, Callable[[], Diagram | None]]()
 
-    def tell(stage: str, share: float) -> None:
+    def send(stage: str, share: float) -> None:
         if observer is not None:
             values = {"failures": sum(map(bool, reasons)), "fraction": share}
             progress = Progress(stage, len(diagrams), total, values=values)
@@ -373,15 +373,15 @@ def responses(
     try:
         for case, values in enumerate(cases):
             if case % SIMULTANEOUS == 0 and total >= MINIMUM_BATCH and not events:
-                batch = _batch(changed, vary, (first, last), cases, case, chosen, tell)
-            found = batch.pop(case, lambda: None)() or _one(
+                batch = _batch(changed, vary, (first, last), cases, case, chosen, send)
+            result = batch.pop(case, lambda: None)() or _one(
                 changed, vary, (first, last), values, settings=chosen, events=events
             )
-            if isinstance(found, Diagram) and found.interrupted:
+            if isinstance(result, Diagram) and result.interrupted:
                 raise KeyboardInterrupt
-            diagrams.append(None if isinstance(found, str) else found)
-            reasons.append(found if isinstance(found, str) else "")
-            tell("cases", 1.0)
+            diagrams.append(None if isinstance(result, str) else result)
+            reasons.append(result if isinstance(result, str) else "")
+            send("cases", 1.0)
     except _ObserverFailedError as error:
         raise error.args[0] from None
     except KeyboardInterrupt:
@@ -405,7 +405,7 @@ def _batch(
     cases: Sequence[Mapping[str, float]],
     start: int,
     settings: Settings,
-    tell: Callable[[str, float], None],
+    send: Callable[[str, float], None],
 ) -> dict[int, Callable[[], Diagram | None]]:
     """Return what makes the diagrams of cases by their numbers, for those that can be batched."""
     from slipfold.branches.batched import follow_batch
@@ -421,13 +421,13 @@ def _batch(
     if not models:
         return {}
     try:
-        found = follow_batch(list(models.values()), vary, span, settings, tell)
+        result = follow_batch(list(models.values()), vary, span, settings, send)
     except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return {}
     each = (perf_counter() - begun) / len(models)
     return {
         case: partial(_diagram, models[case], vary, span, settings, followed, each)
-        for case, followed in zip(models, found, strict=True)
+        for case, followed in zip(models, result, strict=True)
     }
 
 
@@ -448,8 +448,8 @@ def _diagram(
         checked = check_branches(branches)
     except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return None
-    told = provenance(seconds + perf_counter() - begun)
-    return Diagram(model, vary, span, branches, settings, (), told, checked)
+    text = provenance(seconds + perf_counter() - begun)
+    return Diagram(model, vary, span, branches, settings, (), text, checked)
 
 
 def _one(
@@ -474,17 +474,17 @@ def _columns(
         if not all(hasattr(row, "keys") and set(row) == set(rows[0]) for row in rows):
             raise InputError("over does not give the same parameters in each case, by name")
         table = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
-    found = {
+    result = {
         str(name): _numbers(model.variable_parameter(str(name)), table[name])
         for name in table.keys()  # noqa: SIM118 (a table may iterate over something else)
     }
-    lengths = {name: len(values) for name, values in found.items()}
-    if not found or not all(lengths.values()):
+    lengths = {name: len(values) for name, values in result.items()}
+    if not result or not all(lengths.values()):
         raise InputError("over holds no cases; give e.g. {'Vd': [0.5, 0.6], 'mu': [0.5, 0.45]}")
     if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{count} of {name}" for name, count in lengths.items())
-        raise InputError(f"over needs one value a case of each parameter, but has {told}")
-    return found
+        text = ", ".join(f"{count} of {name}" for name, count in lengths.items())
+        raise InputError(f"over needs one value a case of each parameter, but has {text}")
+    return result
 
 
 def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
@@ -492,12 +492,12 @@ def _numbers(parameter: Parameter, values: Values) -> NDArray[np.float64]:
     if given.dtype.kind in "OU":  # text, perhaps with units
         given = np.asarray(parse_values(parameter, given.tolist()))
     try:
-        found = np.array(given, dtype=float)
+        result = np.array(given, dtype=float)
     except (TypeError, ValueError):
-        found = np.empty((0, 0))
-    if found.ndim != 1:
+        result = np.empty((0, 0))
+    if result.ndim != 1:
         raise InputError(f"{parameter.name} = {values!r} is not a list of numbers, one a case")
-    return found
+    return result
 
 
 @documented
@@ -530,9 +530,9 @@ def gradients(point: Point) -> dict[str, float]:
     """
     from slipfold.loci.gradients import threshold_gradients
 
-    found = threshold_gradients(checked_point(point))
-    assert found is not None
-    return found
+    result = threshold_gradients(checked_point(point))
+    assert result is not None
+    return result
 
 
 def with_gradients(
@@ -542,7 +542,7 @@ def with_gradients(
     from slipfold.loci.gradients import threshold_gradients
 
     total, done = sum(len(branch.special) for branch in branches), 0
-    found = list[Branch]()
+    result = list[Branch]()
     try:
         for branch in branches:
             special = list[SpecialPoint]()
@@ -551,10 +551,10 @@ def with_gradients(
                     observer(_progress(branch, done, total))
                 special.append(replace(point, gradients=threshold_gradients(point, settings)))
                 done += 1
-            found.append(replace(branch, special=tuple(special)))
+            result.append(replace(branch, special=tuple(special)))
     except KeyboardInterrupt:
-        return (*found, *branches[len(found) :]), False
-    return tuple(found), True
+        return (*result, *branches[len(result) :]), False
+    return tuple(result), True
 
 
 def _progress(branch: Branch, done: int, total: int) -> Progress:

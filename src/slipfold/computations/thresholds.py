@@ -108,7 +108,7 @@ def threshold_map(
     changed = model.replace(**parameters)
     check_followed(changed)
     started = perf_counter()
-    found = find_threshold_map(
+    result = find_threshold_map(
         changed,
         threshold,
         type,
@@ -119,9 +119,9 @@ def threshold_map(
         span=parse_ends(model.variable_parameter(threshold), span),
         observer=observer,
     )
-    checked = check_thresholds(found)
+    checked = check_thresholds(result)
     origin = provenance(perf_counter() - started)
-    return ThresholdMap(**vars(found), provenance=origin, checked=checked)
+    return ThresholdMap(**vars(result), provenance=origin, checked=checked)
 
 
 @documented
@@ -194,14 +194,14 @@ def uncertainty(
     more = index_design(scatters, count, start) if indices else np.empty((0, len(scatters)))
     total = len(places) + len(more)
 
-    def tell(done: int, lost: int) -> None:
+    def send(done: int, lost: int) -> None:
         if observer is not None:
             observer(Progress("samples", done, total, values={"failures": lost}))
 
-    found, reasons = thresholds_at(placed, np.concatenate([places, more]), tell)
+    result, reasons = thresholds_at(placed, np.concatenate([places, more]), send)
     missing, told = _missing(reasons[count:]), None
     if indices and not missing:
-        told = indices_of(found[count:], names_of(scatters), start)
+        told = indices_of(result[count:], names_of(scatters), start)
     return ThresholdUncertainty(
         model=model,
         type=point.type,
@@ -211,7 +211,7 @@ def uncertainty(
         scatters=scatters,
         gradient=placed.gradient,
         samples=places,
-        thresholds=found[:count],
+        thresholds=result[:count],
         reasons=reasons[:count],
         seed=start,
         loads=known,
@@ -408,7 +408,7 @@ def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, 
 def _kept(
     point: SpecialPoint, keep: Mapping[str, tuple[SpecialPoint | HasPoint, Number]]
 ) -> dict[str, tuple[SpecialPoint, float]]:
-    found = {}
+    result = {}
     for name, (given, least) in keep.items():
         other = checked_point(given)
         if other.model.kind != point.model.kind:
@@ -421,8 +421,8 @@ def _kept(
                     f"keep[{name!r}] was found at {each} = {value:g}, the threshold at "
                     f"{point.model.values[each]:g}; give points of one diagram"
                 )
-        found[name] = other, _number(least, other.model.parameter(other.vary))
-    return found
+        result[name] = other, _number(least, other.model.parameter(other.vary))
+    return result
 
 
 def _state(point: SpecialPoint, state: str | None) -> int:

@@ -22,9 +22,9 @@ from slipfold.explorer.messages import (
     RegimesRequest,
     ViewRequest,
 )
-from slipfold.explorer.pictures import tell_basins, tell_regimes
+from slipfold.explorer.pictures import send_basins, send_regimes
 from slipfold.explorer.plain import axis_of, now_and_then
-from slipfold.explorer.trajectories import orbit_view, stream_simulation, tell_exponents
+from slipfold.explorer.trajectories import orbit_view, send_exponents, stream_simulation
 
 Emit = Callable[[dict[str, Any]], None]
 
@@ -70,41 +70,41 @@ class Answering:
         """Compute what a request asks for."""
         started = perf_counter()
 
-        def tell(view: dict[str, Any]) -> None:
+        def send(view: dict[str, Any]) -> None:
             check()
             elapsed = round(1e3 * (perf_counter() - started), 1)
             # No view may rename the request that it answers: the page would not take it.
             emit({"done": True, **view, **request.head, "elapsed_ms": elapsed})
 
         try:
-            self._answer(request, tell, check)
+            self._answer(request, send, check)
         except InputError as error:
-            tell({"error": str(error)})
+            send({"error": str(error)})
 
     def export(self, request: ExportRequest, check: Check) -> bytes:
         """Make a file of a view, or the text that makes it."""
         return export_view(self._catalogue, self._computing, request, check)
 
-    def _answer(self, request: ViewRequest, tell: Emit, check: Check) -> None:
+    def _answer(self, request: ViewRequest, send: Emit, check: Check) -> None:
         if isinstance(request, DiagramRequest):
             axis_of(self._catalogue.of(request), request.show)  # before what takes time
             draft = self._computing.draft(request)
             if draft is not None:
                 view = diagram_view(draft, request.show, request.statistic)
-                tell({"draft": True, **view, "done": False})
+                send({"draft": True, **view, "done": False})
             diagram = self._computing.diagram(
-                request, check, now_and_then(tell, check, diagram_note)
+                request, check, now_and_then(send, check, diagram_note)
             )
-            tell({"draft": False, **diagram_view(diagram, request.show, request.statistic)})
+            send({"draft": False, **diagram_view(diagram, request.show, request.statistic)})
         elif isinstance(request, OrbitRequest):
-            tell(orbit_view(self._computing.orbit(request, check), request.vary))
+            send(orbit_view(self._computing.orbit(request, check), request.vary))
         elif isinstance(request, PlaneRequest):
-            tell(plane_view(self._computing.plane(request, check, PlaneProgress(tell))))
+            send(plane_view(self._computing.plane(request, check, PlaneProgress(send))))
         elif isinstance(request, ExponentsRequest):
-            tell_exponents(self._catalogue.of(request), request, tell, check)
+            send_exponents(self._catalogue.of(request), request, send, check)
         elif isinstance(request, BasinsRequest):
-            tell_basins(self._catalogue.of(request), request, tell, check)
+            send_basins(self._catalogue.of(request), request, send, check)
         elif isinstance(request, RegimesRequest):
-            tell_regimes(self._catalogue.of(request), request, tell, check)
+            send_regimes(self._catalogue.of(request), request, send, check)
         else:
-            stream_simulation(self._catalogue.of(request), request, tell)
+            stream_simulation(self._catalogue.of(request), request, send)

@@ -187,8 +187,8 @@ async def _refusal(request: Request, error: Exception) -> Response:
 def _add_files(app: FastAPI) -> None:
     # The files are looked up among those that are there now: no path of a client is opened.
     folder = Path(str(files("slipfold.explorer") / "page"))
-    found = [item for item in folder.rglob("*") if item.suffix in PAGE_TYPES]
-    page = {item.relative_to(folder).as_posix(): item for item in found}
+    result = [item for item in folder.rglob("*") if item.suffix in PAGE_TYPES]
+    page = {item.relative_to(folder).as_posix(): item for item in result}
     plotly_file = Path(str(files("plotly") / "package_data" / "plotly.min.js"))
 
     @app.get("/", include_in_schema=False)
@@ -252,10 +252,10 @@ def _add_interface(
             return PlainTextResponse(TOO_MANY, 429)
         try:
             model = catalogue.model(request.model, {})
-            found = parse_measurement(request.text, request.name, model)
+            result = parse_measurement(request.text, request.name, model)
         except InputError as error:
             return PlainTextResponse(str(error), 400)
-        return JSONResponse(readings_view(found))
+        return JSONResponse(readings_view(result))
 
     @app.post("/api/export", responses=answers, response_class=PlainTextResponse)
     async def export(request: ExportRequest) -> Response:

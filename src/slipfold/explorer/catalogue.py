@@ -72,9 +72,9 @@ class Catalogue:
         """
         model = self.model(name, {})
         alone = {key: _refused(model.parameter(key).check, values[key]) for key in values}
-        found = {key: sentence for key, sentence in alone.items() if sentence}
-        if found:
-            return found
+        result = {key: sentence for key, sentence in alone.items() if sentence}
+        if result:
+            return result
         sentence = _refused(model.replace, **values)
         if not sentence:
             return {}
@@ -206,14 +206,14 @@ def first_view(model: Model) -> dict[str, Any]:
     named = {item.name: item for item in built_in_models()[model.name]().variable_parameters}
     same = {item.name for item in model.variable_parameters if named.get(item.name) == item}
     sliders = known.get("sliders", {})
-    found = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}
+    result = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}
     if known["vary"] in same:
-        found |= {"vary": known["vary"], "span": known["span"]}
+        result |= {"vary": known["vary"], "span": known["span"]}
     if known["show"] in {item.name for item in model.states}:
-        found["show"] = known["show"]
+        result["show"] = known["show"]
     if "plane" in known and {axis["name"] for axis in known["plane"].values()} <= same:
-        found["plane"] = known["plane"]
-    return found
+        result["plane"] = known["plane"]
+    return result
 
 
 @cache

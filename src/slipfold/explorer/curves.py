@@ -121,15 +121,15 @@ def diagram_note(progress: Progress) -> dict[str, Any]:
     return {"progress": words, "value": number(values["parameter"])}
 
 
-def plane_view(found: LocusDiagram) -> dict[str, Any]:
+def plane_view(result: LocusDiagram) -> dict[str, Any]:
     """Return a bifurcation set as plain data."""
-    first, second = found.vary
+    first, second = result.vary
     return {
-        "x": {**axis_of(found.model, first), "span": list(found.window[0])},
-        "y": {**axis_of(found.model, second), "span": list(found.window[1])},
-        "loci": loci_view(found.loci),
-        "checked": checked_view(found.checked),
-        "regions": None if found.regions is None else _regions(found.regions),
+        "x": {**axis_of(result.model, first), "span": list(result.window[0])},
+        "y": {**axis_of(result.model, second), "span": list(result.window[1])},
+        "loci": loci_view(result.loci),
+        "checked": checked_view(result.checked),
+        "regions": None if result.regions is None else _regions(result.regions),
     }
 
 
@@ -192,8 +192,8 @@ class PlaneProgress:
     all its points so far, by ``number``; and ``loci`` once all are followed.
     """
 
-    def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
-        self._tell = tell
+    def __init__(self, send: Callable[[dict[str, Any]], None]) -> None:
+        self._tell = send
         self._told = perf_counter()
         self._grown: dict[LocusLine, list[tuple[float, float]]] = {}
         self._last: LocusLine | None = None
@@ -250,37 +250,37 @@ MOST = 20_000
 """Cases that a browser draws and searches without delay."""
 
 
-def study_view(found: StudyResult, name: str) -> dict[str, Any]:
+def study_view(result: StudyResult, name: str) -> dict[str, Any]:
     """Return a study of the model with this name on the page; None where there is no value.
 
     Raises `InputError` if it is too large to be shown.
     """
-    if len(found) > MOST:
+    if len(result) > MOST:
         raise InputError(
-            f"the study has {len(found)} cases and the page shows {MOST} at most; open a smaller "
+            f"the study has {len(result)} cases and the page shows {MOST} at most; open a smaller "
             "one, or draw it with slipfold plot"
         )
-    model, cases = found.model, found.cases
-    columns = cases.values(np.arange(len(found))).T
-    varied = found.work.record()
+    model, cases = result.model, result.cases
+    columns = cases.values(np.arange(len(result))).T
+    varied = result.work.record()
     return {
         "model": name,
-        "title": repr(found)[1:-1],
+        "title": repr(result)[1:-1],
         "isGrid": isinstance(cases, Grid),
         "parameters": [
             {**axis_of(model, parameter), "values": column.tolist()}
             for parameter, column in zip(cases.names, columns, strict=True)
         ],
-        "quantities": [_quantity(found, item.name) for item in found.quantities],
-        "reasons": found.reasons.tolist(),
+        "quantities": [_quantity(result, item.name) for item in result.quantities],
+        "reasons": result.reasons.tolist(),
         "vary": varied.get("vary") if isinstance(varied.get("vary"), str) else None,
         "span": varied.get("span"),
     }
 
 
-def _quantity(found: StudyResult, name: str) -> dict[str, Any]:
-    (item,) = (each for each in found.quantities if each.name == name)
-    values = found.values[name]
+def _quantity(result: StudyResult, name: str) -> dict[str, Any]:
+    (item,) = (each for each in result.quantities if each.name == name)
+    values = result.values[name]
     known: list[str | float | None]
     if item.kind == "text":
         known = [str(value) or None for value in values]
@@ -293,6 +293,6 @@ def _quantity(found: StudyResult, name: str) -> dict[str, Any]:
         "doc": item.meaning,
         "isText": item.kind == "text",
         "values": [
-            None if reason else value for value, reason in zip(known, found.reasons, strict=True)
+            None if reason else value for value, reason in zip(known, result.reasons, strict=True)
         ],
     }

@@ -23,33 +23,33 @@ BASIN_POINTS = (16, 48, 144)
 """Starts along both states, one number a picture; the last has eight times those before."""
 
 
-def tell_basins(
+def send_basins(
     model: Model,
     request: BasinsRequest,
-    tell: Callable[[dict[str, Any]], None],
+    send: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
 ) -> None:
     """Compute basins, coarse ones first, and send each picture when it is ready."""
-    watch = now_and_then(tell, check, _far)
+    watch = now_and_then(send, check, _far)
     plane = {axis.name: axis.span for axis in (request.x, request.y)}
     for points in BASIN_POINTS:
-        found = basins(model, plane, points=points, observer=watch)
-        tell({**_picture(found), "done": points == BASIN_POINTS[-1]})
+        result = basins(model, plane, points=points, observer=watch)
+        send({**_picture(result), "done": points == BASIN_POINTS[-1]})
 
 
-def _picture(found: Basins) -> dict[str, Any]:
+def _picture(result: Basins) -> dict[str, Any]:
     """Return labels row by row from below, numbered so that finer pictures keep the numbers."""
-    order = sorted(found, key=_character)
-    labels = found.labels.copy()
+    order = sorted(result, key=_character)
+    labels = result.labels.copy()
     for place, item in enumerate(order, 1):
-        labels[found.labels == item.id] = place
-    first, second = found.plane
+        labels[result.labels == item.id] = place
+    first, second = result.plane
     return {
-        "x": {**axis_of(found.model, first), "values": short(found.first)},
-        "y": {**axis_of(found.model, second), "values": short(found.second)},
+        "x": {**axis_of(result.model, first), "values": short(result.first)},
+        "y": {**axis_of(result.model, second), "values": short(result.second)},
         "labels": labels.tolist(),
         "attractors": [
-            {"name": in_words(item), "share": number(found.share(item).value)} for item in order
+            {"name": in_words(item), "share": number(result.share(item).value)} for item in order
         ],
     }
 
@@ -66,10 +66,10 @@ REGIME_TRANSIENT = 400
 """Forcing periods before the test whether a solution repeats."""
 
 
-def tell_regimes(
+def send_regimes(
     model: Model,
     request: RegimesRequest,
-    tell: Callable[[dict[str, Any]], None],
+    send: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
 ) -> None:
     """Classify solutions from the starting state, few of them first, and send each picture.
@@ -81,7 +81,7 @@ def tell_regimes(
             f"nothing forces {model.name}, so there is no phase at which to look at its motions; "
             "judge single ones by their exponents"
         )
-    watch = now_and_then(tell, check, _far)
+    watch = now_and_then(send, check, _far)
     for points in REGIME_CELLS:
         picture = _Picture(model, (request.x, request.y), points)
         work = Places(
@@ -89,9 +89,9 @@ def tell_regimes(
         )
         work.from_rest(0)
         if points == REGIME_CELLS[0]:
-            tell({**picture.of(work), "done": False})
+            send({**picture.of(work), "done": False})
         work.tell_open()
-        tell({**picture.of(work), "done": points == REGIME_CELLS[-1]})
+        send({**picture.of(work), "done": points == REGIME_CELLS[-1]})
 
 
 class _Picture:
@@ -123,8 +123,8 @@ class _Picture:
     def of(self, work: Places) -> dict[str, Any]:
         """Return labels row by row from below: the number of a name, or 0 where none is known."""
         names = _names(work)
-        found = sorted({*names} - {NOT_DONE})
-        numbers = {name: place for place, name in enumerate(found, 1)}
+        result = sorted({*names} - {NOT_DONE})
+        numbers = {name: place for place, name in enumerate(result, 1)}
         labels = np.zeros(len(self._there), np.int64)
         labels[self._there] = [numbers.get(name, 0) for name in names]
         first, second = self._names
@@ -132,7 +132,7 @@ class _Picture:
             "x": {**axis_of(self._model, first), "values": short(self._centres[0])},
             "y": {**axis_of(self._model, second), "values": short(self._centres[1])},
             "labels": labels.reshape(len(self._centres[1]), -1).tolist(),
-            "names": found,
+            "names": result,
         }
 
 

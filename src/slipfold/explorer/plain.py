@@ -54,10 +54,10 @@ def plain_text(formula: str) -> str:
     ('k₁', 'ẋ/L (1/s)', 'α')
     """
     text = re.sub(r"\\[,;:!> ]", " ", re.sub(FONTS, "", formula.replace("$", "")))
-    text = re.sub(r"\\([A-Za-z]+)", lambda found: LETTERS.get(found[1], found[0]), text)
+    text = re.sub(r"\\([A-Za-z]+)", lambda result: LETTERS.get(result[1], result[0]), text)
     for name, mark in ABOVE.items():
         text = re.sub(rf"\\{name}\s*\{{?(\w)\}}?", rf"\g<1>{mark}", text)
-    text = re.sub(r"_\{*(\w+)\}*", lambda found: found[1].translate(BELOW), text)
+    text = re.sub(r"_\{*(\w+)\}*", lambda result: result[1].translate(BELOW), text)
     text = re.sub(r"[{}\\]", "", text)
     return unicodedata.normalize("NFC", text).strip()
 
@@ -140,7 +140,7 @@ BETWEEN = 0.1
 
 
 def now_and_then(
-    tell: Callable[[dict[str, Any]], None],
+    send: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
     note: Callable[[Progress], dict[str, Any]],
 ) -> Observer:
@@ -152,6 +152,6 @@ def now_and_then(
         check()
         if perf_counter() - told >= BETWEEN:
             told = perf_counter()
-            tell({**note(progress), "done": False})
+            send({**note(progress), "done": False})
 
     return watch

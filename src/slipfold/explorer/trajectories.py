@@ -149,13 +149,13 @@ def stream_simulation(
         if comes_to_rest(motion.stopped, model):
             again = True
         else:
-            found = Trajectory(
+            result = Trajectory(
                 motion.model, motion.strobe, motion.settlement(TOLERANCE), motion.stopped
             )
     if again:
         emit({**NOTHING, "again": True, "done": False})
-        found = _switched(model, start, request.periods, every, emit)
-    emit({**NOTHING, "done": True, **_verdict(found), "contacts": contacts_view(found)})
+        result = _switched(model, start, request.periods, every, emit)
+    emit({**NOTHING, "done": True, **_verdict(result), "contacts": contacts_view(result)})
 
 
 NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
@@ -196,10 +196,10 @@ def _switched(
             ]
             if values:
                 emit(_piece(motion.model, np.array(values), done, every))
-        found = trajectory_of(motion, settlement_of(motion, TOLERANCE))
-        if found.settlement.settled or motion.stopped is not None:
+        result = trajectory_of(motion, settlement_of(motion, TOLERANCE))
+        if result.settlement.settled or motion.stopped is not None:
             break
-    return found
+    return result
 
 
 def _step_between_samples(periods: int) -> int:
@@ -230,11 +230,11 @@ def _piece(model: Model, values: Array, done: int, every: int) -> dict[str, Any]
 
 def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
     """Return extrema of outputs, without undefined ones, such as slip over the speed of a wall."""
-    told = [i for i in range(values.shape[2]) if np.isfinite(values[..., i]).all()]
+    text = [i for i in range(values.shape[2]) if np.isfinite(values[..., i]).all()]
     low, high = values.min(axis=1), values.max(axis=1)
     return {
-        "max": {flow.output_names[i]: short(high[:, i]) for i in told},
-        "min": {flow.output_names[i]: short(low[:, i]) for i in told},
+        "max": {flow.output_names[i]: short(high[:, i]) for i in text},
+        "min": {flow.output_names[i]: short(low[:, i]) for i in text},
     }
 
 
@@ -318,9 +318,9 @@ def _words(motion: Trajectory, shown: ShownContacts, last: LastRound | None) -> 
     counts = {item.contact: 0 for item in last.sticking}
     for item in last.sticking:
         counts[item.contact] += 1
-    told = " and ".join(f"{name} sticks {_times(count)}" for name, count in counts.items())
+    text = " and ".join(f"{name} sticks {_times(count)}" for name, count in counts.items())
     share = f"{100 * last.fraction:.3g}\u202f% of the time"
-    return f"In its last {round_name} {told}, {share}."
+    return f"In its last {round_name} {text}, {share}."
 
 
 def _times(count: int) -> str:
@@ -331,10 +331,10 @@ EXPONENT_TOLERANCE = 1e-6
 """Error of exponents at which a computation ends: more digits than the page shows."""
 
 
-def tell_exponents(
+def send_exponents(
     model: Model,
     request: ExponentsRequest,
-    tell: Callable[[dict[str, Any]], None],
+    send: Callable[[dict[str, Any]], None],
     check: Callable[[], None],
 ) -> None:
     """Compute the exponents of a solution and send progress; None is minus infinity."""
@@ -344,18 +344,18 @@ def tell_exponents(
         known = map(number, progress.values["exponents"] if model.forced else ())
         return {"periods": progress.done, "total": progress.total, "exponents": list(known)}
 
-    watch = now_and_then(tell, check, note)
+    watch = now_and_then(send, check, note)
     start = start_of(model, request)
-    found = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, observer=watch)
-    verdict = found.verdict
-    tell(
+    result = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, observer=watch)
+    verdict = result.verdict
+    send(
         {
             "kind_of_motion": verdict.kind,
             "period": verdict.period,
             "message": verdict.message,
-            "exponents": [number(value) for value in found.exponents],
-            "errors": [number(value) for value in found.errors],
-            "per": found.per,
+            "exponents": [number(value) for value in result.exponents],
+            "errors": [number(value) for value in result.errors],
+            "per": result.per,
             "done": True,
         }
     )

@@ -384,14 +384,14 @@ def motion_figures(cases: Cases) -> tuple[MotionFigure, ...]:
     content = _content()
     curves = {figure.number: figure.curves for figure in cases.figures}
     planes = {figure.plane.vary: figure.plane for figure in cases.planes}
-    found: list[MotionFigure] = [
+    result: list[MotionFigure] = [
         _completed(item, curves[item["number"]])
         for item in content["completed"]
         if item["number"] in curves
     ]
     sweeps = {
         each.curve: each
-        for figure in found if isinstance(figure, CompletedFigure)
+        for figure in result if isinstance(figure, CompletedFigure)
         for each in figure.sweeps
     }  # fmt: skip
     hysteresis = content["hysteresis"]
@@ -403,14 +403,14 @@ def motion_figures(cases: Cases) -> tuple[MotionFigure, ...]:
                 BasinCase(curve.model.replace(**{curve.vary: value}), hysteresis["points"])
                 for value in hysteresis["values"]
             )
-            found.append(HysteresisFigure(curve, swept, basins_))
+            result.append(HysteresisFigure(curve, swept, basins_))
     item = content["regimes"]
     if tuple(item["vary"]) in planes:
         first, second = item["window"]
         window = (first[0], first[1]), (second[0], second[1])
         points = item["points"][0], item["points"][1]
-        found.append(RegimeFigure(RegimeCase(planes[*item["vary"]], window, points)))
-    return tuple(found)
+        result.append(RegimeFigure(RegimeCase(planes[*item["vary"]], window, points)))
+    return tuple(result)
 
 
 def _completed(item: Mapping[str, Any], curves: tuple[Curve, ...]) -> CompletedFigure:

@@ -66,14 +66,14 @@ class Findings:
 
 def on_branches(diagram: HasBranches, type_: str, doubled: bool) -> list[SpecialPoint]:
     """Return special points of one type by value."""
-    found = [
+    result = [
         point
         for branch in diagram.branches
         if (branch.period > 1) == doubled
         for point in branch.special
         if point.type == type_
     ]
-    return sorted(found, key=lambda point: point.value)
+    return sorted(result, key=lambda point: point.value)
 
 
 def first(diagram: HasBranches, type_: str, doubled: bool) -> SpecialPoint | None:
@@ -91,15 +91,15 @@ def band(branches: Sequence[Branch]) -> tuple[float, float]:
 
 def reached(branch: Branch, output: str, value: float, measure: str = "max") -> list[float]:
     """Return what an output reaches where a branch passes a value of the parameter."""
-    found = []
+    result = []
     for stretch in branch_segments(branch, output, measure):
         ahead = stretch.parameter - value
         for i in np.flatnonzero(ahead[:-1] * ahead[1:] <= 0):
             width = ahead[i] - ahead[i + 1]
             share = ahead[i] / width if width else 0.0
             step = stretch.value[i + 1] - stretch.value[i]
-            found.append(float(stretch.value[i] + share * step))
-    return found
+            result.append(float(stretch.value[i] + share * step))
+    return result
 
 
 ABSENT = 1e-6
@@ -211,12 +211,12 @@ def _folds_and_tori(findings: Findings) -> Judgement:
     [row] = findings.rows(3)
     rows, folds, tori = [], 0, 0
     for force, diagram in findings.family(row):
-        found = [point.value for point in on_branches(diagram, "LP", True)]
+        result = [point.value for point in on_branches(diagram, "LP", True)]
         intervals = [pair for branch in diagram.branches for pair in _torus_intervals(branch)]
-        folds += len(found)
+        folds += len(result)
         tori += len(intervals)
         cells = [", ".join(f"{low:.6g} to {high:.6g}" for low, high in intervals) or "none"]
-        rows.append([f"{force:g}", ", ".join(map(number, found)) or "none", *cells])
+        rows.append([f"{force:g}", ", ".join(map(number, result)) or "none", *cells])
     head = ["Nd (N)", "folds at f (Hz)", "unstable between two NS, f (Hz)"]
     return folds > 0 and tori > 0, table(head, rows)
 
@@ -243,8 +243,8 @@ def _static_force(findings: Findings) -> Judgement:
         doubled = [branch for branch in diagram.branches if branch.period > 1]
         for output in "xy":
             for measure in ("max", "peak_to_peak"):
-                found = [v for branch in doubled for v in reached(branch, output, force, measure)]
-                reach.setdefault((output, measure), []).append(max(found, default=None))
+                result = [v for branch in doubled for v in reached(branch, output, force, measure)]
+                reach.setdefault((output, measure), []).append(max(result, default=None))
     lower = {key: _rises(values) for key, values in reach.items()}
     verdict = _rises(doubling) and _rises(torus) and lower["x", "max"] and lower["y", "max"]
     rows = [
@@ -371,8 +371,8 @@ def _family_table(findings: Findings, row: Row) -> str:
 
 
 def _listed(diagram: HasBranches) -> list[str]:
-    found = on_branches(diagram, "PD", False), on_branches(diagram, "NS", True)
-    return [", ".join(number(point.value) for point in points) or "none" for points in found]
+    result = on_branches(diagram, "PD", False), on_branches(diagram, "NS", True)
+    return [", ".join(number(point.value) for point in points) or "none" for points in result]
 
 
 def _value(point: SpecialPoint | None) -> str:

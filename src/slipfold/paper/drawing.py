@@ -58,15 +58,15 @@ from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
 
 
-def render(figure: AnyFigure, found: Mapping[Any, Any], measure: str = "max") -> dict[str, bytes]:
+def render(figure: AnyFigure, result: Mapping[Any, Any], measure: str = "max") -> dict[str, bytes]:
     """Draw a figure from what was computed for it, as PDF and PNG."""
     with figure_style():
         if isinstance(figure, Figure):
-            canvas = draw_figure(figure, found, measure)
+            canvas = draw_figure(figure, result, measure)
         elif isinstance(figure, PlaneFigure):
-            canvas = draw_plane(figure, found[figure.plane])
+            canvas = draw_plane(figure, result[figure.plane])
         else:
-            canvas = draw_motions(figure, found, measure)
+            canvas = draw_motions(figure, result, measure)
         return _files(canvas, figure.key)
 
 
@@ -175,7 +175,7 @@ class _Panel:
 
 def draw_figure(
     figure: Figure,
-    found: Mapping[Any, Any],
+    result: Mapping[Any, Any],
     measure: str = "max",
 ) -> Canvas:
     """Draw one figure of the paper."""
@@ -186,7 +186,7 @@ def draw_figure(
     letters = (f"({chr(ord('a') + number)})" for number in count())
     panels: list[_Panel] = []
     for row in figure.rows:
-        diagrams = [found[curve] for curve in row.curves]
+        diagrams = [result[curve] for curve in row.curves]
         if row.wide:
             axes = [canvas.add_subplot(grid[next(lines), :]) for _ in OUTPUTS]
         else:
@@ -203,11 +203,11 @@ def draw_figure(
         line = next(lines)
         for column, output in enumerate(OUTPUTS):
             ax = canvas.add_subplot(grid[line, column])
-            draw_spectrum(found[case], output, ax, palette(1)[0], annotate=False)
+            draw_spectrum(result[case], output, ax, palette(1)[0], annotate=False)
             settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
-            spectral.append((ax, found[case], output))
-    draw_legend(canvas, [found[curve] for curve in figure.curves], measure)
+            spectral.append((ax, result[case], output))
+    draw_legend(canvas, [result[curve] for curve in figure.curves], measure)
     naming = [partial(_name, panel, measure) for panel in panels]
     naming += [partial(name_lines, *each, palette(1)[0]) for each in spectral]
     _name_last(canvas, naming)
@@ -392,19 +392,19 @@ ROOM = 0.06
 """Room above and below what is drawn, over its height."""
 
 
-def draw_motions(figure: MotionFigure, found: Mapping[Any, Any], measure: str = "max") -> Canvas:
+def draw_motions(figure: MotionFigure, result: Mapping[Any, Any], measure: str = "max") -> Canvas:
     """Draw one of them."""
     if isinstance(figure, CompletedFigure):
-        return _completed(figure, found, measure)
+        return _completed(figure, result, measure)
     if isinstance(figure, HysteresisFigure):
-        return _hysteresis(figure, found, measure)
+        return _hysteresis(figure, result, measure)
     canvas = _canvas(1.25 * COLUMN)
-    over = found[figure.regimes.plane]
-    draw_regimes(found[figure.regimes], canvas.add_subplot(), over=over)
+    over = result[figure.regimes.plane]
+    draw_regimes(result[figure.regimes], canvas.add_subplot(), over=over)
     return canvas
 
 
-def _completed(figure: CompletedFigure, found: Mapping[Any, Any], measure: str) -> Canvas:
+def _completed(figure: CompletedFigure, result: Mapping[Any, Any], measure: str) -> Canvas:
     rows = len(figure.curves)
     canvas = _canvas(rows * MOTION_HEIGHT + MOTION_LEGEND_HEIGHT)
     letters = (f"({chr(ord('a') + number)})" for number in count())
@@ -413,17 +413,17 @@ def _completed(figure: CompletedFigure, found: Mapping[Any, Any], measure: str) 
         canvas.subplots(rows, 2, squeeze=False), figure.curves, figure.sweeps, strict=True
     ):
         for ax, output in zip(axes, OUTPUTS, strict=True):
-            naming.append(_draw_both(ax, curve, swept, output, found, measure))
+            naming.append(_draw_both(ax, curve, swept, output, result, measure))
             ax.set_title(f"{next(letters)}  {_fixed(curve)}")
-    diagrams = [found[curve] for curve in figure.curves]
+    diagrams = [result[curve] for curve in figure.curves]
     tori = [tori for diagram in diagrams for tori in diagram.tori]
-    more = _more(tori, [found[swept] for swept in figure.sweeps])
+    more = _more(tori, [result[swept] for swept in figure.sweeps])
     draw_legend(canvas, diagrams, measure, more, [swept.span for swept in figure.sweeps])
     _name_last(canvas, naming)
     return canvas
 
 
-def _hysteresis(figure: HysteresisFigure, found: Mapping[Any, Any], measure: str) -> Canvas:
+def _hysteresis(figure: HysteresisFigure, result: Mapping[Any, Any], measure: str) -> Canvas:
     heights = MOTION_HEIGHT, BASIN_HEIGHT
     canvas = _canvas(sum(heights) + MOTION_LEGEND_HEIGHT)
     grid = canvas.add_gridspec(2, 1, height_ratios=heights)
@@ -431,26 +431,26 @@ def _hysteresis(figure: HysteresisFigure, found: Mapping[Any, Any], measure: str
     naming = []
     for place, output in enumerate(OUTPUTS):
         ax = canvas.add_subplot(above[place])
-        naming.append(_draw_both(ax, figure.curve, figure.swept, output, found, measure))
+        naming.append(_draw_both(ax, figure.curve, figure.swept, output, result, measure))
         ax.set_title(f"({'ab'[place]})  {_fixed(figure.curve)}")
     for place, case in enumerate(figure.basins):
         ax = canvas.add_subplot(below[place])
-        seen = _by_period(found[case])
+        seen = _by_period(result[case])
         draw_basins(seen, ax, legend=False)
         if place:
             ax.set_ylabel("")
         share = f"{100 * seen.share(seen[0]).value:.2g} % {in_words(seen[0])}"
         at = equation_text(case.model, figure.curve.vary)
         ax.set_title(f"({'cdefgh'[place]})  {at}\n{share}")
-    most = max((_by_period(found[case]) for case in figure.basins), key=len)
+    most = max((_by_period(result[case]) for case in figure.basins), key=len)
     patches = [
         Patch(facecolor=colour, label=f"basin of {in_words(item)}")
         for item, colour in zip(most, BASINS, strict=False)
     ]
-    if any((found[case].uncertain > 0).any() for case in figure.basins):
+    if any((result[case].uncertain > 0).any() for case in figure.basins):
         patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
-    more = [*_more(found[figure.curve].tori, [found[figure.swept]]), *patches]
-    draw_legend(canvas, [found[figure.curve]], measure, more, [figure.swept.span])
+    more = [*_more(result[figure.curve].tori, [result[figure.swept]]), *patches]
+    draw_legend(canvas, [result[figure.curve]], measure, more, [figure.swept.span])
     _name_last(canvas, naming)
     return canvas
 
@@ -460,15 +460,15 @@ def _draw_both(
     curve: Curve,
     swept: SweepCase,
     output: str,
-    found: Mapping[Any, Any],
+    result: Mapping[Any, Any],
     measure: str,
 ) -> Callable[[], None]:
     """Draw branches and tori over the dots of solutions; return what names them.
 
     The axes show the range of the solutions: unstable orbits may be outside it.
     """
-    diagram = found[curve]
-    _draw_dots(ax, found[swept], output, measure)
+    diagram = result[curve]
+    _draw_dots(ax, result[swept], output, measure)
     low, high = ax.dataLim.intervaly
     draw_family([diagram], output, measure, ax, ["black"])
     for tori in diagram.tori:
@@ -497,20 +497,20 @@ def _fixed(curve: Curve) -> str:
     return equation_text(curve.model, other)
 
 
-def _by_period(found: Basins) -> Basins:
+def _by_period(result: Basins) -> Basins:
     """Return basins with their attractors in the order of periods, which fixes the colors."""
-    items = sorted(found, key=lambda item: item.period or LAST)
-    labels = found.labels.copy()
+    items = sorted(result, key=lambda item: item.period or LAST)
+    labels = result.labels.copy()
     for number, item in enumerate(items, 1):
-        labels[found.labels == item.id] = number
+        labels[result.labels == item.id] = number
     renumbered = tuple(replace(item, id=number) for number, item in enumerate(items, 1))
-    return replace(found, labels=labels, attractors=renumbered)
+    return replace(result, labels=labels, attractors=renumbered)
 
 
-def _more(found: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
+def _more(result: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
     """Return what the legend says of tori and dots."""
     runs = {run if run in COLOURS else "" for swept in sweeps for run in swept.runs}
-    tori = {STABLE: "torus", OTHER: "unstable torus"} if found else {}
+    tori = {STABLE: "torus", OTHER: "unstable torus"} if result else {}
     return [
         *(Line2D([], [], label=name, **_torus_line(kind)) for kind, name in tori.items()),
         *(

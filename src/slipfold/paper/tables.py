@@ -138,8 +138,8 @@ def _sections(diagram: HasLoci) -> Iterator[str]:
         ("Points of codimension two", tuple(CODIMENSION_TWO)),
         ("Extrema of the loci", ("MIN", "MAX")),
     ):
-        found = [(o, p) for o in diagram.loci for p in o.special if p.type in types]
-        yield f"{title}: " + (f"{len(found)}.\n\n{_points(found)}" if found else "none.")
+        result = [(o, p) for o in diagram.loci for p in o.special if p.type in types]
+        yield f"{title}: " + (f"{len(result)}.\n\n{_points(result)}" if result else "none.")
     if diagram.regions is not None:
         yield _regions(diagram.regions.regions, _parameters_of(diagram))
 
@@ -224,10 +224,10 @@ def _end(locus: Locus, values: tuple[float, ...]) -> str:
     )
 
 
-def _points(found: Sequence[tuple[Locus, LocusPoint]]) -> str:
-    parameters = _parameters_of(found[0][0])
+def _points(result: Sequence[tuple[Locus, LocusPoint]]) -> str:
+    parameters = _parameters_of(result[0][0])
     rows = []
-    for locus, point in found:
+    for locus, point in result:
         values = zip(parameters, point.values, point.uncertainty, strict=True)
         cells = [
             cell

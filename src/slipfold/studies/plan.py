@@ -222,12 +222,12 @@ def _grid(given: Mapping[str, Any], model: Model) -> Grid:
     axes = {}
     for name, values in given.items():
         parameter = model.variable_parameter(name)
-        found = _axis(values, parameter, f"cases.grid.{name}")
-        for value in found:
+        result = _axis(values, parameter, f"cases.grid.{name}")
+        for value in result:
             parameter.check(value)
-        if len(np.unique(found)) < len(found):
+        if len(np.unique(result)) < len(result):
             raise InputError(f"cases.grid.{name} has a value twice; give each once")
-        axes[name] = found
+        axes[name] = result
     return Grid(axes)
 
 

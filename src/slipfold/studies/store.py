@@ -189,18 +189,18 @@ class Store:
                 if line.endswith(b"\n"):
                     self._size = file.tell()
 
-    def _check_head(self, found: Mapping[str, Any] | None) -> None:
-        if found is None:
+    def _check_head(self, result: Mapping[str, Any] | None) -> None:
+        if result is None:
             raise InputError(
                 f"the first line of {self._path} is damaged, so nobody can tell which study it "
                 "holds; restore it, or give another --out"
             )
         wanted = json.loads(json.dumps(self._head))
-        if found == wanted:
+        if result == wanted:
             return
-        differs = [key for key in {**wanted, **found} if found.get(key) != wanted.get(key)]
+        differs = [key for key in {**wanted, **result} if result.get(key) != wanted.get(key)]
         if set(differs) <= PROGRAM:
-            raise InputError(self._other_program(found, differs))
+            raise InputError(self._other_program(result, differs))
         if differs == ["draws"]:
             raise InputError(
                 f"{self.folder} was begun when the same seed drew other cases, which cannot be "
@@ -211,8 +211,8 @@ class Store:
             "another --out, or remove that folder"
         )
 
-    def _other_program(self, found: Mapping[str, Any], differs: Collection[str]) -> str:
-        known: Mapping[str, str] = found.get("versions", {})
+    def _other_program(self, result: Mapping[str, Any], differs: Collection[str]) -> str:
+        known: Mapping[str, str] = result.get("versions", {})
         here = self._head.get("versions", {})
         names = [name for name in {**known, **here} if known.get(name) != here.get(name)]
         if not names:
@@ -221,12 +221,12 @@ class Store:
                 f"{self.folder} was begun by another state of this version of slipfold, with "
                 f"{what}; finish it by that one, or compute it anew with another --out"
             )
-        begun, present = (
+        started, present = (
             ", ".join(f"{name} {each.get(name, 'unknown')}" for name in names)
             for each in (known, here)
         )
         return (
-            f"{self.folder} was begun with {begun}, this is {present}, and last digits would "
+            f"{self.folder} was begun with {started}, this is {present}, and last digits would "
             "differ; install what it was begun with, or give another --out"
         )
 
@@ -277,8 +277,8 @@ def _content(line: bytes) -> dict[str, Any] | None:
     checksum, text = line[:8], line[9:-1]
     if not line.endswith(b"\n") or checksum != b"%08x" % crc32(text):
         return None
-    found: dict[str, Any] = json.loads(text)
-    return found
+    result: dict[str, Any] = json.loads(text)
+    return result
 
 
 def _sync_folder(folder: Path) -> None:

@@ -192,9 +192,9 @@ class ResponseWork(LossWork):
         branches = trace_response(model, self.vary, span, settings=settings, through_stick=True)
         if any(branch.interrupted for branch in branches):
             raise KeyboardInterrupt
-        found = first_loss(branches[0], float(first))
+        result = first_loss(branches[0], float(first))
         given_up = sum(branch.failed for branch in branches)
-        return _findings(found, [branch.special for branch in branches], given_up)
+        return _findings(result, [branch.special for branch in branches], given_up)
 
     def together(self, models: Sequence[Model]) -> list[Findings | None]:
         """Follow ordinary responses as a batch."""
@@ -207,16 +207,16 @@ class ResponseWork(LossWork):
         special = [branch.special for branch in case.branches]
         loss = case.loss(special[0])
         if not case.branches[0].stable:
-            told = unstable_from(self.vary, float(self.span[0]))
+            text = unstable_from(self.vary, float(self.span[0]))
         elif loss is None:
             if case.branches[0].end != "span":  # where a limit lies is not known
                 return None
             last = float(self.span[1])
             reason = f"reached the end of the span at {self.vary} = {last:g}"
-            told = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
+            text = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
         else:
-            told = Loss(float(loss.value), loss.type, "")
-        return _findings(told, special, 0)
+            text = Loss(float(loss.value), loss.type, "")
+        return _findings(text, special, 0)
 
 
 def _findings(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> Findings:
@@ -246,10 +246,10 @@ class ThresholdWork(LossWork):
     def together(self, models: Sequence[Model]) -> list[Findings | None]:
         """Find first period doublings as a batch."""
         first, last = float(self.span[0]), float(self.span[1])
-        found = first_doublings(models, self.vary, (first, last)).tolist()
+        result = first_doublings(models, self.vary, (first, last)).tolist()
         return [
             None if math.isnan(value) else Findings(Loss(value, "PD", "").values())
-            for value in found
+            for value in result
         ]
 
     def of(self, model: Model) -> Findings:
@@ -312,7 +312,7 @@ class LocusWork(Work):
         spans = tuple((float(low), float(high)) for low, high in self.window.values())
         plane, window = (first, second), (spans[0], spans[1])
         corner = model.replace(**{first: window[0][0], second: window[1][0]})
-        found = find_bifurcation_set(
+        result = find_bifurcation_set(
             measured_across(corner, plane, window),
             plane,
             window,
@@ -320,11 +320,11 @@ class LocusWork(Work):
             periods=self.periods,
             regions=False,
         )
-        if found.interrupted:
+        if result.interrupted:
             raise KeyboardInterrupt
-        values: dict[str, Value] = {"loci": len(found.loci)}
+        values: dict[str, Value] = {"loci": len(result.loci)}
         for place, name in enumerate(plane):
-            along = [item.values[:, place] for item in found.loci if len(item.values)]
+            along = [item.values[:, place] for item in result.loci if len(item.values)]
             values[f"least_{name}"] = float(min(map(min, along))) if along else None
             values[f"largest_{name}"] = float(max(map(max, along))) if along else None
         listed: tuple[dict[str, Value], ...] = tuple(
@@ -335,7 +335,7 @@ class LocusWork(Work):
                 "period": item.period,
                 **dict(zip(plane, map(float, point.values), strict=True)),
             }
-            for item in found.loci
+            for item in result.loci
             for point in item.special
         )
         return Findings(values, listed)
@@ -377,23 +377,23 @@ class SimulationWork(Work):
 
     def of(self, model: Model) -> Findings:
         """Integrate the solution."""
-        found = simulate_smooth_or_switched(
+        result = simulate_smooth_or_switched(
             model, self.periods, parsed_start(model, self.start) or None, tolerance=self.tolerance
         )
-        settlement, stopped = found.settlement, found.stopped
+        settlement, stopped = result.settlement, result.stopped
         values: dict[str, Value] = {
             "settled": int(settlement.settled),
             "period": settlement.period,
             "duration": settlement.duration,
-            "time": float(found.duration),
+            "time": float(result.duration),
             "reason": "" if stopped is None else stopped.reason,
         }
-        for state, value in zip(model.states, found.strobe[-1], strict=True):
+        for state, value in zip(model.states, result.strobe[-1], strict=True):
             values[f"last_{state.name}"] = float(value) if np.isfinite(value) else None
         names = [item.name for item in _outputs(model)]
         low = high = np.full(len(names), np.nan)  # what ended early lasts no more
         if stopped is None:
-            extrema = steady_extrema(found, names)
+            extrema = steady_extrema(result, names)
             (low,), (high,) = extrema.minimum, extrema.maximum
         for name, least, most in zip(names, low.tolist(), high.tolist(), strict=True):
             values[f"min_{name}"] = least if np.isfinite(least) else None
@@ -431,14 +431,14 @@ class LyapunovWork(Work):
     def of(self, model: Model) -> Findings:
         """Propagate the solution and its perturbations."""
         start = initial_state(model, parsed_start(model, self.start))
-        found = find_exponents(model, start, self.periods, self.tolerance)
-        if found.interrupted:
+        result = find_exponents(model, start, self.periods, self.tolerance)
+        if result.interrupted:
             raise KeyboardInterrupt
-        unit = 1.0 if model.forced else float(found.model.values[DURATION.name])
-        last = found.estimates[-1]
+        unit = 1.0 if model.forced else float(result.model.values[DURATION.name])
+        last = result.estimates[-1]
         values: dict[str, Value] = {
-            "verdict": found.verdict.kind,
-            "period": found.verdict.period,
+            "verdict": result.verdict.kind,
+            "period": result.verdict.period,
         }
         for number, (exponent, error) in enumerate(
             zip(last.exponents / unit, last.errors / unit, strict=True), 1
@@ -501,15 +501,15 @@ class AttractorsWork(Work):
         """Search the attractors."""
         model = measured(model)
         box: Box = checked_box(model, self.box) if self.box else box_around(model)
-        found = search(model, box.starts(self.starts, self.seed), self.periods)
-        if found.interrupted:
+        result = search(model, box.starts(self.starts, self.seed), self.periods)
+        if result.interrupted:
             raise KeyboardInterrupt
         shares = {item.name: 0.0 for item in self.quantities(model)}
-        shares["share_ended"] = float(np.mean(found.labels == ENDED))
-        shares["share_undecided"] = float(np.mean(found.labels == UNDECIDED))
+        shares["share_ended"] = float(np.mean(result.labels == ENDED))
+        shares["share_undecided"] = float(np.mean(result.labels == UNDECIDED))
         listed: list[dict[str, Value]] = []
-        for item in found.attractors:
-            share = float(np.mean(found.labels == item.id))
+        for item in result.attractors:
+            share = float(np.mean(result.labels == item.id))
             name = item.kind
             if name == "periodic":
                 name = f"period_{item.period}" if item.period in PERIODS else "longer"
