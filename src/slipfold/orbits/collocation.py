@@ -401,13 +401,11 @@ def _repeated(pattern: Array, times: int) -> Array:
 
 
 def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
-    r"""Return how fine a mesh has to be on each interval, shape (N,).
+    r"""Return the density that a mesh needs on each interval, shape (N,).
 
-    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for polynomials of
-    degree m; returned is the root of order m + 1 of the derivative. The highest derivative of the
-    polynomial is constant on an interval; the next one is estimated from how it differs between
-    neighbors (de Boor 1973; Russell and Christiansen, SIAM Journal on Numerical Analysis 15 (1978)
-    59-80).
+    The error on an interval of length h is :math:`h^{m + 1} |x^{(m + 1)}|` for degree m; returned
+    is the root of order m + 1 of that derivative, estimated from neighbors (de Boor 1973; Russell
+    and Christiansen, SIAM Journal on Numerical Analysis 15 (1978) 59-80).
 
     Shapes: edges (N + 1,); slopes (N, m, n).
     """

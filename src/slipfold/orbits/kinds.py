@@ -214,13 +214,10 @@ class Cycles(Orbits):
 
 
 class Equilibria(Orbits):
-    """Orbits that stand still: their equations are those of the vector field itself.
+    """Equilibria: their equations are those of the vector field itself.
 
-    The rates are taken per unit of time, which the spectrum chooses: where they are zero it plays
-    no part.
-
-    The model's ``duration`` is that unit, or the longest one. Along a branch eigenvalues are seen
-    as multipliers over it.
+    The rates are taken per unit of time, which the spectrum chooses. The model's ``duration`` is
+    that unit, or the longest one; results state eigenvalues as multipliers over it.
     """
 
     by: VectorField

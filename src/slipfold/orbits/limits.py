@@ -23,14 +23,10 @@ from slipfold.orbits.switched_shooting import SwitchedShooting
 SAMPLES = 48
 """Samples a forcing period of the first look."""
 
-BESIDE = 0.01
-"""Distance from an orbit, in scaled states, within which equations are tried: samples may lie that
-far from where it comes nearest to a singularity."""
-
-SHARE = 0.01
-"""Fraction of an output's swing that is far from a bound which says nothing of its scale: orbits of
-maps move by at most 1e-5 in scaled states after they were watched, a thousandth of that, and few
-orbits have to be examined closely."""
+NEAR = 0.01
+"""Fraction of the states' scales, or of an output's swing, that is near: samples may lie that far
+from where an orbit comes nearest to a singularity, and orbits of maps move by a thousandth of it
+after they were watched, so that few have to be examined closely."""
 
 
 def far_above(bounds: Array, swings: Array) -> Array:
@@ -41,16 +37,15 @@ def far_above(bounds: Array, swings: Array) -> Array:
 
     Shapes: bounds (n_limits,); swings (..., n_limits), as is what is returned.
     """
-    return np.asarray(bounds + np.where(bounds > 0, bounds, SHARE * swings))
+    return np.asarray(bounds + np.where(bounds > 0, bounds, NEAR * swings))
 
 
 def limit_margins(orbits: Orbits, z: Array) -> Array:
     """Return by how much each watched output stays above its bound over the orbit.
 
-    The first look is at states that are known anyway, the second samples the orbit evenly. Between
-    samples an output may be lower by what its slope allows, or its bend, an eighth of which is the
-    fall of a parabola below its lowest sample; where that could matter, its minimum over the
-    continuous orbit is found, as closely as it has to be to see that it is far above the bound.
+    The first look is at states that are known, the second samples the orbit evenly. Where an output
+    could be lower between samples, by its slope or its bend, its minimum over the continuous orbit
+    is computed as closely as it takes to see that it is far above the bound.
 
     Returns shape (n_limits,).
     """
@@ -148,7 +143,7 @@ def is_singular_near(orbits: Orbits, z: Array) -> bool:
         nodes = orbits.evenly(z)
         grid = _grid(len(nodes), orbits.period)
         samples, phases = flow.along(nodes, grid, constants).reshape(grid.size, -1), grid.ravel()
-    around = BESIDE * np.diag(orbits.scales)
+    around = NEAR * np.diag(orbits.scales)
     return not all(
         np.isfinite(flow.rates(samples + step, phases, constants)).all()
         for step in (*around, *-around)

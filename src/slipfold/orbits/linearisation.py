@@ -337,10 +337,9 @@ def _places(m: int, n: int, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64
 class Eliminated(SquareMatrix):
     """Jacobian of an orbit with one more row, square of size m n + k, for many states.
 
-    The unknowns of all nodes but the first are eliminated by way of the transition matrices, so
-    that systems of size n + k are solved: small enough that linear algebra starts no threads for
-    them, which costs far more than it gains. What rounding adds, magnified by the
-    multipliers, Newton's method removes.
+    The unknowns of all nodes but the first are eliminated by the transition matrices: systems of
+    size n + k remain, for which linear algebra starts no threads. What rounding adds, magnified by
+    the multipliers, Newton's method removes.
 
     Shapes: row (m n + k,).
     """

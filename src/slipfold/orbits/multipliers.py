@@ -16,14 +16,11 @@ from slipfold.orbits.test_functions import Degeneracy, floquet_multipliers
 def growth_bound(blocks: NDArray[np.float64]) -> float:
     r"""Return an upper bound of :math:`\log |\mu|` over all multipliers :math:`\mu`.
 
-    The monodromy matrix is the product of the segments' transition matrices, so its spectral radius
-    is at most the product of their norms, in any norm. That of the eigenvectors of their mean is
-    taken: where the coefficients of the linearised equations do not change along the orbit, all
-    segments have the same eigenvectors and the bound is exact; where they change, it exceeds the
-    truth by about what their change can do at most, which is what parametric resonances live on.
-
-    If the bound is negative, perturbations of the orbit shrink in that norm from one segment to the
-    next but for little, and no multiplier can be on the unit circle, whatever its phase.
+    The spectral radius of the product of the segments' transition matrices is at most the product
+    of their norms, here in the norm of the eigenvectors of their mean. The bound is exact where the
+    coefficients of the linearised equations are constant along the orbit, and exceeds the truth by
+    about what their change can do at most. If it is negative, no multiplier can be on the unit
+    circle, whatever its phase.
 
     Shapes: blocks (m, n, n).
 

@@ -44,15 +44,6 @@ class Reversal:
         return self.stops.which
 
 
-def find_reversal(
-    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants
-) -> Reversal | None:
-    """Return the turn whose friction is nearest to what would hold it, None without any."""
-    found = _turns(flow, legs, constants)
-    best = min(found, key=lambda item: item[0], default=None)
-    return None if best is None else best[1]
-
-
 def _turns(
     flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants
 ) -> Iterator[tuple[float, Reversal]]:
@@ -105,8 +96,8 @@ class ReversalShooting(MarginalShooting):
         """Return what passes a turn of an orbit, None if it has none. Shapes: nodes (1, n)."""
         begin = float(by.start[0])
         passed = by.passed(nodes[0], begin, begin + 2 * by.period, constants)
-        met = find_reversal(by.switched, passed, constants)
-        return None if met is None else cls(by.model, by.free, by.period, met)
+        found = min(_turns(by.switched, passed, constants), key=lambda item: item[0], default=None)
+        return None if found is None else cls(by.model, by.free, by.period, found[1])
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
         """Return what contacts do in turn, without stick that is as good as none."""

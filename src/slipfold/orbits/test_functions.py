@@ -60,11 +60,9 @@ def evaluate_tests(
     is none (Kuznetsov, Elements of Applied Bifurcation Theory, section 10.2). Of equilibria it is
     called ``HB``.
 
-    Each is :math:`N / \sqrt{N^2 + D^2}`, the determinant N beside the same one D of a matrix whose
-    multipliers, or their products, are a quarter as large: smooth functions of the matrix both. It
-    stays between -1 and 1, also on the way to a singularity, and turns little where multipliers
-    well inside the circle do. With twenty of them N alone varies by orders of magnitude, and so
-    could not be told from a function about to vanish.
+    Each is :math:`N / \sqrt{N^2 + D^2}`, with the same determinant D of a matrix whose multipliers,
+    or their products, are a quarter as large. It is smooth, stays between -1 and 1, and changes
+    little where multipliers well inside the circle turn; N alone varies by orders of magnitude.
 
     Shapes: multipliers (n,).
 
