@@ -1,5 +1,7 @@
 """Files with something wrong in them, and what must come of any: a model or one clear message."""
 
+import pytest
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipfold.errors import InputError
@@ -27,3 +29,16 @@ def check_made(make, use):
         assert len(found) < 5000
     else:
         use(found)
+
+
+MANY = 10_000
+
+
+def fuzzed(strategy, check, few):
+    """Return a test of a few examples, and of many in long runs."""
+
+    @pytest.mark.parametrize("examples", [few, pytest.param(MANY, marks=pytest.mark.long)])
+    def test(examples):
+        settings(max_examples=examples)(given(strategy)(check))()
+
+    return test

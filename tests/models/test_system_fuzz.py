@@ -3,17 +3,15 @@
 import math
 
 import heyoka as hy
-import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slipfold as sf
-from helpers.spoilt_files import check_made, spoilt_files
+from helpers.spoilt_files import check_made, fuzzed, spoilt_files
 from slipfold.models.formulas.functions import FUNCTIONS
 from slipfold.models.formulas.grammar import FormulaError, format_tree, parse_formula
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
-FEW, MANY = 80, 10_000
+FEW = 80
 
 WORDS = st.sampled_from(
     [
@@ -107,27 +105,10 @@ def use(model):
     assert period > 0
 
 
-@settings(max_examples=FEW)
-@given(FORMULAS)
-def test_any_formula(text):
-    formula(text)
+test_any_formula = fuzzed(FORMULAS, formula, FEW)
 
 
-@settings(max_examples=FEW)
-@given(spoilt_files(TEXTS, PIECES))
-def test_any_spoilt_file(text):
-    check_made(lambda: sf.System.from_toml(f"\n{text}"), use)
-
-
-@settings(max_examples=FEW)
-@given(TABLES)
-def test_any_tables(tables):
-    check_made(lambda: sf.System(tables), use)
-
-
-@settings(max_examples=FEW)
-@given(FORMULAS)
-def test_any_formula_in_a_system(text):
+def in_a_system(text):
     tables = {
         "parameters": {"W": 1.0, "F": 0.5},
         "states": {"q": "v", "v": text},
@@ -136,22 +117,16 @@ def test_any_formula_in_a_system(text):
     check_made(lambda: sf.System(tables), use)
 
 
-@pytest.mark.long
-@settings(max_examples=MANY)
-@given(FORMULAS)
-def test_ten_thousand_formulas(text):
-    formula(text)
+test_any_formula_in_a_system = fuzzed(FORMULAS, in_a_system, FEW)
 
 
-@pytest.mark.long
-@settings(max_examples=MANY)
-@given(spoilt_files(TEXTS, PIECES))
-def test_ten_thousand_spoilt_files(text):
+def from_text(text):
     check_made(lambda: sf.System.from_toml(f"\n{text}"), use)
 
 
-@pytest.mark.long
-@settings(max_examples=MANY)
-@given(TABLES)
-def test_ten_thousand_tables(tables):
+def from_tables(tables):
     check_made(lambda: sf.System(tables), use)
+
+
+test_any_spoilt_file = fuzzed(spoilt_files(TEXTS, PIECES), from_text, FEW)
+test_any_tables = fuzzed(TABLES, from_tables, FEW)

@@ -1,15 +1,13 @@
 """Whatever stands in the file of a structure: a model or one clear message, soon."""
 
 import heyoka as hy
-import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slipfold as sf
-from helpers.spoilt_files import check_made, spoilt_files
+from helpers.spoilt_files import check_made, fuzzed, spoilt_files
 from slipfold.models.registry import built_in_models, built_in_text, model_named
 
-FEW, MANY = 60, 10_000
+FEW = 60
 
 FRAME = """
 [structure]
@@ -142,27 +140,13 @@ def use(model):
     assert model.period(model.values) > 0
 
 
-@settings(max_examples=FEW)
-@given(spoilt_files(TEXTS, PIECES))
-def test_any_spoilt_file(text):
+def from_text(text):
     check_made(lambda: sf.Structure.from_toml(f"\n{text}"), use)
 
 
-@settings(max_examples=FEW)
-@given(TABLES)
-def test_any_tables(tables):
+def from_tables(tables):
     check_made(lambda: sf.Structure.from_tables(tables), use)
 
 
-@pytest.mark.long
-@settings(max_examples=MANY)
-@given(spoilt_files(TEXTS, PIECES))
-def test_ten_thousand_spoilt_files(text):
-    check_made(lambda: sf.Structure.from_toml(f"\n{text}"), use)
-
-
-@pytest.mark.long
-@settings(max_examples=MANY)
-@given(TABLES)
-def test_ten_thousand_tables(tables):
-    check_made(lambda: sf.Structure.from_tables(tables), use)
+test_any_spoilt_file = fuzzed(spoilt_files(TEXTS, PIECES), from_text, FEW)
+test_any_tables = fuzzed(TABLES, from_tables, FEW)
