@@ -33,34 +33,6 @@ def test_a_branch_closes_on_the_doubling_that_it_meets():
     assert [item[0] for item in specials(forward)] == [item[0] for item in specials(backward)]
 
 
-def test_a_step_that_lands_beside_the_doubling_closes_the_branch():
-    values = {
-        "f": 13.647542094558519,
-        "Nd": 0.10552491103252291,
-        "alpha": 2.9503651143387857,
-        "Vd": 0.7535978033662454,
-        "zeta1": 0.003798950263395374,
-        "zeta2": 0.0023306688002165087,
-    }
-    coarse, fine = (run(values, "mu", (0.0, 0.9), largest) for largest in (0.5, 0.03))
-    assert shape(coarse) == shape(fine)
-    assert [item[0] for item in specials(coarse)] == [item[0] for item in specials(fine)]
-
-
-def test_nothing_is_reported_outside_the_span():
-    values = {
-        "Nd": 0.3556855650705883,
-        "mu": 0.7645125387295936,
-        "alpha": 2.8885792939980917,
-        "Vd": 0.64868906757958,
-        "zeta1": 0.004996668476148002,
-        "zeta2": 0.023050825583715285,
-    }
-    for branch in run(values, "f", (15.0, 8.0)):
-        for item in branch.special:
-            assert 8.0 <= item.value <= 15.0
-
-
 @pytest.mark.parametrize("scale", [1.0, 4.0])
 def test_a_fold_right_beside_the_doubling_is_found(scale):
     # In the middle of Mathieu's tongue the cubic coefficient nearly vanishes: the doubled branch

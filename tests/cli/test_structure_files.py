@@ -60,17 +60,6 @@ def test_response_of_a_structure_and_its_saved_result(file, tmp_path):
     assert run("plot", str(out)).exit_code == 0
 
 
-def test_the_built_in_chain_is_a_file_to_start_from(tmp_path):
-    assert "chain" in run("models").stdout
-    shown = run("models", "--show", "chain")
-    assert shown.exit_code == 0
-    path = tmp_path / "mine.toml"
-    path.write_text(shown.stdout)
-    for name in ("chain", str(path)):
-        result = run("simulate", name, "--periods", "2", "--set", "Vd=2.5m/s", "--json", "-")
-        assert json.loads(result.stdout)["parameters"]["Vd"] == 2.5
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

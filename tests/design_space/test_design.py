@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.command_line import run
@@ -86,20 +85,6 @@ def test_a_torus_leaves_a_window_while_the_doubling_stays(sliding):
     located = [point.value for _, point in special.special]
     assert located[0] == pytest.approx(kept, rel=1e-9)
     assert min(abs(value - each) for each in located) < 1e-9
-
-
-def test_saved_exported_and_drawn(found, tmp_path):
-    found.save(tmp_path / "d.nc")
-    copy = sf.load(tmp_path / "d.nc")
-    assert copy.to_json() == found.to_json()
-    assert copy.names == found.names
-    found.to_csv(tmp_path / "d.csv")
-    heads, *rows = (tmp_path / "d.csv").read_text().splitlines()
-    assert heads.startswith("side,Nd wanted (N),alpha (rad),Vd (m/s),PD (N),rms x")
-    assert len(rows) == 1
-    line, before = found.plot(ax=Figure().add_subplot()).lines
-    assert np.nanmin(line.get_ydata()) == found.levels[0]
-    assert before.get_xdata() == [found.value]
 
 
 @pytest.mark.parametrize("done", [3, 5])

@@ -1,7 +1,5 @@
 """Thresholds where parameters scatter: by gradients and by samples; Sobol's indices."""
 
-import csv
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -10,7 +8,7 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.design_space.optimum import Lost, PlacedPoint
 from slipfold.design_space.sampling import drawn, index_design, indices_of, names_of
-from slipfold.design_space.scatter import Scatter, parse_scatter, scatter_text
+from slipfold.design_space.scatter import Scatter, parse_scatter
 
 SMALL = {"Vd": "normal 0.2%", "alpha": "uniform 0.2deg", "mu": "normal 0.002"}
 
@@ -42,16 +40,6 @@ def test_bands_by_both_ways_agree_where_scatter_is_small(small):
     sizes = [0.002 * 0.6, np.radians(0.2) / np.sqrt(3), 0.002]
     slopes = [-0.041609200963, -0.074329849432, -0.01021911064]
     assert width == pytest.approx(np.linalg.norm(np.multiply(sizes, slopes)), rel=1e-9)
-
-
-def test_samples_are_thresholds_of_their_responses(sliding):
-    point = sliding[2].point
-    found = sf.uncertainty(point, {"Vd": "normal 3%", "L": "normal 0.2%"}, samples=8, seed=3)
-    for row in (0, 5):
-        changed = dict(zip(("Vd", "L"), found.samples[row].tolist(), strict=True))
-        model = sf.SlidingOscillator(f=12.5, **changed)
-        located = [item.point.value for item in sf.response(model, "Nd", (0, 0.98)).special]
-        assert found.thresholds[row] == pytest.approx(located[2], abs=1e-10)
 
 
 def test_a_point_that_vanishes_is_lost(sliding):
@@ -137,26 +125,6 @@ def test_equilibria_have_uncertain_hopf_points():
     assert found.thresholds == pytest.approx(expected, rel=1e-9)
 
 
-def test_saved_exported_and_drawn(small, tmp_path):
-    small.save(tmp_path / "u.nc")
-    copy = sf.load(tmp_path / "u.nc")
-    assert copy.scatters == small.scatters
-    assert copy.to_json() == small.to_json()
-    for name in ("gradient", "samples", "thresholds", "reasons"):
-        assert np.array_equal(getattr(copy, name), getattr(small, name))
-    small.to_csv(tmp_path / "u.csv")
-    heads, *rows = csv.reader((tmp_path / "u.csv").read_text().splitlines())
-    assert [float(row[heads.index("Nd (N)")]) for row in rows] == small.thresholds.tolist()
-    ax = small.plot(ax=Figure().add_subplot())
-    line, _ = ax.lines[:2]
-    assert np.interp(small.value, *line.get_data()) == pytest.approx(
-        small.quiet(small.value), abs=0.05
-    )
-    record = small.to_json()
-    assert record["by_samples"]["quiet"][1] == [0.0436, small.quiet(0.0436)]
-    assert record["scatter"]["Vd"]["gradient"] == pytest.approx(-0.041609200963)
-
-
 def test_interruption_keeps_what_is_known(doubling):
     def observer(progress):
         if progress.done == 3:
@@ -190,22 +158,6 @@ def test_scatter_is_read(text, kind, size):
     assert parse_scatter(read.record(), parameter, 1.0) == Scatter(
         "Vd", kind, pytest.approx(0.6), pytest.approx(size)
     )
-
-
-@pytest.mark.parametrize(
-    ("text", "shown"),
-    [
-        ("normal 5%", "normal 0.025"),
-        ("normal 5%:0.4:0.52", "normal 0.025 from 0.4 to 0.52"),
-        ("normal 5%::0.52", "normal 0.025 to 0.52"),
-        ("uniform 0.4:0.6", "uniform 0.1"),
-        ("uniform 0.4:0.7", "uniform from 0.4 to 0.7"),
-        ({"distribution": "lognormal", "median": 0.6, "deviation": 0.1}, "lognormal 0.1 about 0.6"),
-    ],
-)
-def test_a_scatter_is_shown_with_ends_where_it_has_them(text, shown):
-    read = parse_scatter(text, sf.SlidingOscillator().parameter("mu"), 0.5)
-    assert scatter_text(read, 0.5) == shown
 
 
 def test_probabilities_have_intervals(small):

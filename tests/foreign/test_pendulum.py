@@ -18,9 +18,7 @@ from slipfold import (
     periodic_orbit,
     response,
     simulate,
-    threshold_map,
 )
-from slipfold.branches.draft import draft_branches
 from slipfold.plots import draw_phase, draw_timeseries
 
 ROTATING = {"phi": -0.048, "w": 0.763}
@@ -111,20 +109,6 @@ def test_rotations_double_where_scipy_says(method):
         assert np.abs(multipliers + 1).min() < 1e-8
     # Baker and Gollub's figures: one turn at 1.35, two doublings before 1.47
     assert 1.35 < point.value < 1.45 < doubled.value < 1.47
-
-
-def test_maps_of_thresholds_and_sliders_know_rotations():
-    settings = Settings(largest_period=1)
-    window = {"vary": "g", "span": (1.35, 1.44), "start": ROTATING, "settings": settings}
-    followed, beside = (response(driven().replace(q=q), **window).branches for q in (1.99, 2))
-    ((doubling,),) = (branch.special for branch in followed)
-    over = {"q": [1.99, 2], "W": [0.666, 2 / 3]}
-    found = threshold_map(driven(), "g", over=over, span=(1.35, 1.44))
-    assert found.failures == {}
-    assert found.values[0, 1] == pytest.approx(doubling.value, abs=1e-9)
-    (carried,) = draft_branches(beside, driven().replace(q=1.99))
-    assert carried.turns == {"phi": -1}
-    assert carried.special[0].value == pytest.approx(doubling.value, abs=1e-5)
 
 
 def test_lines_break_where_a_turn_begins_anew():

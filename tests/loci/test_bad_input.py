@@ -5,10 +5,9 @@ import re
 import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
-from helpers.textbook_models import Duffing, Mathieu, Torus
+from helpers.textbook_models import Mathieu, Torus
 from helpers.toy_models import Falling
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Event
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci
@@ -32,36 +31,6 @@ def refusal(points, plane=FORCE, window=WINDOW):
     return text
 
 
-def test_an_event_has_no_locus():
-    branches = trace_response(
-        SlidingOscillator(f=12.5), "Nd", (0.0, 0.03), events=[Event("Nd", 0.02, "parameter")]
-    )
-    (event,) = branches[0].special
-    assert "type EVENT has no locus in f and Nd" in refusal([event])
-
-
-@pytest.mark.parametrize(
-    ("plane", "window", "words"),
-    [
-        (("Vd", "Nd"), ((0.0, 1.0), (0.0, 0.5)), "Vd"),
-        (("mu", "Nd"), ((-0.1, 0.9), (0.0, 0.5)), "mu"),
-        (("f", "Nd"), ((-1.0, 13.0), (0.0, 0.5)), "f"),
-        (("f", "Nd"), ((12.0, float("nan")), (0.0, 0.5)), "f"),
-        (("f", "Nd"), ((12.0, float("inf")), (0.0, 0.5)), "f"),
-    ],
-)
-def test_window_outside_the_bounds(doubling, plane, window, words):
-    assert words in refusal([doubling], plane, window)
-
-
-def test_point_outside_the_window(doubling):
-    assert refusal([doubling], FORCE, ((12.6, 13.0), (0.0, 0.5))) == (
-        "the special point at f = 12.5 is outside the window from 12.6 to 13; give a window that "
-        "holds it"
-    )
-    assert "at Nd = 0.0435789" in refusal([doubling], FORCE, ((12.0, 13.0), (0.1, 0.5)))
-
-
 def test_parameters_that_do_not_move_it():
     # The torus of the normal form is at m = 0 whatever v and n are.
     (point,) = trace_response(Torus(), "m", (-0.5, 0.4))[0].special
@@ -73,11 +42,6 @@ def test_a_parameter_that_moves_nothing_but_one_that_does_is_fine():
     (point,) = trace_response(Mathieu(), "h", (0.0, 0.1))[0].special[:1]
     (found,) = follow_loci([point], ("g", "h"), ((0.5, 2.0), (0.0, 0.1)), switch=False)
     assert found.values[:, 1] == pytest.approx(point.value, abs=1e-11)
-
-
-def test_special_points_of_different_models(doubling):
-    (fold, _) = trace_response(Duffing(), "w", (0.8, 1.6))[0].special
-    assert "belong to different models; follow them one by one" in refusal([doubling, fold])
 
 
 def test_special_points_of_different_parameters(doubling):

@@ -1,7 +1,6 @@
 """Exact laws: loci in one plane map onto those in another, or onto their own mirror image."""
 
 import numpy as np
-import pytest
 
 from helpers.bifurcation_sets import PLANES, crossings, same_orbit, whole_set
 from slipfold.models import SlidingOscillator
@@ -67,12 +66,3 @@ def test_directions_to_either_side_are_mirror_images():
         for (alpha, Nd), nodes, multipliers in rows(locus, PLANES["alpha", "Nd"]):
             image = np.array([np.pi - alpha, Nd])
             check_image(loci, locus, image, nodes * MIRROR, multipliers, scales)
-
-
-def test_the_least_force_that_doubles_the_period_is_across():
-    # At alpha = 90 degrees x = 0 is invariant: the doubling is that of a symmetric orbit.
-    (doubling,) = (c for c in whole_set(("alpha", "Nd")).loci if c.type == "PD")
-    (least,) = doubling.special
-    assert least.name == "smallest Nd"
-    assert least.values[0] == pytest.approx(np.pi / 2, abs=1e-9)
-    assert np.abs(least.nodes[:, [0, 2]] / least.model.state_scales()[[0, 2]]).max() < 1e-9

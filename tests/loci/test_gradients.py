@@ -78,13 +78,6 @@ def test_sliding_oscillator_by_differences(sliding):
     check_by_differences(point.model, "Nd", point, ("zeta2", "f1", "kext"))
 
 
-def test_folds_of_duffing_by_differences():
-    model = BUILT_IN["duffing"]()
-    points = sf.response(model, "W", (0.5, 2)).special
-    for (_, point), name in zip(points, ("F", "d"), strict=True):
-        check_by_differences(model, "W", point, (name,), width=0.2)
-
-
 def test_hopf_point_of_lorenz():
     diagram = sf.response(BUILT_IN["lorenz"](), "rho", (20, 28), start={"x": 7, "y": 7, "z": 19})
     (point,) = (point for _, point in diagram.special if point.type == "HB")
@@ -140,15 +133,3 @@ def test_what_has_no_locus_has_no_gradients():
     assert point.gradients is None
     with pytest.raises(sf.InputError, match="type EVENT has no gradients; give one of type LP, PD"):
         sf.gradients(point)
-
-
-def test_interruption_keeps_what_is_known():
-    def observer(progress):
-        if progress.stage == "gradients" and progress.done == 1:
-            raise KeyboardInterrupt
-
-    model = sf.SlidingOscillator(f=12.5)
-    diagram = sf.response(model, "Nd", (0, 0.2), gradients=True, observer=observer)
-    known = [point.gradients is not None for _, point in diagram.special]
-    assert known == [True, False, False]
-    assert diagram.interrupted

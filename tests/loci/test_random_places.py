@@ -93,10 +93,3 @@ def test_a_special_point_that_was_missed_is_noticed(line):
             assert found.off == found.excused == ()
             (name,) = found.missing
             assert name.startswith(f"{point.type} of period {point.period}")
-
-
-def test_a_branch_that_was_not_followed_is_an_excuse(line):
-    found = compare(FORCE, whole_set(FORCE).loci, 0, 12.2, line[:1])
-    assert found.off == found.missing == ()
-    (name,) = found.excused
-    assert name.startswith("LP of period 2")

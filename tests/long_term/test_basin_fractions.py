@@ -70,17 +70,6 @@ def test_each_attractor_keeps_its_number():
         assert len({np.sign(item.state[0]) for item in along.values()}) == 1
 
 
-def test_what_no_start_comes_to_is_still_followed(circle):
-    """In a box of one point rest wins as long as that lies inside, and is known beyond."""
-    model, box = sf.System.from_toml(HARD), {"x": (1.0, 1.01)}
-    found = sf.basin_fractions(model, "r", (0.7, 1.3), box, points=2, starts=4)
-    ((cycle,), both) = ({item.kind: item.id for item in items} for items in found.attractors)
-    assert both[cycle] == 1
-    assert found.share(1).value.tolist() == [1, 0]
-    assert found.share(1).low[1] == 0
-    assert found.share(1).high[1] == pytest.approx(1.96**2 / (4 + 1.96**2))
-
-
 def test_period_two_wins_seven_of_ten_starts_of_the_sliding_oscillator():
     found = sf.basin_fractions(
         sf.SlidingOscillator(f=12.2), "Nd", (0.06, 0.15), WHOLE_BOX, points=10, starts=128

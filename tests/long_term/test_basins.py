@@ -92,17 +92,6 @@ def test_fractal_basins_of_a_pendulum_are_said_to_be():
         assert np.hypot(2 * np.sin(away[:, 0] / 2), away[:, 1]).min() < 1e-5
 
 
-def test_each_start_of_the_sliding_oscillator_is_where_its_motion_ends():
-    plane = {"x": (-0.5, 0.5), "vy": (-20, 20)}
-    model = sf.SlidingOscillator(f=12.2, Nd=0.1)
-    found = sf.basins(model, plane, {"y": 0.1}, points=(9, 7))
-    assert sorted(item.period for item in found) == [1, 2]
-    for row, column in ((0, 0), (3, 4), (6, 8), (5, 1)):
-        start = {"y": 0.1, "x": found.first[column], "vy": found.second[row]}
-        motion = sf.simulate(model, 600, start)
-        assert motion.settlement.period == found[found.labels[row, column] - 1].period
-
-
 @pytest.mark.long
 def test_a_hundred_starts_at_random_are_where_long_motions_end():
     plane, model = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}, sf.SlidingOscillator(f=12.2, Nd=0.1)

@@ -30,12 +30,6 @@ def test_both_responses_are_seen_between_the_folds(hysteresis):
     assert hysteresis.repeats("down").tolist() == [1, 2, 2, 2, 2, 2]
 
 
-def test_from_many_starts_both_are_met(hysteresis):
-    found = [hysteresis.repeats(f"start {number}").tolist() for number in (1, 2, 3)]
-    assert all(row[0] == 1 and row[-1] == 2 for row in found)
-    assert {row[2] for row in found} == {1, 2}
-
-
 def test_extremes_are_those_of_the_orbit(hysteresis):
     at, heights = dots_of(hysteresis, hysteresis.run("down"), "x", "max")
     orbit = sf.periodic_orbit(OSCILLATOR.replace(Nd=0.104), 2, hysteresis.states[1, 2, -1])
@@ -88,26 +82,6 @@ def test_motions_that_stick_are_marked():
         box={"y": (0, 0.01)}, transient=4, periods=4,
     )  # fmt: skip
     assert found.stuck.tolist() == [[False, True]] * 3
-
-
-def test_every_kind_is_drawn(hysteresis):
-    from matplotlib.figure import Figure
-
-    diagram = sf.response(OSCILLATOR, vary="Nd", span=(0.06, 0.16))
-    axes = Figure().subplots(4)
-    diagram.plot(under=hysteresis, ax=axes[0])
-    dots = [
-        line for line in axes[0].lines if line.get_marker() == "o" and len(line.get_xdata()) > 3
-    ]
-    assert len(dots) == 5
-    hysteresis.plot(measure="min", ax=axes[1], runs=["up"])
-    hysteresis.plot(kind="section", at=0.104, ax=axes[2])
-    hysteresis.plot(kind="waterfall", run="down", ax=axes[3])
-    image = axes[3].collections[0].get_array()
-    # The response of period 2 has a line at half of the forcing frequency; that of period 1 none.
-    half, whole = image[16], image[32]
-    assert half[2] > 0.1 * whole[2]
-    assert half[0] < 1e-3 * whole[0]
 
 
 def test_an_interrupt_keeps_what_is_done():

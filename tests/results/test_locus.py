@@ -11,7 +11,6 @@ from slipfold.continuation.settings import Steps
 from slipfold.errors import InputError
 from slipfold.loci import isolated
 from slipfold.models import SlidingOscillator
-from slipfold.results.result import load
 
 PLANE = ("f", "Nd")
 WINDOW = ((12.3, 12.6), (0.0, 0.1))
@@ -69,24 +68,6 @@ def test_settings_reach_the_computation(doubling):
     assert diagram.failed
 
 
-@pytest.mark.parametrize("side", [0, 1])
-def test_interrupted_by_the_observer_in_either_direction(doubling, side):
-    seen = []
-
-    def observer(progress):
-        turned = len(seen) > 0 and progress.text.startswith("PD of period 1, 2 points")
-        seen.append(progress)
-        if side == 0 or turned:
-            raise KeyboardInterrupt
-
-    diagram = locus(doubling, PLANE, WINDOW, observer=observer)
-    assert diagram.interrupted
-    assert len(diagram.loci) == 1
-    ends = (diagram.loci[0].stopped, diagram.loci[0].begun)
-    assert ends[side].kind == "interrupted"
-    assert seen[-1].stage == "loci"
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -124,7 +105,6 @@ def test_points_of_different_models(diagram, doubling):
 
 # -- bifurcation sets --------------------------------------------------------------------------
 
-SMALL = {"types": ["PD"], "periods": [1], "regions": False}
 ONE = {"types": "pd", "periods": 1, "regions": False}
 """The same: one type and one period need no list."""
 
@@ -145,29 +125,6 @@ def test_set_from_a_window(found, monkeypatch):
     minimum = [p.values for _, p in diagram.special if p.type == "MIN"]
     expected = [p.values for item, p in found.special if p.type == "MIN" and item.type == "PD"]
     np.testing.assert_allclose(minimum, expected, rtol=1e-8)
-
-
-def test_set_interrupted_while_responses_are_followed(tmp_path):
-    def observer(progress):
-        assert progress.stage == "responses"
-        raise KeyboardInterrupt
-
-    diagram = bifurcation_set(SlidingOscillator(), PLANE, WINDOW, observer=observer)
-    assert diagram.interrupted
-    assert diagram.loci == ()
-    assert diagram.regions is None
-    diagram.save(tmp_path / "x.nc")
-    assert load(tmp_path / "x.nc").interrupted
-
-
-def test_set_interrupted_while_loci_are_followed():
-    def observer(progress):
-        if progress.stage == "loci":
-            raise KeyboardInterrupt
-
-    diagram = bifurcation_set(SlidingOscillator(), PLANE, WINDOW, observer=observer, **SMALL)
-    assert diagram.interrupted
-    assert len(diagram.loci) == 1
 
 
 @pytest.mark.parametrize(

@@ -15,46 +15,12 @@ def diagram():
     return response(SlidingOscillator(), "Nd", (0, 0.98), f=12.5)
 
 
-def test_reference_values(diagram):
-    # shared/reference/sliding.json, force response at 12.5 Hz.
-    found = [(branch.period, point.type, point.value) for branch, point in diagram.special]
-    assert [item[:2] for item in found] == [(1, "PD"), (2, "NS"), (2, "NS")]
-    values = [0.043578911491, 0.056690677223, 0.166438167073]
-    assert [item[2] for item in found] == pytest.approx(values, rel=1e-6)
-    assert diagram.branches[0].special[0].criticality == "supercritical"
-    assert diagram.branches[0].special[0].leads_to == 2
-    assert diagram.branches[1].parent == 1
-    assert not diagram.interrupted
-    assert not diagram.failed
-
-
 def test_loaded_diagram_can_be_computed_with(diagram, tmp_path):
     diagram.save(tmp_path / "x.nc")
     copy = load(tmp_path / "x.nc")
     orbit = copy.branches[0].orbit(3)
     np.testing.assert_array_equal(orbit.nodes, diagram.branches[0].orbit(3).nodes)
     np.testing.assert_array_equal(orbit.extrema.maximum[0], diagram.branches[0].extrema.maximum[3])
-
-
-def test_uncertainty_is_small_and_not_zero(diagram):
-    for _, point in diagram.special:
-        assert 0 < point.uncertainty < 1e-9
-    assert diagram.to_json()["branches"][0]["special"][0]["uncertainty"] > 0
-
-
-def test_interrupted_by_the_observer():
-    seen = []
-
-    def observer(progress):
-        seen.append(progress)
-        if progress.values["points"] == 3:
-            raise KeyboardInterrupt
-
-    diagram = response(SlidingOscillator(), "Nd", (0, 0.98), observer=observer)
-    assert diagram.interrupted
-    assert len(diagram.branches) == 1
-    assert len(diagram.branches[0]) == 3
-    assert seen[-1].values["branch"] == 1
 
 
 def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupted():

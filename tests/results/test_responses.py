@@ -67,31 +67,6 @@ def test_an_interruption_keeps_what_is_finished():
     assert found.failures == {2: INTERRUPTED}
 
 
-SIDE_BY_SIDE = {"Vd": np.linspace(0.5, 0.65, 16)}
-
-
-def test_progress_is_told_while_many_go_side_by_side():
-    seen = []
-    sf.responses(MODEL, "Nd", (0, 0.06), over=SIDE_BY_SIDE, observer=seen.append)
-    stages = list(dict.fromkeys(item.stage for item in seen))
-    periods = [f"{what} of period {period}" for period in (1, 2) for what in ("branches", "orbits")]
-    assert stages == ["equations", *periods, "cases"]
-    walked = [item.values["fraction"] for item in seen if item.stage == "branches of period 1"]
-    assert len(walked) > 3
-    assert walked == sorted(walked)
-    assert walked[-1] == 1
-    assert [item.done for item in seen if item.stage == "cases"] == list(range(1, 17))
-
-
-def test_an_interruption_is_heard_while_many_go_side_by_side():
-    def stop(progress):
-        if progress.stage == "branches of period 1":
-            raise KeyboardInterrupt
-
-    found = sf.responses(MODEL, "Nd", SPAN, over=SIDE_BY_SIDE, observer=stop)
-    assert found.diagrams == (None,) * 16
-
-
 def test_one_dataset_holds_cases_and_their_special_points(found):
     dataset = found.to_xarray()
     assert dataset.Vd.values.tolist() == CASES["Vd"]

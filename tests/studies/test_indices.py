@@ -1,7 +1,5 @@
 """Sobol's indices of whatever a study finds, amplitudes among it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -79,14 +77,3 @@ def test_indices_that_cannot_be_told_say_why(found):
 def test_what_is_no_number_a_case_is_refused(found, quantity, what):
     with pytest.raises(InputError, match=f"of {what}; give a number for each of the 192 cases"):
         found.indices(quantity)
-
-
-def test_counts_have_indices_where_they_are_asked_for(found):
-    assert "settled" not in found.to_json()["indices"]
-    with pytest.raises(InputError, match="settled is the same in all cases"):
-        found.indices("settled")
-    # A period of zero is none.
-    periods = np.where(np.arange(192) < 3, 0, 1)
-    some = replace(found, values={**found.values, "period": periods})
-    with pytest.raises(InputError, match="period is missing in 3 of 192 cases"):
-        some.indices("period")

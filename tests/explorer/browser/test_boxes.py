@@ -121,17 +121,6 @@ def test_a_refusal_moves_nothing_under_the_pointer(explorer):
     assert [explorer.parameter(name) for name in ("f1", "Ns", "mu")] == [6.12, 1.5, 0.5]
 
 
-def test_escape_gives_the_value_back_and_what_is_typed_is_not_written_over(explorer):
-    explorer.open()
-    explorer.box("Ns").fill("0.3 something")
-    with explorer.redrawn():
-        explorer.slide("f", 12.4)
-        explorer.release("f")
-    expect(explorer.box("Ns")).to_have_value("0.3 something")
-    explorer.box("Ns").press("Escape")
-    expect(explorer.box("Ns")).to_have_value("1")
-
-
 def test_keys_and_sliders_move_by_round_and_equal_steps(explorer):
     explorer.open()
     box = explorer.box("f")

@@ -4,11 +4,8 @@ import re
 import tomllib
 from xml.etree import ElementTree
 
-import numpy as np
 import pytest
 from playwright.sync_api import expect
-
-import slipfold as sf
 
 VIEW = "model=sliding&p.Vd=0.7&p.Nd=0.3"
 
@@ -69,21 +66,6 @@ def test_pictures_say_what_they_show(shown, panel, words):
     assert [word for word in words if word not in content] == []
 
 
-def test_data(shown):
-    rows = saved(shown, "diagram", "CSV").read_text().splitlines()
-    assert "Nd" in rows[0] or rows[0].startswith("#")
-    file = saved(shown, "diagram", "netCDF")
-    renamed = file.with_name("response.nc")
-    file.rename(renamed)
-    diagram = sf.load(renamed)
-    assert diagram.model.values["Vd"] == 0.7
-    threshold = diagram.branches[0].special[0]
-    shown_value = float(
-        shown.specials()[0].split()[1].rstrip("N").rstrip("\u202f").split("\u202f")[0]
-    )
-    np.testing.assert_allclose(threshold.value, shown_value, rtol=1e-3)
-
-
 def test_a_link_gives_the_same_page(shown, new_tab):
     page = shown.page
     page.get_by_role("button", name="Pin this curve").click()
@@ -128,11 +110,3 @@ def test_what_is_wrong_with_a_link_is_said(explorer, link, words):
     explorer.open("model=sliding&p.alpha=30deg")
     expect(alert).to_have_count(0)
     assert explorer.parameter("alpha") == 30
-
-
-def test_a_dialog_gives_the_focus_back(shown):
-    menu(shown, "diagram", "Copy as Python").click()
-    expect(shown.page.locator("dialog")).to_be_visible()
-    shown.page.keyboard.press("Escape")
-    expect(shown.page.locator("dialog")).to_be_hidden()
-    expect(shown.page.locator("#diagram .export summary")).to_be_focused()

@@ -1,7 +1,5 @@
 """An orbit in all its pictures, at one moment."""
 
-import re
-
 import pytest
 from playwright.sync_api import expect
 
@@ -47,14 +45,6 @@ def test_a_marker_is_the_special_point_that_it_marks(explorer):
     expect(title).to_contain_text("period 1, supercritical period doubling; largest multiplier 1")
 
 
-def test_special_points_are_a_list_to_go_to(explorer):
-    explorer.open()
-    explorer.page.locator(".chip", has_text="NS 0.1664").click()
-    assert explorer.orbit_shown(2) == pytest.approx(0.1664381671, abs=1e-4)
-    moduli = explorer.page.locator("#plot-multipliers svg").get_attribute("aria-label")
-    assert re.search(r"moduli 1, 1,", moduli)
-
-
 def test_keys_move_along_and_between_branches(explorer):
     explorer.open("model=sliding&p.Nd=0.3")
     explorer.orbit_shown(2)
@@ -67,18 +57,6 @@ def test_keys_move_along_and_between_branches(explorer):
     expect(explorer.box("Nd")).to_have_value("0.295")
     plot.press("End")
     expect(explorer.page.locator("#orbit-title")).to_contain_text("0.98")
-
-
-def test_where_no_branch_reaches_the_page_says_so(explorer):
-    explorer.open("model=sliding&p.Nd=0.3")
-    explorer.orbit_shown(2)
-    with explorer.redrawn():
-        explorer.page.get_by_label("Vary to").fill("0.2")
-        explorer.page.get_by_label("Vary to").press("Enter")
-    explorer.type("Nd", 0.5)
-    expect(explorer.page.locator("#orbit-title")).to_contain_text(
-        "No branch of the diagram reaches"
-    )
 
 
 def test_one_moment_in_all_pictures(explorer):
