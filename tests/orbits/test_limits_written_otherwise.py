@@ -73,6 +73,7 @@ def test_a_curve_lost_beside_the_limit_is_lost_because_of_it(branches):
         for index, expected in points.items():
             orbit = branch.orbit(index)
             orbits = orbits_of(orbit.model, {"F": 1.0}, 1, len(orbit.nodes))
-            last = SimpleNamespace(z=orbits.unknown(orbit.nodes, orbit.model))
+            z = orbits.unknown(orbit.nodes, orbit.model)
+            last = SimpleNamespace(z=z, tangent=np.eye(1, len(z), len(z) - 1)[0])
             kind, _ = failure_reason(orbits, last, Failure("failed", "Newton's method failed"))
             assert kind == expected
