@@ -74,7 +74,9 @@ def memory(count):
     with tempfile.TemporaryDirectory() as folder:
         store, file = Path(folder, "kept.study"), Path(folder, "kept.nc")
         found = sf.study(
-            {**MOTION, **scattered(count)}, store, observer=lambda progress: seen.append(resident())
+            {**MOTION, **scattered(count)},
+            store,
+            on_progress=lambda progress: seen.append(resident()),
         )
         found.save(file)
         kept = (store / "cases.jsonl").stat().st_size

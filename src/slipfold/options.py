@@ -522,8 +522,8 @@ USUAL = {
     "model": "The model, e.g. ``SlidingOscillator()``.",
     "settings": "Options of continuation; the defaults of `slipfold.Settings` if None.",
     "events": "Values of outputs or of the parameter to locate.",
-    "observer": "Receives a `slipfold.Progress` now and then. If it raises `KeyboardInterrupt`, or "
-    "the user does, what is finished is returned.",
+    "on_progress": "Receives a `slipfold.Progress` now and then. If it raises "
+    "`KeyboardInterrupt`, or the user does, what is finished is returned.",
     "**parameters": "Parameters of the model to change first: numbers in SI units, or text with a "
     "unit.",
 }

@@ -162,7 +162,9 @@ def test_an_interrupted_response_is_not_checked():
     def stop(progress):
         raise KeyboardInterrupt
 
-    diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5, observer=stop)
+    diagram = sf.response(
+        sf.SlidingOscillator(), vary="Nd", span=(0, 0.98), f=12.5, on_progress=stop
+    )
     assert diagram.interrupted
     assert diagram.checked.count == 0
 

@@ -61,7 +61,7 @@ def test_a_point_that_takes_too_long_ends_the_branch_and_what_was_found_is_kept(
             seen.append(progress)
             check()
 
-        diagram = sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.3), observer=observe)
+        diagram = sf.response(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.3), on_progress=observe)
     (branch,) = diagram.branches
     assert branch.interrupted
     assert len(branch) == 5

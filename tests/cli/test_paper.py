@@ -15,9 +15,9 @@ def calls(monkeypatch):
     """Let the command report these instead of computing for half a minute."""
     made = {}
 
-    def reproduce(out, observer=None, *, processes, tori, motions):
+    def reproduce(out, on_progress=None, *, processes, tori, motions):
         made.update(processes=processes, tori=tori, motions=motions)
-        observer(Progress("results", 1, 30, "Nd_base  found: PD 0.0435789"))
+        on_progress(Progress("results", 1, 30, "Nd_base  found: PD 0.0435789"))
         return Reproduction(Path(out), (), (), **made.get("outcome", {}))
 
     module = importlib.import_module("slipfold.paper.reproduce")

@@ -94,7 +94,7 @@ def test_interruption_keeps_what_is_known(sliding, done):
             raise KeyboardInterrupt
 
     choose = {"Vd": (0.5, 0.7)}
-    found = sf.design(sliding[0], choose, above=[0.04, 0.042], load=LOAD, observer=observer)
+    found = sf.design(sliding[0], choose, above=[0.04, 0.042], load=LOAD, on_progress=observer)
     assert found.interrupted
     assert found.reasons.tolist() == ["", "interrupted before this was reached"]
     assert found.confirmed.tolist() == [True, False]

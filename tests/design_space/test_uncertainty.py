@@ -107,7 +107,7 @@ def test_an_interruption_of_the_indices_leaves_the_samples(doubling):
             raise KeyboardInterrupt
 
     scatter = {"Vd": "normal 0.5%"}
-    found = sf.uncertainty(doubling, scatter, samples=4, indices=True, observer=observer)
+    found = sf.uncertainty(doubling, scatter, samples=4, indices=True, on_progress=observer)
     assert found.interrupted
     assert np.isfinite(found.thresholds).all()
     assert "samples are missing" not in found.summary()
@@ -130,7 +130,7 @@ def test_interruption_keeps_what_is_known(doubling):
         if progress.done == 3:
             raise KeyboardInterrupt
 
-    found = sf.uncertainty(doubling, SMALL, samples=8, observer=observer)
+    found = sf.uncertainty(doubling, SMALL, samples=8, on_progress=observer)
     assert found.interrupted
     assert np.isfinite(found.thresholds).sum() == 3
     assert found.lost == 0

@@ -248,7 +248,7 @@ MOTIONS = {
 def test_who_watches_a_motion_changes_nothing_and_may_end_it(which):
     case = MOTIONS[which]
     watcher = Impatient()
-    whole = sf.simulate(**case, periods=200, observer=watcher)
+    whole = sf.simulate(**case, periods=200, on_progress=watcher)
     assert not whole.interrupted
     assert (whole.strobe == sf.simulate(**case, periods=200).strobe).all()
     motions = [item for item in watcher.seen if item.stage == "motion"]
@@ -258,7 +258,7 @@ def test_who_watches_a_motion_changes_nothing_and_may_end_it(which):
     assert done == sorted(done)
     assert (done[-1], {item.total for item in motions}) == (200, {200})
     assert motions[-1].text == f"{whole.duration:.6g} s"
-    part = sf.simulate(**case, periods=200, observer=Impatient(50))
+    part = sf.simulate(**case, periods=200, on_progress=Impatient(50))
     assert 50 <= part.periods < 70
     assert part.stopped.kind == "interrupted"
     assert part.stopped.time == pytest.approx(part.periods * part.forcing_period, rel=0.05)
@@ -270,6 +270,6 @@ def test_who_watches_a_motion_changes_nothing_and_may_end_it(which):
 
 def test_checks_of_a_motion_may_be_interrupted():
     case = MOTIONS["forced"]
-    motion = sf.simulate(**case, periods=50, observer=Impatient(0, "checks"))
+    motion = sf.simulate(**case, periods=50, on_progress=Impatient(0, "checks"))
     assert motion.stopped is None
     assert (motion.interrupted, motion.checked.interrupted) == (True, True)

@@ -218,7 +218,7 @@ def test_an_interrupt_keeps_what_was_found():
             raise KeyboardInterrupt
 
     box = {"q": (-4, 4), "v": (-4, 4)}
-    found = sf.attractors(MODELS["duffing"](W=1.2), box, starts=8, observer=stop)
+    found = sf.attractors(MODELS["duffing"](W=1.2), box, starts=8, on_progress=stop)
     assert found.interrupted
     assert len(found) == 1
     assert (found.labels == -2).any()

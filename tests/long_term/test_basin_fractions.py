@@ -94,7 +94,7 @@ def test_an_interruption_keeps_the_values_that_are_finished(tmp_path):
             raise KeyboardInterrupt
 
     found = sf.basin_fractions(
-        sf.built_in_models()["duffing"](), "W", (1, 1.4), points=4, starts=16, observer=stop
+        sf.built_in_models()["duffing"](), "W", (1, 1.4), points=4, starts=16, on_progress=stop
     )
     assert found.interrupted
     assert all(progress.total == 64 for progress in told)

@@ -86,7 +86,7 @@ def test_an_interrupted_search_keeps_the_branches_and_follows_no_more(text):
         if progress.stage == STAGE and progress.done > STARTS + 1:
             raise KeyboardInterrupt
 
-    found = sf.response(system(text), vary="p", span=(-1, 1), search=True, observer=stop)
+    found = sf.response(system(text), vary="p", span=(-1, 1), search=True, on_progress=stop)
     whole = sf.response(system(text), vary="p", span=(-1, 1), search=True)
     assert found.searched.interrupted
     assert not whole.searched.interrupted

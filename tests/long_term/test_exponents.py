@@ -199,7 +199,7 @@ def test_an_interrupted_one_keeps_what_it_knows():
         if progress.done >= 1000:
             raise KeyboardInterrupt
 
-    found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), observer=interrupt)
+    found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), on_progress=interrupt)
     assert found.interrupted
     assert found.periods == 1000
     assert "Interrupted before its exponents were known" in found.summary()

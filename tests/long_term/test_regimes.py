@@ -184,7 +184,7 @@ def test_an_interrupt_keeps_open_motions_that_are_judged():
 
     found = sf.regimes(
         WEAK, {"w": (2.3, 2.31), "c": (1e-5, 2e-3)}, points=(2, 2), state={"x": 1.0},
-        transient=50, observer=stop,
+        transient=50, on_progress=stop,
     )  # fmt: skip
     assert found.interrupted
     assert found.names("rest").tolist() == [["not done", "period 1"]] * 2
@@ -221,7 +221,7 @@ def test_an_interrupt_keeps_what_is_known():
 
     found = sf.regimes(
         OSCILLATOR, {"f": (12.2, 12.3), "Nd": (0.0, 0.02)}, points=(2, 2), transient=300,
-        observer=stop,
+        on_progress=stop,
     )  # fmt: skip
     assert found.interrupted
     assert (found.names("rest") == "period 1").all()

@@ -90,7 +90,7 @@ def test_an_interrupt_keeps_what_is_done():
             raise KeyboardInterrupt
 
     found = sf.sweep(
-        OSCILLATOR, "Nd", (0.06, 0.16), points=4, starts=2, transient=8, periods=5, observer=stop
+        OSCILLATOR, "Nd", (0.06, 0.16), points=4, starts=2, transient=8, periods=5, on_progress=stop
     )
     assert found.interrupted
     assert np.isfinite(found.states[0, :2]).all()

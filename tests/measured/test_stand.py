@@ -47,7 +47,7 @@ def test_interrupted_it_keeps_what_was_read():
         if progress.done == 2:
             raise KeyboardInterrupt
 
-    seen = sf.measure(DUFFING, "W", [0.8, 0.85, 0.9], ["max q"], observer=observe)
+    seen = sf.measure(DUFFING, "W", [0.8, 0.85, 0.9], ["max q"], on_progress=observe)
     assert seen.values.tolist() == [0.8, 0.85]
 
 

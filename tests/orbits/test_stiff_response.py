@@ -26,7 +26,7 @@ def test_a_search_tells_of_every_period_and_may_be_stopped_there(slider):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sf.response(slider, vary="f", span=(1.0, 1.05), observer=observe)
+        sf.response(slider, vary="f", span=(1.0, 1.05), on_progress=observe)
     assert [item.done for item in told] == [0, 1, 2]
     assert {(item.stage, item.values["points"], item.values["parameter"]) for item in told} == {
         (SEARCHING, 0, 1.0)
@@ -48,5 +48,5 @@ def test_a_motion_that_is_to_settle_tells_how_far_it_is_and_may_be_stopped_there
 
     model = sf.built_in_models()["duffing"]()
     with pytest.raises(KeyboardInterrupt):
-        sf.response(model, vary="W", span=(0.5, 0.6), settled=True, observer=observe)
+        sf.response(model, vary="W", span=(0.5, 0.6), settled=True, on_progress=observe)
     assert [item.stage for item in told] == [SEARCHING]

@@ -36,7 +36,7 @@ def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupt
 
     settings = Settings(discretisation="collocation")
     span = (0.03, 0.05)  # whose period doubling leads to another branch
-    diagram = response(SlidingOscillator(), "Nd", span, settings=settings, observer=observer)
+    diagram = response(SlidingOscillator(), "Nd", span, settings=settings, on_progress=observer)
     (branch,) = diagram.branches
     total = told[0][2]
     assert told == [(1, done, total) for done in range(1, 6)]

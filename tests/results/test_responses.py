@@ -47,7 +47,7 @@ def test_cases_come_as_columns_or_one_by_one(found, over):
 def test_a_case_that_fails_says_why_and_leaves_the_others():
     seen = []
     over = {"Vd": [0.6, -1.0, 0.5]}
-    found = sf.responses(MODEL, "Nd", SPAN, over=over, observer=seen.append)
+    found = sf.responses(MODEL, "Nd", SPAN, over=over, on_progress=seen.append)
     assert [diagram is None for diagram in found] == [False, True, False]
     assert found.failures == {1: "Vd = -1 is outside its bounds; Vd must be >= 0 m/s"}
     assert seen[-1] == sf.Progress("cases", 3, 3, values={"failures": 1, "fraction": 1.0})
@@ -61,7 +61,7 @@ def test_an_interruption_keeps_what_is_finished():
         if progress.done == 2:
             raise KeyboardInterrupt
 
-    found = sf.responses(MODEL, "Nd", SPAN, over=CASES, observer=stop)
+    found = sf.responses(MODEL, "Nd", SPAN, over=CASES, on_progress=stop)
     assert [diagram is None for diagram in found] == [False, False, True]
     assert found.interrupted
     assert found.failures == {2: INTERRUPTED}

@@ -47,7 +47,12 @@ def computed():
     over = {"Vd": ["0.4m/s", 0.6, "100cm/s"], "alpha": ["60deg"]}
     seen = []
     found = sf.threshold_map(
-        SlidingOscillator(), "Nd", over=over, span=("0", "50mN"), observer=seen.append, f="12.5Hz"
+        SlidingOscillator(),
+        "Nd",
+        over=over,
+        span=("0", "50mN"),
+        on_progress=seen.append,
+        f="12.5Hz",
     )
     assert isinstance(seen[-1], sf.Progress)
     assert (seen[-1].done, seen[-1].values["failures"]) == (3, 1)

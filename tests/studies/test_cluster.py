@@ -51,7 +51,7 @@ def test_a_cluster_computes_the_same_and_survives_its_workers(
         if progress.done:
             workers[0].kill()
 
-    found = sf.study(CHEAP, executor=address, observer=kill_a_worker)
+    found = sf.study(CHEAP, executor=address, on_progress=kill_a_worker)
     assert content(found, tmp_path) == undisturbed
 
     def kill_the_scheduler(progress):
@@ -60,7 +60,7 @@ def test_a_cluster_computes_the_same_and_survives_its_workers(
 
     store = tmp_path / "cheap.study"
     with pytest.raises(InputError, match=r"the cluster at tcp.* is gone; the \d+ cases finished"):
-        sf.study(CHEAP, store, executor=address, observer=kill_the_scheduler)
+        sf.study(CHEAP, store, executor=address, on_progress=kill_the_scheduler)
     assert capfd.readouterr().err == ""
     found = sf.study(CHEAP, store, resume=True)
     assert content(found, tmp_path) == undisturbed

@@ -73,7 +73,7 @@ def test_a_worker_that_dies_takes_no_case_with_it(tmp_path, undisturbed):
             killed.append(multiprocessing.active_children()[0])
             killed[0].kill()
 
-    found = sf.study(CHEAP, executor=2, observer=kill)
+    found = sf.study(CHEAP, executor=2, on_progress=kill)
     assert killed
     assert content(found, tmp_path) == undisturbed
 

@@ -92,10 +92,10 @@ def test_interrupted_and_resumed_it_is_the_same_to_the_byte(cheap, tmp_path):
             raise KeyboardInterrupt
 
     rounds = 0
-    found = sf.study(CHEAP, store, observer=stop)
+    found = sf.study(CHEAP, store, on_progress=stop)
     while found.interrupted and rounds < 3:
         assert 0 < found.done < len(found)
-        found = sf.study(CHEAP, store, resume=True, observer=stop)
+        found = sf.study(CHEAP, store, resume=True, on_progress=stop)
         rounds += 1
     found = sf.study(CHEAP, store, resume=True)
     assert content(found, tmp_path) == content(cheap, tmp_path)
@@ -108,7 +108,7 @@ def test_interrupted_while_failed_cases_are_tried_again_it_says_so(tmp_path):
         raise KeyboardInterrupt
 
     assert not sf.study(LISTED, store).interrupted
-    found = sf.study(LISTED, store, retry_failed=True, observer=stop)
+    found = sf.study(LISTED, store, retry_failed=True, on_progress=stop)
     assert (found.interrupted, found.done) == (True, 4)
     content(found, tmp_path)
     assert sf.load(tmp_path / "result.nc").interrupted
@@ -117,7 +117,7 @@ def test_interrupted_while_failed_cases_are_tried_again_it_says_so(tmp_path):
         if progress.values.get("rate"):
             raise KeyboardInterrupt
 
-    assert not sf.study(LISTED, store, retry_failed=True, observer=stop_at_the_end).interrupted
+    assert not sf.study(LISTED, store, retry_failed=True, on_progress=stop_at_the_end).interrupted
 
 
 def test_columns_on_disk_are_those_in_memory(tmp_path, monkeypatch):

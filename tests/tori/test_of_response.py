@@ -108,7 +108,7 @@ def test_an_interruption_keeps_what_is_done(model):
         if progress.stage == "tori" and progress.values["points"] == 4:
             raise KeyboardInterrupt
 
-    found = sf.response(model, vary="w", span=SPAN, tori=True, observer=interrupt)
+    found = sf.response(model, vary="w", span=SPAN, tori=True, on_progress=interrupt)
     assert found.interrupted
     assert found.tori[0].stopped.kind == "interrupted"
     assert found.branches[0].stopped.kind == "span"

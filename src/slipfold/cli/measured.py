@@ -114,7 +114,7 @@ def measure(
             report(progress)
 
         errors = _errors(error) or 0.0
-        compute = partial(compute, sweep=sweep, errors=errors, seed=seed, observer=observe)
+        compute = partial(compute, sweep=sweep, errors=errors, seed=seed, on_progress=observe)
         result = compute(model, name, values, quantity)
         remarks = [repr(model), f"swept {sweep} over {name}"]
         if result.stopped is not None:

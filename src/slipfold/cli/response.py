@@ -77,7 +77,7 @@ def response(
     compute = partial(compute, search=box or search, tori=tori, settings=settings, events=events)
     with deferred_interrupts() as check:
         with live_line() as show:
-            diagram = compute(observer=reporter(show, check))
+            diagram = compute(on_progress=reporter(show, check))
 
             def report(done: int, total: int) -> None:
                 show(str(Progress("extrema and uncertainties", done, total)))

@@ -141,7 +141,7 @@ class Outputs:
         """
         with deferred_interrupts() as check:
             with live_line() as show:
-                result = compute(observer=reporter(show, check))
+                result = compute(on_progress=reporter(show, check))
             self.write(result)
         return result
 

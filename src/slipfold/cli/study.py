@@ -90,7 +90,7 @@ def study(
             executor=scheduler or (None if count == 1 else count),
             resume=resume,
             retry_failed=retry_failed,
-            observer=reporter(show, check_interrupt),
+            on_progress=reporter(show, check_interrupt),
         )
     if result.interrupted:
         how = "" if retry_failed else " with --resume"
@@ -166,7 +166,7 @@ def paper(
     with live_line() as show:
         made = reproduce(
             out,
-            observer=lambda progress: show(str(progress)),
+            on_progress=lambda progress: show(str(progress)),
             processes=processes or cores(),
             tori=tori,
             motions=motions,

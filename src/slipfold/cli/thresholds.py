@@ -67,9 +67,9 @@ def uncertainty(
     given: Any = {"correlation": correlation, "samples": samples, "seed": seed}
     given |= {"loads": quiet or (), "indices": indices}
 
-    def find(diagram: Diagram, observer: Observer) -> Any:
+    def find(diagram: Diagram, on_progress: Observer) -> Any:
         point = first_point(diagram, type_, period)
-        return compute(point, scatter, **given, observer=observer)
+        return compute(point, scatter, **given, on_progress=on_progress)
 
     return outputs.status_of(partial(_on_response, model, varied, find))
 
@@ -98,13 +98,13 @@ def design(
     given["outside"] = None if outside is None else _pair(str(outside))
     others = {each: (*_type_and_period(each), least) for each, least in dict(keep or {}).items()}
 
-    def find(diagram: Diagram, observer: Observer) -> Any:
+    def find(diagram: Diagram, on_progress: Observer) -> Any:
         kept: Any = {
             each: (first_point(diagram, kind, periods), least)
             for each, (kind, periods, least) in others.items()
         }
         point = first_point(diagram, type_, period)
-        return compute(point, choose, **given, keep=kept, observer=observer)
+        return compute(point, choose, **given, keep=kept, on_progress=on_progress)
 
     found = outputs.of(partial(_on_response, model, varied, find))
     return outputs.status(found.interrupted, bool(found.reasons.any()))
@@ -114,15 +114,15 @@ def _on_response(
     model: Model,
     varied: tuple[str, tuple[float, float]],
     find: Callable[[Diagram, Observer], AnyResult],
-    observer: Observer,
+    on_progress: Observer,
 ) -> AnyResult:
     """Follow a response, then compute from its special points."""
     from slipfold.computations.response import response
 
-    diagram = response(model, *varied, observer=observer)
+    diagram = response(model, *varied, on_progress=on_progress)
     if diagram.interrupted:
         raise KeyboardInterrupt
-    return find(diagram, observer)
+    return find(diagram, on_progress)
 
 
 def _pair(text: str) -> tuple[str, str]:

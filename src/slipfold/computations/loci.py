@@ -55,7 +55,7 @@ def locus(
     *,
     type: LocusType = None,
     settings: Settings | None = None,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     switch: Switch = True,
 ) -> LocusDiagram:
     """Follow the locus of a bifurcation in two parameters, and the loci that start on it.
@@ -88,7 +88,7 @@ def locus(
     ('equilibrium', True)
     """
     if isinstance(special_point, Model):
-        return _of_model(special_point, vary, window, type, settings, observer, switch)
+        return _of_model(special_point, vary, window, type, settings, on_progress, switch)
     if type is not None:
         raise InputError(
             f"type = {type!r} goes with a model, but special points have theirs; leave it out"
@@ -98,13 +98,13 @@ def locus(
     plane, spans = parse_plane(model, vary, window)
     base = corner_model(model, plane, spans)
     chosen = checked_settings(settings)
-    observer = with_place(observer, model, plane)
+    on_progress = with_place(on_progress, model, plane)
     started = perf_counter()
     remarks: list[str] = []
     loci = follow_loci(
-        points, plane, spans, settings=chosen, observer=observer, switch=switch, remarks=remarks
+        points, plane, spans, settings=chosen, observer=on_progress, switch=switch, remarks=remarks
     )
-    checked = check_loci(loci, observer)
+    checked = check_loci(loci, on_progress)
     return LocusDiagram(
         base,
         plane,
@@ -125,7 +125,7 @@ def _of_model(
     window: GivenWindow,
     type_: str | None,
     settings: Settings | None,
-    observer: Observer | None,
+    on_progress: Observer | None,
     switch: bool,
 ) -> LocusDiagram:
     if not switch:
@@ -134,7 +134,7 @@ def _of_model(
             'bifurcation instead, e.g. type="PD"'
         )
     return bifurcation_set(
-        model, vary, window, types=type_, regions=False, settings=settings, observer=observer
+        model, vary, window, types=type_, regions=False, settings=settings, on_progress=on_progress
     )
 
 
@@ -166,7 +166,7 @@ def bifurcation_set(
     regions: Regions = True,
     regimes: Regimes = None,
     settings: Settings | None = None,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> LocusDiagram:
     """Find all bifurcations of the responses of period 1 and 2 in a window of two parameters.
@@ -204,7 +204,7 @@ def bifurcation_set(
         check_followed(base)
     chosen = checked_settings(settings)
     grid = _grid(regimes, regions)
-    observer = with_place(observer, model, names)
+    on_progress = with_place(on_progress, model, names)
     started = perf_counter()
     base = measured_across(base, names, spans)
     result = find_bifurcation_set(
@@ -215,14 +215,14 @@ def bifurcation_set(
         periods=wanted,
         regions=regions,
         settings=chosen,
-        observer=observer,
+        observer=on_progress,
     )
     labels, stopped = result.regions, result.interrupted
     if labels is not None and grid is not None:
         from slipfold.long_term.regimes import resolve_regions
 
-        labels, stopped = resolve_regions(base, names, spans, labels, grid, observer)
-    checked = check_loci(result.loci, observer)
+        labels, stopped = resolve_regions(base, names, spans, labels, grid, on_progress)
+    checked = check_loci(result.loci, on_progress)
     return LocusDiagram(
         base,
         names,
@@ -366,9 +366,11 @@ def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]
     raise refused
 
 
-def with_place(observer: Observer | None, model: Model, plane: tuple[str, str]) -> Observer | None:
+def with_place(
+    on_progress: Observer | None, model: Model, plane: tuple[str, str]
+) -> Observer | None:
     """Return what reports progress with the values of the two parameters in its text."""
-    if observer is None:
+    if on_progress is None:
         return None
     units = [model.parameter(name).unit for name in plane]
 
@@ -377,6 +379,6 @@ def with_place(observer: Observer | None, model: Model, plane: tuple[str, str]) 
             f"{name} = {value:.6g} {unit}".rstrip()
             for name, value, unit in zip(plane, progress.values["place"], units, strict=True)
         )
-        observer(replace(progress, text=f"{progress.text}  {place}"))
+        on_progress(replace(progress, text=f"{progress.text}  {place}"))
 
     return report

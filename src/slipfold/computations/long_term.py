@@ -67,7 +67,7 @@ def simulate(
     state: State = None,
     *,
     tolerance: SteadyTolerance = 1e-9,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Simulation:
     """Integrate a model, and find out whether and on what its solution has become steady.
@@ -96,7 +96,7 @@ def simulate(
 
     changed = checked_model(model).replace(**parameters)
     started = perf_counter()
-    watch = observer or _unobserved
+    watch = on_progress or _unobserved
     result = simulate_smooth_or_switched(
         changed, periods, state, tolerance=tolerance, observer=watch
     )
@@ -117,7 +117,7 @@ def _unobserved(progress: Progress) -> None:
     """Keep an interrupted solution that nobody observes."""
 
 
-def _checked(motion: Trajectory, observer: Observer) -> Checked:
+def _checked(motion: Trajectory, on_progress: Observer) -> Checked:
     """Check a solution, unless it was interrupted."""
     from slipfold.checks.checked import Checked
     from slipfold.checks.motions import check_motion
@@ -125,7 +125,7 @@ def _checked(motion: Trajectory, observer: Observer) -> Checked:
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         return Checked((), interrupted=True)
     try:
-        observer(Progress("checks", 0))
+        on_progress(Progress("checks", 0))
     except KeyboardInterrupt:
         return Checked((), interrupted=True)
     return check_motion(motion)
@@ -138,7 +138,7 @@ def lyapunov(
     state: State = None,
     *,
     tolerance: ExponentTolerance = 1e-8,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> LyapunovExponents:
     """Compute all Lyapunov exponents of a solution, and tell a torus from chaos by them.
@@ -174,7 +174,7 @@ def lyapunov(
     start = initial_state(changed, state)
     started = perf_counter()
     result = find_exponents(
-        changed, start, checked_periods(periods), checked_tolerance(tolerance), observer
+        changed, start, checked_periods(periods), checked_tolerance(tolerance), on_progress
     )
     unit = 1.0 if changed.forced else float(result.model.values[DURATION.name])
     return LyapunovExponents(
@@ -201,7 +201,7 @@ def attractors(
     starts: Starts = 256,
     seed: Seed = 0,
     periods: SearchPeriods = None,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Attractors:
     """Find the attractors that solutions from a box of starting states converge to.
@@ -238,7 +238,7 @@ def attractors(
     where, states = starts_given(changed, box, starts, seed)
     most = checked_periods(periods)
     started = perf_counter()
-    result = search(changed, states, most, observer)
+    result = search(changed, states, most, on_progress)
     return Attractors(
         model=changed,
         box=where,
@@ -264,7 +264,7 @@ def basin_fractions(
     starts: Starts = 256,
     seed: Seed = 0,
     periods: SearchPeriods = None,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> BasinFractions:
     """Compute the fraction of starts that each attractor attracts, along a parameter.
@@ -301,7 +301,7 @@ def basin_fractions(
     where, states = starts_given(changed, box, starts, seed)
     most = checked_periods(periods)
     started = perf_counter()
-    result = find_fractions(changed, vary, values, states, most, observer)
+    result = find_fractions(changed, vary, values, states, most, on_progress)
     return BasinFractions(
         model=changed,
         vary=vary,
@@ -326,7 +326,7 @@ def basins(
     *,
     points: BasinPoints = 200,
     periods: SearchPeriods = None,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Basins:
     """Compute which attractor each start on a plane of states leads to.
@@ -380,7 +380,7 @@ def basins(
         return starts, phases
 
     most, started = checked_periods(periods), perf_counter()
-    result = find_basins(changed, (axes[0], axes[1]), starts_at, most, observer)
+    result = find_basins(changed, (axes[0], axes[1]), starts_at, most, on_progress)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
@@ -446,7 +446,7 @@ def sweep(
     state: State = None,
     transient: SweepTransient = 500,
     periods: SweepPeriods = 64,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Sweep:
     """Sample solutions at many values of a parameter, once a forcing period.
@@ -494,7 +494,7 @@ def sweep(
         states,
         checked_count(transient, "transient", least=0),
         checked_count(periods, "periods", least=2),
-        observer,
+        on_progress,
     )
     return Sweep(
         model=result.model,
@@ -518,7 +518,7 @@ def regimes(
     points: RegimePoints = (60, 50),
     state: State = None,
     transient: RegimeTransient = 400,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> RegimeMap:
     """Map where solutions repeat and how soon, are tori or chaotic, and where they stick.
@@ -576,7 +576,7 @@ def regimes(
         (axes[0], axes[1]),
         initial_state(changed, state),
         checked_count(transient, "transient"),
-        observer,
+        on_progress,
     )
     return RegimeMap(
         model=result.model,

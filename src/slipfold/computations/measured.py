@@ -44,7 +44,7 @@ def measure(
     sweep: Sweeping = "up",
     errors: Errors = 0.0,
     seed: Seed = 0,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Measurement:
     """Measure the response of a model as a test stand would: by sweeping a parameter in steps.
@@ -90,7 +90,7 @@ def measure(
     if not measured:
         raise InputError("no quantity is measured; give e.g. ['max y']")
     noise = checked_errors(errors, len(measured))
-    return swept(changed, vary, order, each, measured, noise, seed, observer)
+    return swept(changed, vary, order, each, measured, noise, seed, on_progress)
 
 
 def checked_values(parameter: Parameter, values: Values) -> np.ndarray:
@@ -119,7 +119,7 @@ def fit(
     measurement: Measured,
     bounds: Bounds,
     *,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Fit:
     """Fit parameters so that the stable responses of a model are closest to measurements.
@@ -163,7 +163,7 @@ def fit(
         )
     started = perf_counter()
     checked = {name: _bounds(changed, name, ends) for name, ends in bounds.items()}
-    result = find_fit(changed, measurement, checked, observer)
+    result = find_fit(changed, measurement, checked, on_progress)
     used = result.best.used(result.scale)
     prediction = result.best.prediction(used)
     predicted = np.full(measurement.readings.shape, np.nan)

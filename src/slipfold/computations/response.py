@@ -77,7 +77,7 @@ def response(
     tori: Tori = False,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Diagram:
     """Follow the periodic response of a model over a parameter, and every doubled branch.
@@ -126,7 +126,7 @@ def response(
     result: tuple[TorusBranch, ...] = ()
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None:
-        begin, result = _first(changed, vary, ends, start, settled, tori, chosen, observer)
+        begin, result = _first(changed, vary, ends, start, settled, tori, chosen, on_progress)
     # An orbit that sticks has its own scales.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
@@ -137,7 +137,7 @@ def response(
         ends,
         settings=chosen,
         events=watched,
-        observer=observer,
+        observer=on_progress,
         through_stick=True,
     )
     branches, failure = _followed(follow, begin, bool(search)) if not result else ((), None)
@@ -147,18 +147,20 @@ def response(
         from slipfold.long_term.search import checked_box
 
         box = None if search is True else checked_box(changed, search)
-        branches, searched = find_coexisting(changed, vary, ends, branches, follow, box, observer)
+        branches, searched = find_coexisting(
+            changed, vary, ends, branches, follow, box, on_progress
+        )
         if failure is not None and not branches:
             raise failure
     stopped = any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
     complete = True
     if gradients and not stopped:
-        branches, complete = with_gradients(branches, chosen, observer)
+        branches, complete = with_gradients(branches, chosen, on_progress)
     if tori and complete and not stopped and not result:
-        result = tori_of(branches, ends, chosen, observer)
+        result = tori_of(branches, ends, chosen, on_progress)
         complete = not any(item.interrupted for item in result)
-    checked = check_branches(branches, observer) if complete else Checked((), interrupted=True)
+    checked = check_branches(branches, on_progress) if complete else Checked((), interrupted=True)
     diagram = Diagram(
         changed,
         vary,
@@ -182,7 +184,7 @@ def _first(
     settled: bool,
     tori: bool,
     settings: Settings,
-    observer: Observer | None,
+    on_progress: Observer | None,
 ) -> tuple[Begin | None, tuple[TorusBranch, ...]]:
     """Return where the first branch begins, None for the response; or the tori instead."""
     # Where a moving surface stands still nothing slides all the time: a solution leads to an orbit.
@@ -193,11 +195,11 @@ def _first(
         return None, ()
     there, state = _start(model, vary, span, start or {})
     try:
-        return _begin(there, vary, state, settled, observer), ()
+        return _begin(there, vary, state, settled, on_progress), ()
     except InputError:
         if not (settled and tori and may_slip(there)):
             raise
-        result = tori_from(there, vary, state, span, settings, observer)
+        result = tori_from(there, vary, state, span, settings, on_progress)
         if not result:
             raise
         return None, result
@@ -260,7 +262,7 @@ def _start(
 
 
 def _begin(
-    there: Model, vary: str, state: dict[str, float], settled: bool, observer: Observer | None
+    there: Model, vary: str, state: dict[str, float], settled: bool, on_progress: Observer | None
 ) -> Begin:
     """Return where the first branch begins: near a state, or at the attractor reached from it."""
     at = there.values[vary]
@@ -270,7 +272,7 @@ def _begin(
         except InputError as error:
             raise InputError(f"at {vary} = {at:g} {error}") from None
     if settled:
-        send = searching(observer, at)
+        send = searching(on_progress, at)
         result = attractor_from(there, state, lambda progress: send(progress.done))
     elif state or not there.forced:
         result = orbit_near(there, state)
@@ -295,8 +297,8 @@ def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tup
     return parameter.check(first), parameter.check(last)
 
 
-class _ObserverFailedError(BaseException):
-    """What an observer raised: not for the code that it observes to catch."""
+class _ReportFailedError(BaseException):
+    """An error that `on_progress` raised: the observed code must not catch it."""
 
 
 @documented
@@ -308,7 +310,7 @@ def responses(
     over: Cases,
     settings: Settings | None = None,
     events: Sequence[Event] = (),
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Responses:
     """Follow the periodic responses of a model over a parameter, for many cases.
@@ -316,7 +318,7 @@ def responses(
     Each is what `slipfold.response` gives for its case alone; the equations are compiled once. At
     16 cases and more ordinary branches are followed in batches, in less than half of the time:
     points lie elsewhere on the same branches, and special points differ by no more than their
-    uncertainties. The `observer` receives, several times a second, ``done`` finished cases, their
+    uncertainties. `on_progress` receives, several times a second, ``done`` finished cases, their
     ``failures`` and the ``fraction`` of the stage.
 
     Returns
@@ -362,13 +364,13 @@ def responses(
     batch = dict[int, Callable[[], Diagram | None]]()
 
     def send(stage: str, share: float) -> None:
-        if observer is not None:
+        if on_progress is not None:
             values = {"failures": sum(map(bool, reasons)), "fraction": share}
             progress = Progress(stage, len(diagrams), total, values=values)
             try:
-                observer(progress)
+                on_progress(progress)
             except Exception as error:
-                raise _ObserverFailedError(error) from error
+                raise _ReportFailedError(error) from error
 
     try:
         for case, values in enumerate(cases):
@@ -382,7 +384,7 @@ def responses(
             diagrams.append(None if isinstance(result, str) else result)
             reasons.append(result if isinstance(result, str) else "")
             send("cases", 1.0)
-    except _ObserverFailedError as error:
+    except _ReportFailedError as error:
         raise error.args[0] from None
     except KeyboardInterrupt:
         pass
@@ -536,7 +538,7 @@ def gradients(point: Point) -> dict[str, float]:
 
 
 def with_gradients(
-    branches: Sequence[Branch], settings: Settings, observer: Observer | None
+    branches: Sequence[Branch], settings: Settings, on_progress: Observer | None
 ) -> tuple[tuple[Branch, ...], bool]:
     """Return branches whose special points have gradients, and whether all of them do."""
     from slipfold.loci.gradients import threshold_gradients
@@ -547,8 +549,8 @@ def with_gradients(
         for branch in branches:
             special = list[SpecialPoint]()
             for point in branch.special:
-                if observer is not None:
-                    observer(_progress(branch, done, total))
+                if on_progress is not None:
+                    on_progress(_progress(branch, done, total))
                 special.append(replace(point, gradients=threshold_gradients(point, settings)))
                 done += 1
             result.append(replace(branch, special=tuple(special)))

@@ -32,7 +32,7 @@ def study(
     executor: StudyExecutor = None,
     resume: Resume = False,
     retry_failed: RetryFailed = False,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
 ) -> StudyResult:
     """Compute the same thing for many cases, on one core or many.
 
@@ -75,7 +75,7 @@ def study(
         try:
             if retry_failed or kept.done < kept.total:
                 with open_executor(executor) as opened:
-                    run_cases(plan, kept, opened, observer, retry_failed)
+                    run_cases(plan, kept, opened, on_progress, retry_failed)
         except KeyboardInterrupt:
             stopped = True  # what is finished is in the store
         return study_result(plan, kept.records(), provenance(), stopped, kept.damaged)

@@ -70,7 +70,7 @@ def threshold_map(
     *,
     over: Over,
     span: Span,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> ThresholdMap:
     """Compute where the response of period 1 first loses its stability, over a grid of parameters.
@@ -117,7 +117,7 @@ def threshold_map(
             for name, values in over.items()
         },
         span=parse_ends(model.variable_parameter(threshold), span),
-        observer=observer,
+        observer=on_progress,
     )
     checked = check_thresholds(result)
     origin = provenance(perf_counter() - started)
@@ -134,7 +134,7 @@ def uncertainty(
     seed: Seed = 0,
     loads: Loads = (),
     indices: Indices = False,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
 ) -> ThresholdUncertainty:
     """Compute the distribution of a threshold of uncertain parameters, by gradients and by samples.
 
@@ -195,8 +195,8 @@ def uncertainty(
     total = len(places) + len(more)
 
     def send(done: int, lost: int) -> None:
-        if observer is not None:
-            observer(Progress("samples", done, total, values={"failures": lost}))
+        if on_progress is not None:
+            on_progress(Progress("samples", done, total, values={"failures": lost}))
 
     result, reasons = thresholds_at(placed, np.concatenate([places, more]), send)
     missing, told = _missing(reasons[count:]), None
@@ -277,7 +277,7 @@ def design(
     outside: Outside = None,
     keep: Keep = None,
     state: DesignState = None,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
 ) -> Design:
     """Choose parameters for a threshold where it is wanted, at the lowest vibration.
 
@@ -332,7 +332,7 @@ def design(
         return choose_least(orbit, watched, demands, bounds, start)
 
     nothing = Choice.none(len(names), 1 + len(kept), INTERRUPTED)
-    choices, settled = _searched(find, sides, _starts(begin, bounds), nothing, observer)
+    choices, settled = _searched(find, sides, _starts(begin, bounds), nothing, on_progress)
     if outside is not None and settled:
         least = choices.index(_best(choices))
         choices, sides = [choices[least]], [sides[least]]
@@ -448,7 +448,7 @@ def _searched(
     sides: Sequence[tuple[str, float]],
     starts: Sequence[Array],
     nothing: Choice,
-    observer: Observer | None,
+    on_progress: Observer | None,
 ) -> tuple[list[Choice], bool]:
     """Return the best choice for each demand, and whether all searches are done."""
     choices, total, done = [nothing for _ in sides], len(sides) * len(starts), 0
@@ -456,8 +456,8 @@ def _searched(
         for row, (side, bound) in enumerate(sides):
             tried = []
             for start in starts:
-                if observer is not None:
-                    observer(Progress("searches", done, total))
+                if on_progress is not None:
+                    on_progress(Progress("searches", done, total))
                 tried.append(find(side, bound, start))
                 done += 1
                 best = _best(tried)

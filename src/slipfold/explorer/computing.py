@@ -69,7 +69,7 @@ class Computing:
         model = self._catalogue.of(request)
         key = (model, request.vary, request.span)
         if key not in self._diagrams:
-            self._diagrams[key] = response(model, request.vary, request.span, observer=watch)
+            self._diagrams[key] = response(model, request.vary, request.span, on_progress=watch)
         self._nearest[_family(model, request)] = self._diagrams[key]
         self._diagrams.move_to_end(key)
         while len(self._diagrams) > MAX_DIAGRAMS:
@@ -107,7 +107,7 @@ class Computing:
         plane = (request.x.name, request.y.name)
         window = (request.x.span, request.y.span)
         model = self._catalogue.of(request)
-        return bifurcation_set(model, plane, window, regions=model.forced, observer=watch)
+        return bifurcation_set(model, plane, window, regions=model.forced, on_progress=watch)
 
 
 def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:

@@ -33,7 +33,7 @@ def send_basins(
     watch = now_and_then(send, check, _far)
     plane = {axis.name: axis.span for axis in (request.x, request.y)}
     for points in BASIN_POINTS:
-        result = basins(model, plane, points=points, observer=watch)
+        result = basins(model, plane, points=points, on_progress=watch)
         send({**_picture(result), "done": points == BASIN_POINTS[-1]})
 
 

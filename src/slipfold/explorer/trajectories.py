@@ -346,7 +346,7 @@ def send_exponents(
 
     watch = now_and_then(send, check, note)
     start = start_of(model, request)
-    result = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, observer=watch)
+    result = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, on_progress=watch)
     verdict = result.verdict
     send(
         {

@@ -95,7 +95,7 @@ class Reproduction:
 
 def reproduce(
     out: str | Path,
-    observer: Observer | None = None,
+    on_progress: Observer | None = None,
     *,
     processes: int = 1,
     cases: Cases | None = None,
@@ -117,7 +117,7 @@ def reproduce(
     folder = _prepare(Path(out))
     cases = read_cases() if cases is None else cases
     beyond = motion_figures(cases) if motions else ()
-    run = _Run(folder, cases, settings, measure, observer, tori or motions, beyond)
+    run = _Run(folder, cases, settings, measure, on_progress, tori or motions, beyond)
     with open_executor(None if processes == 1 else processes) as opened:
         tasks = Tasks(opened.executor, processes)
         try:
@@ -188,7 +188,7 @@ class _Run:
         cases: Cases,
         settings: Settings | None,
         measure: str,
-        observer: Observer | None,
+        on_progress: Observer | None,
         tori: bool,
         beyond: tuple[MotionFigure, ...] = (),
     ) -> None:
@@ -198,7 +198,7 @@ class _Run:
         self.cases = cases
         self.settings = settings
         self.measure = measure
-        self.observer = observer
+        self.on_progress = on_progress
         self.found: dict[Any, Any] = {}  # spectra and results by case
         self.drawn: set[AnyFigure] = set()
         self.queued: set[AnyFigure] = set()
@@ -230,7 +230,7 @@ class _Run:
 
     def rescue(self, tasks: Tasks) -> None:
         """After Ctrl-C: take the results of running tasks, and draw complete figures."""
-        self.observer = None
+        self.on_progress = None
         with suppress(BrokenExecutor):  # a signal to all processes ends those at work
             for name, result in tasks.stop():
                 self.take(name, result)
@@ -255,11 +255,11 @@ class _Run:
             self.write(f"data/{name.key}.nc", content)
             self.found[name] = diagram
             found = _found(diagram)
-        if self.observer is not None:
+        if self.on_progress is not None:
             done = sum(case in self.found for case in self.needs) + len(self.drawn)
             total = len(self.needs) + len(self.figures)
             text = f"{name.key}  found: {', '.join(found)}" if found else name.key
-            self.observer(Progress("results", done, total, text, {"name": name.key}))
+            self.on_progress(Progress("results", done, total, text, {"name": name.key}))
 
     def complete(self) -> Iterator[AnyFigure]:
         """Yield the figures for which everything is computed."""
