@@ -57,9 +57,6 @@ what is needed takes seconds."""
 BATCH = 64
 """Cases that a batch should have: of 16 each takes twice as long, of 128 four fifths."""
 
-LONG = 4.0
-"""Arclength of a branch, in spans, for which the rounds of steps have to suffice."""
-
 ENDS = ("span", "limit")
 
 Tell = Callable[[str, float], None]
@@ -177,7 +174,7 @@ def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
         settings.discretisation != "collocation"
         and settings.newton.iterations >= ITERATIONS
         and steps.smallest <= SMALLEST
-        and steps.largest * MAX_ROUNDS > LONG
+        and steps.largest * MAX_ROUNDS > 4  # several spans
     )
     return linearised_steps_of(model) if allowed else None
 

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.branches.closed_branches import AROUND, BEFORE
+from slipfold.branches.closed_branches import AROUND
 from slipfold.branches.stops import ONE
+from slipfold.continuation.curve import Curve
 from slipfold.continuation.follow import BIRTH, FIRST
 from slipfold.continuation.interpolation import POINTS, arcs, hermite_each, polynomial_weights
 from slipfold.continuation.search import KNOTS
@@ -33,7 +34,7 @@ from slipfold.continuation.step_length import (
     shortened_where_lost,
 )
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
-from slipfold.continuation.walk import SLACK
+from slipfold.continuation.walk import EDGE
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 
@@ -47,23 +48,12 @@ enough to choose steps and to bracket what is located more exactly."""
 SMALLEST = 1e-6
 """A branch that needs a smaller step is left."""
 
-NOISE = 1e-9
-"""Test functions below this are rounding."""
-
-LARGEST = 1e6
-"""Multiplier from which on a branch is left: rounding begins to matter."""
-
-STIFF = 1e6
-"""So much may errors move an orbit that has a multiplier near one."""
-
-RETURN = 4
-"""Points after which a branch may come back to its first one."""
+AMPLIFIED = 1e6
+"""So much may errors move an orbit that has a multiplier near one, or any orbit within a period:
+beyond, rounding begins to matter, and the branch is left."""
 
 MAX_ROUNDS = 400
 """Rounds of steps after which all branches still on their way are left."""
-
-HALF = 0.5
-"""What is left of a step within which anything may lie that is not seen from its ends."""
 
 PD, FOLD, NS, LP = range(len(TESTS))
 
@@ -120,7 +110,7 @@ class Walk:
         sticking = {name for contact in contacts_of(model) for name in contact.limits}
         self._sticking = np.array([limit.name in sticking for limit in model.limits], bool)
         self._z, self._tangents = np.zeros((2, k, KNOTS, u))
-        self._places, self._tests = np.zeros((k, KNOTS)), np.zeros((k, KNOTS, len(TESTS)))
+        self._arclengths, self._tests = np.zeros((k, KNOTS)), np.zeros((k, KNOTS, len(TESTS)))
         self._count, self._unstable = np.ones(k, int), np.zeros(k, int)
         self._signs = np.zeros(k)
         self._step, self._growth = np.full(k, FIRST), np.full(k, LONGER)
@@ -132,23 +122,23 @@ class Walk:
         self._begin(starts)
         self._note(np.arange(k))
 
-    def run(self, tell: Callable[[float], None] = lambda share: None) -> None:
-        """Follow all of them to their ends, telling after each step how far they have come.
+    def run(self, tell: Callable[[float], None] = lambda fraction: None) -> None:
+        """Follow all branches to their ends; report after each step how far they have come.
 
-        At folds some go back; what is told does not.
+        The parameter may go back at folds; the reported fraction does not.
         """
-        share = 0.0
+        fraction = 0.0
         for _ in range(MAX_ROUNDS):
-            some = np.flatnonzero(self.going)
-            if not len(some):
+            active = np.flatnonzero(self.going)
+            if not len(active):
                 return
-            self._take_steps(some)
-            share = max(share, self._share)
-            tell(share)
+            self._take_steps(active)
+            fraction = max(fraction, self._fraction)
+            tell(fraction)
         self._leave(np.flatnonzero(self.going), "points")
 
     @property
-    def _share(self) -> float:
+    def _fraction(self) -> float:
         """How far they have come through the span, on average; those that ended are through."""
         begun = np.array([points[0][0][-1] for points in self.points])
         come = np.abs(self._z[:, -1, -1] - begun) / (self._high - self._low)
@@ -172,95 +162,96 @@ class Walk:
 
     def _first_steps(self, starts: Sequence[Start]) -> None:
         """Leave another branch by a step so short that nothing else can happen within it."""
-        some = np.flatnonzero(self._leaves)
-        if not len(some):
+        active = np.flatnonzero(self._leaves)
+        if not len(active):
             return
         others = [
             np.delete(v, np.abs(v - 1).argmin()) for s in starts if (v := s.multipliers) is not None
         ]
         outside = np.array([np.count_nonzero(np.abs(item) > 1) for item in others])
-        self._step[some] = BIRTH
+        self._step[active] = BIRTH
         for _ in range(6):
-            if not len(some):
+            if not len(active):
                 return
             looks = []
-            for share in (1.0, 0.25):
+            for fraction in (1.0, 0.25):
                 guess = (
-                    self._z[some, -1]
-                    + (share * self._step[some])[:, None] * self._tangents[some, -1]
+                    self._z[active, -1]
+                    + (fraction * self._step[active])[:, None] * self._tangents[active, -1]
                 )
-                rows = self._tangents[some, -1]
+                rows = self._tangents[active, -1]
                 looks.append(
-                    self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH, ROUGHLY)
+                    self._orbits.correct(self.cases[active], guess, rows, CLOSE, REACH, ROUGHLY)
                 )
             first, nearer = looks
             more = _outside(first) - outside
             with np.errstate(invalid="ignore"):
                 good = first.found & nearer.found & ((more == 0) | (more == 1))
                 good &= first.tests[:, LP] * nearer.tests[:, LP] > 0
-            some, outside = some[~good], outside[~good]
-            self._step[some] /= 4
-        self._leave(some, "birth")
+            active, outside = active[~good], outside[~good]
+            self._step[active] /= 4
+        self._leave(active, "birth")
 
     # -- a step of each --------------------------------------------------------------------------
 
-    def _take_steps(self, some: Indices) -> None:
+    def _take_steps(self, active: Indices) -> None:
         if self._orbits.period % 2 == 0:
-            self._step[some] = np.minimum(
-                self._step[some], np.maximum(BEFORE, 0.9 * _length(self._halves(self._z[some, -1])))
+            self._step[active] = np.minimum(
+                self._step[active],
+                np.maximum(BIRTH, 0.9 * _length(self._halves(self._z[active, -1]))),
             )
-        guess, rows, held = self._predicted(some)
-        found = self._orbits.correct(self.cases[some], guess, rows, CLOSE, REACH, ROUGHLY)
+        guess, rows, held = self._predicted(active)
+        found = self._orbits.correct(self.cases[active], guess, rows, CLOSE, REACH, ROUGHLY)
         found.z[held, -1] = guess[held, -1]
         beyond = found.found & ~held & self._is_beyond(found.z[:, -1], 0.0)
-        self._held[some] = beyond
-        last = self._tangents[some, -1]
-        length, turn = arcs(found.z - self._z[some, -1], last, found.tangents)
-        measures = self._measured(some, found, guess, length, turn)
+        self._held[active] = beyond
+        last = self._tangents[active, -1]
+        length, turn = arcs(found.z - self._z[active, -1], last, found.tangents)
+        measures = self._measured(active, found, guess, length, turn)
         fits = measures.fits & found.found & ~beyond
-        brackets, doubt = self._judged(some, found, length, fits)
+        brackets, doubt = self._judged(active, found, length, fits)
         accepted = fits & ~doubt
         # One that leads beyond a bound is taken again, to the bound.
-        step, growth = self._step[some], self._growth[some]
+        step, growth = self._step[active], self._growth[active]
         longer = lengthened(step, measures, growth, self._steps.largest)
-        shorter = np.where(fits, HALF * step, shortened(step, measures))
+        shorter = np.where(fits, 0.5 * step, shortened(step, measures))
         shorter = np.where(found.found, shorter, shortened_where_lost(step, found.moved))
-        self._step[some] = np.where(accepted, longer, np.where(beyond, step, shorter))
-        self._growth[some] = np.where(accepted, LONGER, np.where(beyond, growth, HARDER))
-        self._leave(some[~accepted & (self._step[some] < SMALLEST)], "steps")
+        self._step[active] = np.where(accepted, longer, np.where(beyond, step, shorter))
+        self._growth[active] = np.where(accepted, LONGER, np.where(beyond, growth, HARDER))
+        self._leave(active[~accepted & (self._step[active] < SMALLEST)], "steps")
         for row in np.flatnonzero(accepted & (brackets >= 0)):
-            self._bracket(int(some[row]), found, length, int(row), TESTS[brackets[row]])
-        self._accept(some[accepted], found, np.flatnonzero(accepted), length)
+            self._bracket(int(active[row]), found, length, int(row), TESTS[brackets[row]])
+        self._accept(active[accepted], found, np.flatnonzero(accepted), length)
 
-    def _predicted(self, some: Indices) -> tuple[Array, Array, Mask]:
+    def _predicted(self, active: Indices) -> tuple[Array, Array, Mask]:
         """Return guesses, rows of their hyperplanes, and which hold the parameter on a bound."""
-        target = self._places[some, -1] + self._step[some]
-        guess, rows = self._hermite(some, target)
-        held = self._held[some] | self._is_beyond(guess[:, -1], SLACK)
+        target = self._arclengths[active, -1] + self._step[active]
+        guess, rows = self._hermite(active, target)
+        held = self._held[active] | self._is_beyond(guess[:, -1], EDGE)
         which = np.flatnonzero(held)
         if not len(which):
             return guess, rows, held
-        here, forward = some[which], rows[which, -1] > 0
+        here, forward = active[which], rows[which, -1] > 0
         bound = np.where(forward, self._high, self._low)
 
         def component(place: Array) -> Array:
             return self._hermite(here, place)[0][:, -1]
 
-        far = place_of_bound(component, self._places[here, -1], target[which], bound, forward)
+        far = place_of_bound(component, self._arclengths[here, -1], target[which], bound, forward)
         guess[which] = self._hermite(here, far)[0]
         guess[which, -1] = bound
         rows[which] = 0.0
         rows[which, -1] = np.where(forward, 1.0, -1.0)
         return guess, rows, held
 
-    def _hermite(self, some: Indices, target: Array) -> tuple[Array, Array]:
-        guess, rows = np.empty((2, len(some), self._z.shape[2]))
-        counts = np.minimum(self._count[some], POINTS)
+    def _hermite(self, active: Indices, target: Array) -> tuple[Array, Array]:
+        guess, rows = np.empty((2, len(active), self._z.shape[2]))
+        counts = np.minimum(self._count[active], POINTS)
         for count in np.unique(counts).tolist():
             which = np.flatnonzero(counts == count)
-            here = some[which]
+            here = active[which]
             guess[which], rows[which] = hermite_each(
-                self._places[here, -count:],
+                self._arclengths[here, -count:],
                 self._z[here, -count:],
                 self._tangents[here, -count:],
                 target[which],
@@ -271,49 +262,51 @@ class Walk:
         return np.asarray((values < self._low - slack) | (values > self._high + slack))
 
     def _measured(
-        self, some: Indices, found: Corrected, guess: Array, length: Array, turn: Array
+        self, active: Indices, found: Corrected, guess: Array, length: Array, turn: Array
     ) -> Measures:
         """Measure how well steps fitted."""
-        drifted = np.zeros(len(some))
-        counts = np.minimum(self._count[some], POINTS)
+        drifted = np.zeros(len(active))
+        counts = np.minimum(self._count[active], POINTS)
         for count in np.unique(counts[counts > 1]).tolist():
             which = np.flatnonzero(counts == count)
-            here = some[which]
+            here = active[which]
             values, actual = self._tests[here, -count:], found.tests[which]
-            target = self._places[here, -1] + length[which]
-            weights = polynomial_weights(self._places[here, -count:], target[:, None])
-            drifted[which] = drift(np.abs(actual - (weights @ values)[:, 0]), values, actual, NOISE)
+            target = self._arclengths[here, -1] + length[which]
+            weights = polynomial_weights(self._arclengths[here, -count:], target[:, None])
+            drifted[which] = drift(
+                np.abs(actual - (weights @ values)[:, 0]), values, actual, Curve.noise
+            )
         return Measures.of(_length(found.z - guess), turn, drifted, self._steps.turn)
 
     # -- what lies between two points ------------------------------------------------------------
 
     def _judged(
-        self, some: Indices, found: Corrected, length: Array, fits: Mask
+        self, active: Indices, found: Corrected, length: Array, fits: Mask
     ) -> tuple[Indices, Mask]:
         """Return which test function changes its sign, -1 where none does, and what is in doubt."""
-        leaves = self._leaves[some] & (self._count[some] == 1)
-        doubt = np.zeros(len(some), bool)
-        counts = np.minimum(self._count[some], KNOTS - 1)
+        leaves = self._leaves[active] & (self._count[active] == 1)
+        doubt = np.zeros(len(active), bool)
+        counts = np.minimum(self._count[active], KNOTS - 1)
         for count in np.unique(counts).tolist():
             which = np.flatnonzero(fits & ~leaves & (counts == count))
-            here = some[which]
+            here = active[which]
             if not len(which):
                 continue
-            last = self._places[here, -1]
+            last = self._arclengths[here, -1]
             new = last + length[which]
             # The nearest first; their two ends are the points of number 1 and 0.
-            where = np.column_stack([new, self._places[here, : -count - 1 : -1]])
+            where = np.column_stack([new, self._arclengths[here, : -count - 1 : -1]])
             known = self._tests[here, : -count - 1 : -1]
             values = np.concatenate([found.tests[which, None], known], axis=1)
             grid = places_between(last, new)
             weights = expectation_weights(where, grid, (last, new), (1, 0))
             expected = Expected.of(weights @ values, values[:, 1::-1])
             doubt[which] = expected.doubtful.any(axis=1)
-        changed = (self._tests[some, -1] > 0) != (found.tests > 0)
+        changed = (self._tests[active, -1] > 0) != (found.tests > 0)
         changed &= ~leaves[:, None]
-        change = np.abs(_outside(found) - self._unstable[some])
+        change = np.abs(_outside(found) - self._unstable[active])
         change[leaves] = 0
-        brackets = np.full(len(some), -1)
+        brackets = np.full(len(active), -1)
         for place, explained in ((PD, change == 1), (NS, (change == 2) | (change == 0))):
             only = changed[:, place] & (changed.sum(axis=1) == 1) & explained
             brackets[only] = place
@@ -322,7 +315,7 @@ class Walk:
         # What is found must lie before a limit: on the last step of a branch is nothing.
         doubt |= (brackets >= 0) & ~(found.seen.above > self._bounds).all(axis=1)
         quiet = ~changed.any(axis=1) & (change == 0)
-        self._leave(some[fits & ~doubt & changed[:, FOLD] & ~changed[:, LP]], "crossing")
+        self._leave(active[fits & ~doubt & changed[:, FOLD] & ~changed[:, LP]], "crossing")
         return brackets, np.asarray(doubt | ~(quiet | (brackets >= 0)))
 
     def _bracket(self, branch: int, found: Corrected, length: Array, row: int, kind: str) -> None:
@@ -334,70 +327,76 @@ class Walk:
                 kind,
                 np.array([self._z[branch, -1], found.z[row]]),
                 np.array([self._tangents[branch, -1], found.tangents[row]]),
-                np.array([self._places[branch, -1], self._places[branch, -1] + length[row]]),
+                np.array(
+                    [self._arclengths[branch, -1], self._arclengths[branch, -1] + length[row]]
+                ),
                 np.array([self._tests[branch, -1, place], found.tests[row, place]]),
                 (int(self._unstable[branch]), int(_outside(found)[row])),
             )
         )
 
-    def _accept(self, some: Indices, found: Corrected, rows: Indices, length: Array) -> None:
+    def _accept(self, active: Indices, found: Corrected, rows: Indices, length: Array) -> None:
         """Add points, and see which branches end there."""
-        leaves = self._leaves[some] & (self._count[some] == 1)
-        before = self._z[some, -1].copy()
+        leaves = self._leaves[active] & (self._count[active] == 1)
+        before = self._z[active, -1].copy()
         self._leave(
-            some[(found.signs[rows] != self._signs[some]) & ~leaves & (self._signs[some] != 0)],
+            active[
+                (found.signs[rows] != self._signs[active]) & ~leaves & (self._signs[active] != 0)
+            ],
             "crossing",
         )
-        new = self._places[some, -1] + length[rows]
+        new = self._arclengths[active, -1] + length[rows]
         for kept, items in (
             (self._z, found.z),
             (self._tangents, found.tangents),
             (self._tests, found.tests),
         ):
-            kept[some, :-1] = kept[some, 1:]
-            kept[some, -1] = items[rows]
-        self._places[some, :-1] = self._places[some, 1:]
-        self._places[some, -1] = new
-        self._count[some] += 1
-        self._note(some)
-        self._signs[some], self._unstable[some] = found.signs[rows], _outside(found)[rows]
+            kept[active, :-1] = kept[active, 1:]
+            kept[active, -1] = items[rows]
+        self._arclengths[active, :-1] = self._arclengths[active, 1:]
+        self._arclengths[active, -1] = new
+        self._count[active] += 1
+        self._note(active)
+        self._signs[active], self._unstable[active] = found.signs[rows], _outside(found)[rows]
         multipliers = found.multipliers[rows]
         near_one = np.abs(multipliers - 1).min(axis=1) < ONE
-        self._leave(some[~leaves & near_one & (found.stiffness[rows] > STIFF)], "undetermined")
-        self._leave(some[np.abs(multipliers).max(axis=1) > LARGEST], "growth")
+        self._leave(
+            active[~leaves & near_one & (found.stiffness[rows] > AMPLIFIED)], "undetermined"
+        )
+        self._leave(active[np.abs(multipliers).max(axis=1) > AMPLIFIED], "growth")
         if self._orbits.period % 2 == 0:
-            here, there = self._halves(before), self._halves(self._z[some, -1])
-            near = _length(there) < np.minimum(0.1 * BEFORE, _length(here))
-            self._leave(some[~leaves & (((here * there).sum(axis=1) < 0) | near)], "copy")
+            here, there = self._halves(before), self._halves(self._z[active, -1])
+            near = _length(there) < np.minimum(0.1 * BIRTH, _length(here))
+            self._leave(active[~leaves & (((here * there).sum(axis=1) < 0) | near)], "copy")
         # Where it turned back it may come to its beginning.
-        regular = ~self._leaves[some] & (self._count[some] > RETURN)
-        first = np.array([self.points[branch][0][0] for branch in some]).reshape(before.shape)
-        ahead = ((first - before) * self._tangents[some, -2]).sum(axis=1) > 0
+        regular = ~self._leaves[active] & (self._count[active] > KNOTS)
+        first = np.array([self.points[branch][0][0] for branch in active]).reshape(before.shape)
+        ahead = ((first - before) * self._tangents[active, -2]).sum(axis=1) > 0
         near = _length(first - before) <= AROUND * length[rows]
-        self._leave(some[regular & ahead & near], "returns")
-        self._end(some, found.seen.lowest[rows], found.seen.above[rows])
+        self._leave(active[regular & ahead & near], "returns")
+        self._end(active, found.seen.lowest[rows], found.seen.above[rows])
 
-    def _end(self, some: Indices, lowest: Array, above: Array) -> None:
+    def _end(self, active: Indices, lowest: Array, above: Array) -> None:
         """End branches at limits and bounds."""
         broken = lowest <= self._bounds
         doubtful = np.flatnonzero((above <= self._bounds).any(axis=1) & ~broken.any(axis=1))
-        here = some[doubtful]
+        here = active[doubtful]
         broken[doubtful] = ~(self._orbits.margins(self.cases[here], self._z[here, -1]) > 0)
-        self._leave(some[(broken & self._sticking).any(axis=1)], "stick")
-        at_end = (self._z[some, -1, -1] == self._low) | (self._z[some, -1, -1] == self._high)
-        self._leave(some[broken.any(axis=1)], "limit")
-        self._leave(some[at_end], "span")
-        self._leave(some[self._count[some] >= self._steps.points], "points")
+        self._leave(active[(broken & self._sticking).any(axis=1)], "stick")
+        at_end = (self._z[active, -1, -1] == self._low) | (self._z[active, -1, -1] == self._high)
+        self._leave(active[broken.any(axis=1)], "limit")
+        self._leave(active[at_end], "span")
+        self._leave(active[self._count[active] >= self._steps.points], "points")
 
-    def _note(self, some: Indices) -> None:
+    def _note(self, active: Indices) -> None:
         """Keep the last point of each."""
-        z, tangents = self._z[some, -1], self._tangents[some, -1]
-        places = self._places[some, -1].tolist()
-        for branch, *point in zip(some.tolist(), z, tangents, places, strict=True):
+        z, tangents = self._z[active, -1], self._tangents[active, -1]
+        places = self._arclengths[active, -1].tolist()
+        for branch, *point in zip(active.tolist(), z, tangents, places, strict=True):
             self.points[branch].append((point[0], point[1], point[2]))
 
-    def _leave(self, some: Indices, reason: str) -> None:
-        for branch in some.tolist():
+    def _leave(self, active: Indices, reason: str) -> None:
+        for branch in active.tolist():
             if self.going[branch]:
                 self.fates[branch], self.going[branch] = reason, False
 

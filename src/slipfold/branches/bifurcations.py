@@ -12,13 +12,13 @@ from slipfold.arrays import Array
 from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import EDGE
 from slipfold.continuation.interpolation import hermite
-from slipfold.continuation.locate import BLURRED, LostCurveError, locate
+from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
 from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
 from slipfold.continuation.unseen import contracts_between
+from slipfold.continuation.walk import EDGE
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED
 from slipfold.orbits.uncertainty import recomputed
@@ -35,9 +35,6 @@ TEST_NOISE = 1e-9
 LOCATED = 1e-6
 """Arclength to which a branch point is located before it is corrected: nearer to it Newton's method
 along the branch is singular."""
-
-ACROSS = 0.3
-"""Cosine between a tangent and a chord of a branch below which a point lies on another branch."""
 
 CLEAR = 1e-3
 """Distance from a branch point within which the tangent is not known well enough to tell in which
@@ -367,7 +364,7 @@ def _on_other_branch(near: list[OrbitPoint], chord: Array) -> OrbitPoint | None:
 
     Newton's method leaves a branch only next to the crossing.
     """
-    least = ACROSS * float(np.linalg.norm(chord))
+    least = ALONG * float(np.linalg.norm(chord))
     return next((point for point in near if abs(float(point.tangent @ chord)) < least), None)
 
 

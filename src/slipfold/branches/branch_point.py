@@ -8,6 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.newton import STILL
 from slipfold.orbits.linearisation import Linearisation
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -19,9 +20,6 @@ which are corrected, and converge a quadratic iteration."""
 
 ROUNDS = 8
 """Corrections of a branch point."""
-
-UNMOVED = 1e-10
-"""A branch point that moves less is found; what is left of its gradient is rounding."""
 
 ACROSS = 1e-6
 """Least slope at which a number counts as crossing zero, relative to the largest."""
@@ -71,7 +69,7 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
         place = place + step
         if np.linalg.norm(place) > ELSEWHERE:
             return None
-        if np.linalg.norm(step) < UNMOVED:
+        if np.linalg.norm(step) < STILL:
             break
     solved = reduced.solve(place)
     if solved is None:
@@ -194,5 +192,5 @@ class _Reduction:
                 rounding = float(np.finfo(float).eps * np.linalg.norm(inverse, 2))
                 return _Solved(z, remainder, moves, slopes, linearisation, rounding)
             # The derivatives are those before the step: they are taken once it is rounding.
-            still = bool(np.linalg.norm(step) < UNMOVED)
+            still = bool(np.linalg.norm(step) < STILL)
         return None

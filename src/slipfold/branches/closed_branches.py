@@ -9,16 +9,14 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import EDGE
+from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.walk import EDGE
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
-
-BEFORE = 3e-3
-"""How far before the parent the last regular orbit of a closing branch lies, in arclength."""
 
 NEAR_ONE = 0.5
 """Distance from one of the critical multiplier of the last regular orbit, at most: where the branch
@@ -80,7 +78,7 @@ def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bo
     here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart. There
     # small steps leave from, too.
-    near = np.linalg.norm(there) < min(0.1 * BEFORE, float(np.linalg.norm(here)))
+    near = np.linalg.norm(there) < min(0.1 * BIRTH, float(np.linalg.norm(here)))
     return bool(here @ there < 0 or near)
 
 
@@ -90,7 +88,7 @@ def step_beside_parent(point: OrbitPoint) -> float:
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
     step could land on another branch that leaves the same parent nearby.
     """
-    return max(BEFORE, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
+    return max(BIRTH, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
 
 
 def asymmetry(orbits: Orbits, z: Array) -> Array:
@@ -167,7 +165,7 @@ class MeetsCopy:
         orbits, before = self._curve.orbits, interval.before
         direction = asymmetry(orbits, before.z)
         direction /= np.linalg.norm(direction)
-        for back in (BEFORE, 4 * BEFORE, 16 * BEFORE):
+        for back in (BIRTH, 4 * BIRTH, 16 * BIRTH):
             if back < place - before.arclength:
                 last = point_at(self._curve, interval.known, place - back)
                 # Newton's method may fall onto the parent, where the halves do not differ, or onto

@@ -17,14 +17,14 @@ from slipfold.branches.bifurcations import (
 from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.branches.special_point import ALIKE
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import EDGE, Endings
+from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import SINGULAR
 from slipfold.continuation.pieces import LOOKS
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import TracedCurve
-from slipfold.continuation.walk import Failure, walk
+from slipfold.continuation.walk import EDGE, Failure, walk
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
@@ -32,9 +32,6 @@ from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 NEAR_EDGE = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""
-
-LONGEST_OVER = 0.1
-"""Longest first step towards the end and over it, in scaled variables."""
 
 STEPS_OVER = 10
 """Steps after which a branch that does not pass the end is taken to turn before it."""
@@ -207,7 +204,7 @@ def _end_on_edge(
     if away(points[-1]) > NEAR_EDGE or not kept:
         return None
     before = kept[-1]
-    step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), LONGEST_OVER)
+    step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), STEPS_OVER * NEAR_EDGE)
     over: OrbitPoint | None = None
     for beyond in islice(walk(orbits, kept, step, (), settings), STEPS_OVER):
         if isinstance(beyond, Failure):

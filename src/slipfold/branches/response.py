@@ -39,6 +39,7 @@ from slipfold.branches.switching import Junction, find_meeting, junctions_on
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
+from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
 from slipfold.continuation.traced_curve import TracedCurve
@@ -55,9 +56,6 @@ from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
 from slipfold.progress import Observer
-
-AT_END = 1e-12
-"""Difference of two values of the parameter, in spans, that is rounding."""
 
 
 def trace_response(
@@ -118,7 +116,7 @@ def _stuck(model: Model, value: float) -> Begin | None:
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
     """Return the first point, from inside the span in both directions."""
     value = orbits.value(point.z)
-    inside = min(abs(value - end) for end in span) > AT_END * orbits.width
+    inside = min(abs(value - end) for end in span) > CLOSE * orbits.width
     return (point, orbits.turned(point)) if inside else (point,)
 
 

@@ -8,6 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.bifurcations import ON_CIRCLE
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
@@ -17,9 +18,6 @@ from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 FAMILY = 150
 """Orbits with one value of the parameter after which a family is followed no farther: round a
 centre they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""
-
-NEUTRAL = 1e-4
-"""Test function of a fold below which a multiplier is one: all orbits of a family have one."""
 
 STANDS_STILL = 1e-9
 """Change of the parameter, in spans, that is none: special points are located to less, so all that
@@ -168,4 +166,4 @@ class Families:
 
 
 def _in_family(points: Sequence[OrbitPoint]) -> bool:
-    return all(abs(point.tests["fold"]) < NEUTRAL for point in points)
+    return all(abs(point.tests["fold"]) < ON_CIRCLE for point in points)

@@ -12,23 +12,21 @@ from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import Interval, Stop, TracedCurve
-from slipfold.continuation.walk import Bound, Failure, reaches, walk
+from slipfold.continuation.walk import EDGE, Bound, Failure, reaches, walk
 from slipfold.errors import BREAKDOWNS
 
 FIRST = 0.02
 """First step from a regular point, in scaled variables."""
 
 BIRTH = 3e-3
-"""First step away from where another curve passes: this one is singular there."""
+"""First step away from where another curve passes, and distance before it of the last regular point
+of a closing curve: curves are singular there."""
 
 MEMORY = 6
 """Points behind the current one that serve interpolation."""
 
 RETREAT = 0.3
 """Share of a step that is taken instead where the curve between its ends was not found."""
-
-EDGE = 1e-9
-"""Distance from a bound that counts as none."""
 
 
 class Endings(Generic[P]):

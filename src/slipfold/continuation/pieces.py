@@ -19,8 +19,6 @@ from slipfold.continuation.newton import correct
 CLOSE = 1e-11
 """Arclength to which the end of a piece is found, by bisection: nothing is smooth across it."""
 
-HALVINGS = 60
-
 LOST = 1e-6
 """Arclength to which the place is found where a piece ends and nothing is beyond."""
 
@@ -82,9 +80,7 @@ def _halved(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None =
     """
     chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b, row)
     low, high = 0.0, chord.length
-    for _ in range(HALVINGS):
-        if high - low <= CLOSE:
-            break
+    while high - low > max(CLOSE, 2 * np.spacing(high)):
         place = 0.5 * (low + high)
         middle = chord.point_at(place)
         if middle.piece == a.piece:
@@ -276,9 +272,6 @@ what is wanted may be left after the last one."""
 AIMS = 2.0 ** np.array([3.0, 2.0, 1.0, 0.0])
 """What is left at the points from which the place follows, in the least that is allowed."""
 
-KNOWN = 3
-"""Points before it from which the next one is guessed."""
-
 DISTANCES = 4.0 ** np.arange(6)
 """Distances beyond the place at which the next piece is looked for, in those of the farthest of
 these points."""
@@ -320,7 +313,7 @@ def locate_vanishing(
 
     def at(place: float) -> tuple[P, float] | None:
         """The point of the piece at a place along the tangent, and what is left there."""
-        correction = correct(curve, _extended(passed[-KNOWN:], place, row), row)
+        correction = correct(curve, _extended(passed[-POINTS:], place, row), row)
         if not correction.converged:
             return None
         point = curve.point(correction, start.arclength + place)

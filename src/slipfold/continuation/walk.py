@@ -44,9 +44,9 @@ STRAIGHT = 0.01
 """Error of the prediction, relative to its aim, below which that counts ever less: the lines do not
 bend, however fast multipliers turn."""
 
-SLACK = 1e-9
-"""A guess that is less beyond a bound may be so by rounding: where the curve begins on a bound and
-runs along it, as a pitchfork's does, its point decides."""
+EDGE = 1e-9
+"""Distance from a bound that counts as none. A guess that is less beyond it may be so by rounding:
+where the curve begins on a bound and runs along it, as a pitchfork's does, its point decides."""
 
 LARGE = 10.0
 """Length of an unknown from which on steps may be longer in proportion: at a resonance orbits are
@@ -138,7 +138,7 @@ def _try(
     last = recent[-1]
     target = last.arclength + step
     guess, row = hermite(recent, target)
-    held = _first_bound_beyond(recent, guess, bounds, target, SLACK)
+    held = _first_bound_beyond(recent, guess, bounds, target, EDGE)
     if held is None:
         guess = curve.aligned(guess, last.z)
         expected = derivatives(curve, recent, target)
