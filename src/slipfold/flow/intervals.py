@@ -226,13 +226,26 @@ def newton_step(
 
     A singular matrix raises an error. Shapes: nodes (m, n); start, lengths (m,); stages (m, s, n).
     """
+    given = points, nodes, start, lengths
+    rates, jacobians, equations, step = _step(field, *given, stages)
+    return Solved(*given, stages + step, rates + jacobians.times(step), equations, jacobians)
+
+
+def _step(
+    field: Field,
+    points: CollocationPoints,
+    nodes: Array,
+    start: Array,
+    lengths: Array,
+    stages: Array,
+) -> tuple[Array, Jacobians, StageEquations, Array]:
+    """Return rates, their derivatives, the equations' derivatives and Newton's step."""
     phases = _phases(start, lengths, points)
     rates, jacobians = field.rates(stages, phases), field.changing_jacobians(stages, phases)
     equations = field.linear.equations(points, lengths, jacobians)
     grown = lengths[:, None, None] * (points.inner @ rates)
     step = -equations.solve((stages - nodes[:, None] - grown)[..., None])[..., 0]
-    slopes = rates + jacobians.times(step)
-    return Solved(points, nodes, start, lengths, stages + step, slopes, equations, jacobians)
+    return rates, jacobians, equations, step
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what overflows is lost, and returned so
@@ -276,22 +289,21 @@ def solve_intervals(
                     return Solved(points, nodes, start, lengths, stages, slopes, equations, None)
                 break
     alone, previous = equations is None and not derived, np.inf
+    given = points, nodes, start, lengths
     for _ in range(ITERATIONS):
         try:
-            solved = newton_step(field, points, nodes, start, lengths, stages)
+            slopes, jacobians, equations, step = _step(field, *given, stages)
         except np.linalg.LinAlgError:
             break
-        length = float(np.abs(solved.stages - stages).max())
+        length = float(np.abs(step).max())
         if not length < FAR:
             break
-        stages = solved.stages
+        stages = stages + step
         size_of_states = max(1.0, float(np.abs(stages).max()))
         if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
-            return solved
+            return Solved(*given, stages, slopes + jacobians.times(step), equations, jacobians)
         if alone and length < NEARBY:
-            return solve_intervals(
-                *(field, points, nodes, start, lengths, stages, solved.equations), derived=False
-            )
+            return solve_intervals(field, *given, stages, equations, derived=False)
         previous = length
     lost = np.full((m, s, n), np.nan)
     none = Inverted(np.broadcast_to(np.nan, (m, s * n, s * n)), s)
