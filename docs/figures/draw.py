@@ -14,7 +14,6 @@ def main() -> None:
     """Draw all of them."""
     draw_response_at_base_case()
     draw_stick_and_slip()
-    draw_sweep()
 
 
 def draw_response_at_base_case() -> None:
@@ -37,18 +36,6 @@ def draw_stick_and_slip() -> None:
         for ax, kind in zip(axes.values(), kinds, strict=True):
             motion.plot(kind=kind, ax=ax)
         figure.savefig(FOLDER / "stick_and_slip.png", dpi=150)
-
-
-def draw_sweep() -> None:
-    """Draw the response at 12.5 Hz over a sweep, and amplitudes of the upward sweep below."""
-    model = sf.SlidingOscillator(f=12.5)
-    swept = sf.sweep(model, "Nd", (0, 0.2), transient=1500)
-    diagram = sf.response(model, vary="Nd", span=(0, 0.2))
-    with figure_style():
-        figure, (above, below) = plt.subplots(2, 1, figsize=(6.9, 6.5), layout="constrained")
-        swept.plot("x", kind="waterfall", ax=below)
-        diagram.plot("x", under=swept, ax=above)
-        figure.savefig(FOLDER / "sweep.png", dpi=200)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,8 @@ from slipfold.models.structures import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.results.orbit import orbit_csv, orbit_table
+from slipfold.results.orbit import SavedOrbit
+from slipfold.results.records import provenance
 from slipfold.results.result import Result
 
 MEDIA_TYPES = {
@@ -61,12 +62,11 @@ def export_view(
         if request.format == "toml":
             return toml_text(model, view, file).encode()
         return python_text(model, view, orbit, file, request.readings).encode()
+    result: Result
     if isinstance(view, OrbitRequest):
         found = computing.orbit(view, check)
-        csv = request.format == "csv"
-        return orbit_csv(found).encode() if csv else orbit_table(found).to_netcdf()
-    result: Result
-    if isinstance(view, DiagramRequest):
+        result = SavedOrbit(found.model, found, provenance(0.0))
+    elif isinstance(view, DiagramRequest):
         result = computing.diagram(view, check)
     elif isinstance(view, PlaneRequest):
         result = computing.plane(view, check)

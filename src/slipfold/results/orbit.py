@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from operator import itemgetter
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Annotated, Any
 
 from slipfold.models.model import Model
-from slipfold.models.output import Output
-from slipfold.models.parameter import State
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.results.fields import COMPLEX, Column, Table, axes_of, names
-from slipfold.results.records import SavedTable, provenance
-from slipfold.results.result import described
-from slipfold.results.tables import LabelledTable, frame_of
-
-SCHEMA = "slipfold.orbit/1"
+from slipfold.results.fields import COMPLEX, Column, Part, Table, axes_of
+from slipfold.results.records import Provenance, SavedTable
+from slipfold.results.result import Result
+from slipfold.results.tables import Variable
 
 NODES = Table(
     ("node",),
@@ -28,65 +23,66 @@ MULTIPLIERS = Table(
 )
 
 
-def _motion(model: Model) -> Table:
-    """Table of the quantities that are sampled over a period."""
-    quantities = tuple(
-        Column(item.name, meaning=item.doc or item.name, unit=item.unit, get=itemgetter(item.name))
-        for item in _quantities(model)
-    )
-    time = Column("time", meaning="time", unit="s", get=itemgetter("time"), label=True)
-    return Table(("time",), (*quantities, time), joined=True)
+@dataclass(frozen=True)
+class Orbit(Part):
+    """An orbit as an attribute: its samples over one period, its nodes and its multipliers."""
 
+    def names(self, key: str) -> set[str]:
+        """Return the names of the arrays and dimensions."""
+        return {"time", "node", "nodes", "multipliers"}
 
-def orbit_csv(orbit: PeriodicOrbit) -> str:
-    """Return time, states and outputs over one period, one row an instant."""
-    return frame_of(_motion(orbit.model).variables([_sampled(orbit)], {}), ["time"]).to_csv()
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return time, states and outputs over one period, the nodes and the multipliers."""
+        orbit, axes = getattr(result, key), axes_of(result.model)
+        items = [*result.model.states, *result.model.outputs()]
+        columns = [
+            Column(item.name, meaning=item.doc or item.name, unit=item.unit, get=itemgetter(place))
+            for place, item in enumerate(items)
+        ]
+        time = Column("time", meaning="time", unit="s", get=itemgetter(-1), label=True)
+        seconds, values = orbit._outputs(256 * orbit.period)
+        samples = Table(("time",), (*columns, time), joined=True)
+        return {
+            **samples.variables([[*values.T, seconds]], axes),
+            **NODES.variables([orbit], axes),
+            **MULTIPLIERS.variables([orbit], axes),
+        }
 
+    def attributes(self, result: Any, key: str) -> dict[str, Any]:
+        """Return the period and the parameters."""
+        values = {f"parameter_{name}": value for name, value in result.model.values.items()}
+        return {"period": getattr(result, key).period, **values}
 
-def orbit_table(orbit: PeriodicOrbit) -> LabelledTable:
-    """Return time, states and outputs over one period, the nodes and the multipliers."""
-    model, axes = orbit.model, axes_of(orbit.model)
-    variables = names("state", model.states)
-    variables |= _motion(model).variables([_sampled(orbit)], axes)
-    variables |= NODES.variables([orbit], axes) | MULTIPLIERS.variables([orbit], axes)
-    given = {
-        "period": orbit.period,
-        "residual": orbit.residual,
-        "through_stick": isinstance(orbit, StickSlipOrbit),
-    }
-    attributes = {
-        **described(SCHEMA, f"periodic orbit of {model.name}", model, given, provenance(0.0)),
-        "period": orbit.period,
-        **{f"parameter_{name}": value for name, value in model.values.items()},
-    }
-    return LabelledTable(variables, attributes)
-
-
-class SavedOrbit:
-    """An orbit in a file."""
-
-    @staticmethod
-    def _read(saved: SavedTable) -> PeriodicOrbit:
-        """Make an orbit from the arrays that `orbit_table` made of one."""
-        axes = axes_of(saved.model)
+    def read(self, saved: SavedTable, result: Any, key: str) -> PeriodicOrbit:
+        """Return the orbit."""
+        axes, given = axes_of(saved.model), saved.given
         fields = NODES.read(saved, axes, ...) | MULTIPLIERS.read(saved, axes, ...)
         if not len(fields["nodes"]):
             raise ValueError("there are no nodes")
         fields["nodes"].setflags(write=False)
-        kind = StickSlipOrbit if saved.given.get("through_stick") else PeriodicOrbit
-        return kind(
-            model=saved.model,
-            period=int(saved.given["period"]),
-            residual=float(saved.given["residual"]),
-            **fields,
-        )
+        kind = StickSlipOrbit if given.get("through_stick") else PeriodicOrbit
+        period, residual = int(given["period"]), float(given["residual"])
+        return kind(model=saved.model, period=period, residual=residual, **fields)
 
 
-def _quantities(model: Model) -> list[State | Output]:
-    return [*model.states, *model.outputs()]
+@dataclass(frozen=True, eq=False, repr=False)
+class SavedOrbit(Result):
+    """A periodic orbit, sampled over one period."""
 
+    schema = "slipfold.orbit/1"
+    title = "periodic orbit of {0.model.name}"
+    rows = "time"
 
-def _sampled(orbit: PeriodicOrbit) -> dict[str, NDArray[np.float64]]:
-    time, values = orbit._outputs(256 * orbit.period)
-    quantities = zip(_quantities(orbit.model), values.T, strict=True)
-    return {"time": time, **{item.name: column for item, column in quantities}}
+    model: Model
+    orbit: Annotated[PeriodicOrbit, Orbit()]
+    provenance: Provenance
+
+    @property
+    def _loaded(self) -> PeriodicOrbit:
+        """What `slipfold.load` returns: the orbit itself."""
+        return self.orbit
+
+    def _given(self) -> dict[str, Any]:
+        sticks = isinstance(self.orbit, StickSlipOrbit)
+        given = {"period": self.orbit.period, "residual": self.orbit.residual}
+        return {**given, "through_stick": sticks}

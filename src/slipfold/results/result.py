@@ -113,6 +113,11 @@ class Result(OneLine, ReadOnly, ABC):
         """Return a title, tables of the numbers and remarks as text."""
         return self._text(self._sections())
 
+    @property
+    def _loaded(self) -> Any:
+        """What `slipfold.load` returns of a file that holds the result."""
+        return self
+
     def _text(self, sections: Sequence[PrintedTable | list[str]]) -> str:
         lines = [each.text() if isinstance(each, PrintedTable) else each for each in sections]
         return self.gap.join("\n".join(each) for each in [[self._head()], *lines] if each)
@@ -296,10 +301,14 @@ class Result(OneLine, ReadOnly, ABC):
         return found
 
     def _table(self) -> LabelledTable:
-        """Return everything as labelled arrays."""
+        """Return everything as labelled arrays, with the input and the origin as attributes."""
+        model, structure = self.model, structure_record(self.model)
+        given = {"model": model.name, "parameters": dict(model.values), **scales_record(model)}
+        given |= ({"structure": structure} if structure else {}) | self._given()
+        head = {"schema": self.schema, "title": self._title(), "model": model.name}
         checked = {} if self.checked is None else {"checked": json.dumps(self.checked.to_json())}
-        common = described(self.schema, self._title(), self.model, self._given(), self.provenance)
-        return LabelledTable(self._variables(), {**self._attributes(), **common, **checked})
+        origin = {"input": json.dumps(given), **self.provenance.attributes(), **checked}
+        return LabelledTable(self._variables(), {**self._attributes(), **head, **origin})
 
     @classmethod
     def _read(cls, saved: SavedTable) -> Self:
@@ -359,19 +368,6 @@ def _taken(kind: type[Result]) -> frozenset[str]:
     return STANDARD.union(*(each.names(name) for name, each in parts_of(kind).items()))
 
 
-def described(
-    schema: str, title: str, model: Model, given: Mapping[str, Any], origin: Provenance
-) -> dict[str, Any]:
-    """Return the attributes that all saved results have: schema, title, input and origin."""
-    whole = {"model": model.name, "parameters": dict(model.values), **scales_record(model)}
-    structure = structure_record(model)
-    if structure:
-        whole["structure"] = structure
-    text = json.dumps({**whole, **given})
-    head = {"schema": schema, "title": title, "model": model.name, "input": text}
-    return {**head, **origin.attributes()}
-
-
 KINDS = {
     "attractors": "attractors.Attractors",
     "basin_fractions": "attractors.BasinFractions",
@@ -422,8 +418,8 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Result | Perio
         module, _, name = known[schema].rpartition(".")
         reader = getattr(import_module(f"slipfold.results.{module}"), name)
         try:
-            found: Result | PeriodicOrbit = reader._read(open_table(table, kind))
-            return found
+            found: Result = reader._read(open_table(table, kind))
+            return found._loaded
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         # The numbers are those of the schema, or somebody changed the file.
