@@ -226,17 +226,6 @@ def test_rotation_numbers_of_tori_are_those_of_closed_forms():
     assert rotation_of(noise, np.ones(2), np.zeros(2)) is None
 
 
-def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
-    # That branch is followed as invariant circles from its Neimark-Sacker point, over two periods.
-    found = sf.lyapunov(sf.SlidingOscillator(), 4000, f=12.5, Nd=0.14)
-    diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.2), f=12.5, tori=True)
-    tori = diagram.tori[-1]
-    assert tori.parameter.max() == pytest.approx(0.1664381671, abs=1e-9)
-    known = np.interp(0.14, tori.parameter[::-1], np.abs(tori.rotation[::-1]))
-    assert found.verdict.rotation == pytest.approx(known, abs=2e-4)
-    assert "its rotation number is 0.0954" in found.summary()
-
-
 @pytest.mark.long
 def test_a_torus_near_a_resonance_is_followed_until_it_is_known():
     # After 32,000 periods its exponent is known to 9e-4 only: beats last thousands of periods.

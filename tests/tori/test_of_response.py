@@ -9,6 +9,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
+from helpers.tori import of_the_sliding_oscillator, of_van_der_pol
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.lines import torus_segments
@@ -23,8 +24,8 @@ def model():
 
 
 @pytest.fixture(scope="module")
-def diagram(model):
-    return sf.response(model, vary="w", span=SPAN, tori=True)
+def diagram():
+    return of_van_der_pol()
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +263,7 @@ def test_a_motion_on_no_torus_says_what_it_does():
 def test_motion_is_locked_between_the_folds_of_orbits():
     # A branch of orbits of period 20 that is followed by continuation closes on itself, with folds
     # at 0.145216792900 and 0.145283732788 N; one of period 22 at 0.135606464722 and 0.136221017107.
-    found = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.2), f=12.5, tori=True)
+    found = of_the_sliding_oscillator()
     locked = {str(item.ratio): item for item in found.tori[-1].locked}
     ends = [(locked[ratio].low, locked[ratio].high) for ratio in ("1/10", "1/11")]
     assert np.array(ends) == pytest.approx(
@@ -271,3 +272,13 @@ def test_motion_is_locked_between_the_folds_of_orbits():
     assert "locked from 0.1452167929 to 0.1452837328" in found.summary()
     # Beside a weaker resonance the interval is as narrow as rounding allows to see.
     assert 0 <= locked["1/9"].high - locked["1/9"].low < 1e-6
+
+
+def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
+    # That branch is followed as invariant circles from its Neimark-Sacker point, over two periods.
+    found = sf.lyapunov(sf.SlidingOscillator(), 4000, f=12.5, Nd=0.14)
+    tori = of_the_sliding_oscillator().tori[-1]
+    assert tori.parameter.max() == pytest.approx(0.1664381671, abs=1e-9)
+    known = np.interp(0.14, tori.parameter[::-1], np.abs(tori.rotation[::-1]))
+    assert found.verdict.rotation == pytest.approx(known, abs=2e-4)
+    assert "its rotation number is 0.0954" in found.summary()

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.tori import of_van_der_pol
 from slipfold.flow.flow import flow_of
 
 PERIODS = 2000
@@ -12,8 +13,7 @@ PERIODS = 2000
 
 @pytest.fixture(scope="module")
 def diagram():
-    model = sf.built_in_models()["vanderpol"](a=0.3, e=0.2)
-    return sf.response(model, vary="w", span=(1, 1.1), tori=True)
+    return of_van_der_pol()
 
 
 @pytest.fixture(scope="module")
