@@ -7,7 +7,7 @@ import slipfold as sf
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.tori.circles import resampled, slopes, tail, turned, turning
 from slipfold.tori.follow import follow_tori
-from slipfold.tori.start import born
+from slipfold.tori.start import first_circle
 from slipfold.tori.surface import growth_across, surface_of
 
 TWO_FREQUENCIES = """
@@ -27,13 +27,13 @@ def tori_of(model, vary, span, period=1, which=0, until=None, **settings):
     points = [item.point for item in diagram.special if item.point.type == "NS"]
     point = points[which]
     at = model.replace(**{vary: point.value})
-    start = born(at, vary, abs(span[1] - span[0]), point.orbit.state, period)
+    start = first_circle(at, vary, abs(span[1] - span[0]), point.orbit.state, period)
     return point, follow_tori(start, until or span, Stepping(steps=Steps(**settings)))
 
 
 def last_of(tori):
     """Return the last circle's model, states and rotation number, and its point."""
-    point = tori.trail.points[-1]
+    point = tori.traced.points[-1]
     circles = point.curve
     model = circles.model.replace(**{circles.vary: circles.value(point.z)})
     return model, circles.states(point.z), circles.rotation(point.z), point
@@ -65,7 +65,7 @@ def test_a_torus_in_closed_form():
     model = sf.System.from_toml(TWO_FREQUENCIES)
     point, tori = tori_of(model, "a", (-0.5, 1.0))
     assert point.value == pytest.approx(0, abs=1e-9)
-    assert tori.trail.end.kind == "span"
+    assert tori.traced.end.kind == "span"
     at, circle, rotation, last = last_of(tori)
     assert at.values["a"] == 1
     # A circle of radius sqrt(a), turned by w T.
@@ -94,7 +94,7 @@ def test_the_torus_of_the_sliding_oscillator():
     born_with = np.abs(np.angle(point.multipliers[0])) / (2 * np.pi)
     assert born_with == pytest.approx(0.113152036028, abs=1e-9)
     # The circles come to that as they shrink: by 6e-4, 3e-3 and 4e-3 they turn less.
-    found = [(item.curve.value(item.z), item.z[-2]) for item in tori.trail.points[:3]]
+    found = [(item.curve.value(item.z), item.z[-2]) for item in tori.traced.points[:3]]
     values, turns = np.array(found).T
     assert np.polyfit(values - point.value, turns, 2)[-1] == pytest.approx(born_with, abs=3e-6)
     at, circle, rotation, last = last_of(tori)

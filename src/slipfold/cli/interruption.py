@@ -24,7 +24,7 @@ KEEPING = frozenset(
         "slipfold.continuation.curve_set.CurveSet.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.integrate",
-        "slipfold.loci.bifurcation_set.found_until_interrupted",
+        "slipfold.loci.bifurcation_set.until_interrupted",
         "slipfold.loci.make_locus.describe_in_turn",
         "slipfold.loci.regions.map_regions",
         "slipfold.long_term.exponents.follow_exponents",

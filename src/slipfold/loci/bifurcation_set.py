@@ -12,9 +12,14 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.modes import contacts_of
-from slipfold.loci.fan import FanLine, Touches, follow_fan, follow_settled
+from slipfold.loci.fan import FanLine, GrazingEnds, follow_fan, follow_settled
 from slipfold.loci.follow import follow_found
-from slipfold.loci.into_stick import follow_sticking, found_in_stick, unfinished, without_copies
+from slipfold.loci.into_stick import (
+    follow_sticking,
+    points_in_stick,
+    unfinished,
+    without_duplicates,
+)
 from slipfold.loci.isolated import follow_isolated
 from slipfold.loci.locus import Locus
 from slipfold.loci.region_map import RegionMap
@@ -91,7 +96,7 @@ class _Search:
 
     def __init__(self, plane: Plane, types: Sequence[str], periods: Sequence[int]) -> None:
         self._plane, self._types, self._periods = plane, types, periods
-        self._touches = Touches(plane)
+        self._grazing = GrazingEnds(plane)
         self._remarks: list[str] = []
         self.lines: list[FanLine] = []
         self.interrupted = False
@@ -101,7 +106,7 @@ class _Search:
         plane, stops = self._plane, list[KeyboardInterrupt]()
         points = (
             point
-            for point in found_until_interrupted(self._points(), stops)
+            for point in until_interrupted(self._points(), stops)
             if point.type in self._types
             and point.period in self._periods
             and plane.contains([point.model.values[name] for name in plane.names])
@@ -117,29 +122,29 @@ class _Search:
             self._remarks,
             through_stick=True,
         )
-        loci = without_copies(loci, plane.window)
+        loci = without_duplicates(loci, plane.window)
         stopped = [*(line.interrupted for line in self.lines), *(each.interrupted for each in loci)]
         self.interrupted = bool(stops) or any(stopped)
         return loci
 
     def _points(self) -> Iterator[SpecialPoint]:
-        """Yield the special points of responses, and the touches beside their ends."""
+        """Yield the special points of responses, and the grazing points near their ends."""
         plane, lines = self._plane, self.lines
         for line in self._across():
             lines.append(line)
             if line.interrupted:
                 return
             yield from self._on(line.branches)
-        others = follow_isolated(plane, lines, everywhere=bool(self._touches.of))
+        others = follow_isolated(plane, lines, everywhere=bool(self._grazing.points))
         for branch in others if plane.model.forced else ():
             yield from self._on([branch])
         for branch in follow_sticking(plane, lines):
-            yield from found_in_stick(branch)
+            yield from points_in_stick(branch)
 
     def _on(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
         yield from (point for branch in branches for point in branch.special)
         if any(kind in self._types for kind in MET):
-            yield from self._touches.beside(branches)
+            yield from self._grazing.near(branches)
 
     def _across(self) -> Iterator[FanLine]:
         """Follow responses across the window, one after the other."""
@@ -153,7 +158,7 @@ class _Search:
             middle = np.mean(self._plane.window, axis=1)
             text = f"between {len(loci)} loci"
             self._plane.report("regions", 0, None, middle, text, loci=loci)
-            return map_regions(self._plane, loci, self.lines, self._touches.of)
+            return map_regions(self._plane, loci, self.lines, self._grazing.points)
         except KeyboardInterrupt:
             self.interrupted = True
             return None
@@ -165,10 +170,10 @@ class _Search:
         return tuple(dict.fromkeys([*self._remarks, *failures, *ends]))
 
 
-def found_until_interrupted(
+def until_interrupted(
     points: Iterator[SpecialPoint], stops: list[KeyboardInterrupt]
 ) -> Iterator[SpecialPoint]:
-    """Yield points as they are found, until whoever watches stops the search; note if so."""
+    """Yield points until the observer stops the search, and note whether it did."""
     try:
         yield from points
     except KeyboardInterrupt as stop:

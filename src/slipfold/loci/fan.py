@@ -35,36 +35,36 @@ from slipfold.progress import Observer, Progress
 BranchEnd = tuple[Branch, int]
 """A branch with its first row, 0, or its last, -1."""
 
-BESIDE = 0.05
-"""Distance in scaled variables within which the touch lies: slip ends at 1e-4 of its size, and
-where slip falls steeply towards a touch the way to it goes as the root of that."""
+MAX_DISTANCE = 0.05
+"""Distance in scaled variables within which the grazing point lies. A branch in slip ends at 1e-4
+of its size; where slip falls steeply the distance goes as the root of that."""
 
-SAME = 1e-4
+SAME_HALVES = 1e-4
 """Difference of an orbit's halves, in scaled states, below which they are one."""
 
 
-class Touches:
-    """The touches beside whose orbits responses of a set end; each is looked for once."""
+class GrazingEnds:
+    """The grazing points near which responses of a set end; each is searched for once."""
 
     def __init__(self, plane: Plane) -> None:
         self._plane = plane
-        self.of = dict[BranchEnd, SpecialPoint]()
+        self.points = dict[BranchEnd, SpecialPoint]()
 
-    def beside(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
-        """Yield the touches beside the ends of some branches."""
+    def near(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
+        """Yield the grazing points near the ends of branches."""
         ends = [(branch, row) for branch in branches for row in (0, -1)]
         for branch, row in ends:
-            if ends_in_stick(branch, row) and not is_dear(branch):
-                touch = _beside(branch, row, self._plane)
-                if touch is not None:
-                    self.of[branch, row] = touch
-                    yield touch
+            if ends_in_stick(branch, row) and not is_expensive(branch):
+                grazing = _grazing_near(branch, row, self._plane)
+                if grazing is not None:
+                    self.points[branch, row] = grazing
+                    yield grazing
 
 
-def is_dear(branch: Branch) -> bool:
-    """Whether the locus is too dear: of doubled orbits in the plane other slip soon is slow, too.
+def is_expensive(branch: Branch) -> bool:
+    """Whether the locus takes too long: ten seconds a point for doubled orbits in the plane.
 
-    Equations are stiff there, and a point takes ten seconds.
+    Other slip soon is slow there as well, and equations are stiff.
     """
     return slips_in_planes(branch.model) and branch.period > 1
 
@@ -97,13 +97,13 @@ def _margins(branch: Branch, row: int) -> Array:
     return limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
 
 
-def _beside(branch: Branch, row: int, plane: Plane) -> SpecialPoint | None:
-    """Return the touch just beyond the end of a branch in slip, None if Newton finds none.
+def _grazing_near(branch: Branch, row: int, plane: Plane) -> SpecialPoint | None:
+    """Return the grazing point just beyond the end of a branch in slip, None if Newton finds none.
 
     It lies at the same value of the parameter that the branch does not follow.
     """
     last = branch.orbit(row)
-    # A small window does not make the way to the touch long.
+    # A small window does not make the way to it long.
     widths = {
         name: max(high - low, abs(last.model.values[name]))
         for name, (low, high) in zip(plane.names, plane.window, strict=True)
@@ -116,26 +116,26 @@ def _beside(branch: Branch, row: int, plane: Plane) -> SpecialPoint | None:
     near = [item for item in found if item is not None]
     if not near:
         return None
-    kind, curve, touched = min(near, key=lambda item: item[2].distance)
-    return _as_point(branch, row, kind, curve, touched)
+    kind, curve, grazed = min(near, key=lambda item: item[2].distance)
+    return _as_point(branch, row, kind, curve, grazed)
 
 
 def _corrected(
     orbits: Orbits, z: Array, fixed: Array, kind: str
 ) -> tuple[str, LocusEquations, Correction] | None:
-    """Return a touch, None where none is near."""
+    """Return a grazing point, None where none is near."""
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     try:
-        touching = GrazingShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
-        if touching is None:
+        grazing = GrazingShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
+        if grazing is None:
             return None
-        curve = LocusEquations(orbits.described_by(touching), kind)
+        curve = LocusEquations(orbits.described_by(grazing), kind)
         guess = curve.orbits.adopt(orbits, z)
-        correction = correct(curve, guess, fixed, reach=BESIDE)
+        correction = correct(curve, guess, fixed, reach=MAX_DISTANCE)
     except BREAKDOWNS:
         return None
-    if not correction.converged or correction.distance > BESIDE:
+    if not correction.converged or correction.distance > MAX_DISTANCE:
         return None
     if _repeats(curve.orbits, correction.z):
         return None
@@ -148,13 +148,13 @@ def _repeats(orbits: Orbits, z: Array) -> bool:
         return False
     nodes, whole = orbits.evenly(z), orbits.model.whole_turns
     halves = without_turns(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
-    return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME
+    return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME_HALVES
 
 
 def _as_point(
     branch: Branch, row: int, kind: str, curve: LocusEquations, correction: Correction
 ) -> SpecialPoint:
-    """Return a touch as what a locus starts from, at the arclength of the end beside it."""
+    """Return a grazing point as what a locus starts from, at the arclength of the end near it."""
     point = curve.point(correction, float(branch.arclength[row]))
     orbits, model = curve.orbits, curve.orbits.model_at(point.z)
     multipliers = orbits.multipliers(point)
@@ -183,8 +183,8 @@ BEYOND_QUIET = 4.0
 branch back below itself."""
 
 
-SHARES = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
-"""Places in the window, in its widths, where motions may settle on another equilibrium."""
+FRACTIONS = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
+"""Places in the window, in its widths, where trajectories may settle on another equilibrium."""
 
 SAME_REST = 1e-6
 """Distance of equilibria, in sizes of the states, that are one."""
@@ -282,8 +282,8 @@ def follow_settled(plane: Plane) -> Iterator[FanLine]:
     Where they branched off outside the window, no line across the window leads to them.
     """
     known = [plane.model.start]
-    for shares in SHARES:
-        place = np.array(plane.window)[:, 0] + shares * plane.size
+    for fractions in FRACTIONS:
+        place = np.array(plane.window)[:, 0] + fractions * plane.size
         there = plane.at(place)
         text = "a motion that may settle on another equilibrium"
         plane.report("responses", 0, None, place, text)

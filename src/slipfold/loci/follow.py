@@ -361,7 +361,7 @@ class _Loci(CurveSet[OrbitPoint]):
         return None
 
     def _place_end(self, followed: FollowedCurve[OrbitPoint], start: Start[OrbitPoint]) -> None:
-        """Give a locus that ends on its parent the exact values of where it does."""
+        """Set the exact end of a locus that ends on its parent."""
         traced, z = followed.traced, start.points[0].z
         place = start.curve.place(z)
         if not traced.reached:
@@ -375,7 +375,7 @@ class _Loci(CurveSet[OrbitPoint]):
     def tell_described(
         self, followed: FollowedCurve[OrbitPoint], point: OrbitPoint, done: int
     ) -> None:
-        """Say which normal form is computed next; whoever interrupted is not asked again."""
+        """Report which normal form is computed next, unless interrupted."""
         if self._observer is None or self.interrupted:
             return
         total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)

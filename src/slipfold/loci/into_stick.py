@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.simulate import simulate_smooth_or_switched
 from slipfold.flow.trajectory import last_round
-from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_dear, slips_in_planes
+from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_expensive, slips_in_planes
 from slipfold.loci.isolated import ONE_ORBIT
 from slipfold.loci.locus import Locus, locus_curve
 from slipfold.loci.region_map import Region, RegionCheck
@@ -29,8 +29,8 @@ SAME = 1e-6
 """Distance of ends, in widths of the window, that are one."""
 
 
-def without_copies(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
-    """Return loci without those touches that coincide in the plane with one before."""
+def without_duplicates(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
+    """Return loci without those of grazing that coincide in the plane with one before."""
     kept, numbers = list[Locus](), dict[int, int]()
     for locus in loci:
         twin = next((other for other in kept if _coincide(other, locus, window)), None)
@@ -39,11 +39,11 @@ def without_copies(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
             numbers[locus.id] = len(kept)
         else:
             numbers[locus.id] = numbers[twin.id]
-    return tuple(loci) if len(kept) == len(loci) else tuple(_told(item, numbers) for item in kept)
+    return tuple(_renumbered(item, numbers) for item in kept)
 
 
 def _coincide(one: Locus, other: Locus, window: Window) -> bool:
-    """Whether two loci of touches have both ends in common."""
+    """Whether two loci of grazing have both ends in common."""
     if one.type not in MET or (one.type, one.period) != (other.type, other.period):
         return False
     low, high = np.transpose(window)
@@ -53,7 +53,7 @@ def _coincide(one: Locus, other: Locus, window: Window) -> bool:
     return any(float(np.abs(places[0] - way).max()) < SAME for way in ways)
 
 
-def _told(locus: Locus, numbers: dict[int, int]) -> Locus:
+def _renumbered(locus: Locus, numbers: dict[int, int]) -> Locus:
     """Return a locus that names itself and others by their new numbers."""
     special = tuple(
         replace(point, leads_to=tuple(numbers[number] for number in point.leads_to))
@@ -68,7 +68,7 @@ WHOLE = ("span", "closed")
 
 
 NONE_STUCK = 1e-5
-"""Share of the time below which nothing sticks yet: at a touch a contact comes to rest at once."""
+"""Fraction of the time below which nothing sticks yet: a grazing contact rests for an instant."""
 
 ON = 0.01
 """Distance from a locus, in widths of the window, within which a response ends on it."""
@@ -104,10 +104,10 @@ def _comes_to_stick(line: FanLine) -> bool:
     return not line.branches or any(ends)
 
 
-def found_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
+def points_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
     """Yield the special points of a branch where it has come to stick, or to turn.
 
-    Of touches only those at which a response begins to stick at all, or turns back: others change
+    Grazing points count only where a response begins to stick at all, or turns back: others change
     nothing that labels of regions say.
     """
     for point in branch.special:
@@ -115,7 +115,7 @@ def found_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
             continue
         if point.type in MET:
             begins = point.stuck_fraction < NONE_STUCK or _turns_back(branch, point)
-            if is_dear(branch) or not begins:
+            if is_expensive(branch) or not begins:
                 continue
         yield point
 
@@ -130,7 +130,7 @@ def _turns_back(branch: Branch, point: SpecialPoint) -> bool:
 def changes_in_stick(line: FanLine) -> Iterator[float]:
     """Yield where stable responses through stick begin, end or lose their stability."""
     for branch in line.sticking:
-        for point in found_in_stick(branch):
+        for point in points_in_stick(branch):
             others = np.delete(point.multipliers, critical_places(point.type, point.multipliers))
             changes = point.type in CRITICAL or _turns_back(branch, point)
             if changes and (np.abs(others) <= 1).all():
@@ -164,8 +164,8 @@ def _lies_on_one(place: Array, loci: Sequence[Locus], size: Array) -> bool:
     return False
 
 
-def stable_beside(line: FanLine, value: float) -> Iterator[Array]:
-    """Yield a state of each stretch of stable orbits beside a value, from which motions settle.
+def stable_states_near(line: FanLine, value: float) -> Iterator[Array]:
+    """Yield a state of each stable segment near a value, from which trajectories settle.
 
     Shapes: (n_states,).
     """
@@ -194,7 +194,7 @@ PLACES = 3
 
 
 class Settled(NamedTuple):
-    """What a motion has come to."""
+    """The attractor of a trajectory."""
 
     period: int  # in forcing periods; 0 if it does not repeat itself, or has ended
     states: Array  # at the last strobes, the latest last, shape (period or 1, n)
@@ -219,7 +219,7 @@ class Settled(NamedTuple):
 
 
 def settle(model: Model, state: Array) -> Settled:
-    """Return what a motion from a state comes to. Shapes: state (n,)."""
+    """Return what a trajectory from a state settles on. Shapes: state (n,)."""
     before = 0
     for count in ROUNDS:
         motion = simulate_smooth_or_switched(model, count, state, tolerance=SETTLED)
@@ -273,7 +273,7 @@ def _settle_from(model: Model, state: Array) -> Settled:
 
 
 def _add(model: Model, found: Settled, known: list[Settled]) -> None:
-    """Add what a motion came to unless it is known, or none that labels speak of."""
+    """Add an attractor unless it is known or of a period that labels leave out."""
     if not found.counts:
         return
     scales, whole = model.state_scales(), model.whole_turns
@@ -316,7 +316,7 @@ def add_sticking(
 def sticking_checks(
     plane: Plane, region: Region, responses: Sequence[Settled]
 ) -> tuple[RegionCheck, ...]:
-    """Let motions settle well inside a region, from rest and from its responses that stick."""
+    """Let trajectories settle well inside a region, from rest and from its responses that stick."""
     at = plane.at(region.place)
     rest = settle(at, at.start)
     known = region.sticking if rest.stops else region.slipping

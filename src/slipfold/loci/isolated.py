@@ -1,4 +1,4 @@
-"""Responses that no branch leads to, and the spans in which one is stable."""
+"""Responses that no branch reaches, and the spans in which one is stable."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ ONE_ORBIT = 1e-4
 
 @dataclass(frozen=True)
 class StableSpan:
-    """A stretch of a branch between two bifurcations on which it is stable."""
+    """A segment of a branch between two bifurcations on which it is stable."""
 
     # Least and largest value of the parameter
     low: float
     high: float
-    rows: tuple[int, int]  # first row of the branch on the stretch, and the one after the last
+    rows: tuple[int, int]  # first row of the branch on the segment, and the one after the last
 
 
 def stable_spans(branch: Branch) -> list[StableSpan]:
-    """Return the stable stretches of a branch; between bifurcations its parameter is monotonic."""
+    """Return the stable segments of a branch; between bifurcations its parameter is monotonic."""
     if not len(branch):
         return []
     marks = [p.value for p in branch.special if p.type in BIFURCATIONS]
@@ -125,21 +125,21 @@ PERIODS = (1, 2)
 """Periods of the orbits that are looked for."""
 
 CALL = 8
-"""Forcing periods integrated at a time: a motion that would need thousands of steps is given up."""
+"""Forcing periods integrated at a time: a trajectory that needs thousands of steps is given up."""
 
 ROUNDS = (64, 128, 256)
 """Forcing periods after which it is looked, one after the other, what has nearly settled."""
 
 NEARLY = 0.03
-"""A motion that moves by less in a period of its own, in scaled states, has an orbit nearby, which
-Newton's method finds."""
+"""A trajectory that moves by less in a period of its own, in scaled states, has an orbit nearby:
+Newton's method finds it."""
 
 NEAR = 10.0
 """Distance from it, in such movements, within which an orbit that is known is the one."""
 
 
 class Starts:
-    """States evenly spread over twice what orbits cover, the same in every run."""
+    """States evenly spread over twice the range of the orbits, the same in every run."""
 
     def __init__(self, model: Model, branches: Sequence[Branch]) -> None:
         scales, start = model.state_scales(), model.start
@@ -200,13 +200,13 @@ def other_orbits(
     states: Array,
     periods: tuple[int, ...] = PERIODS,
 ) -> Iterator[PeriodicOrbit]:
-    """Return the stable orbits of some periods that motions settle on and that are not known.
+    """Return the stable orbits of some periods that trajectories settle on and that are not known.
 
     Shapes: known (m, n); states (k, n).
     """
     found = {period: list(known.get(period, ())) for period in PERIODS}
     for count in ROUNDS:
-        states = _carried(model, states, count)
+        states = _advanced(model, states, count)
         gaps = np.min([_moved(model, states, period) for period in PERIODS], axis=0)
         nearly = gaps < NEARLY
         settled = np.array([
@@ -237,7 +237,7 @@ def other_orbits(
 
 def _moved(model: Model, states: Array, periods: int) -> Array:
     """Return by how much states move in some forcing periods, in scaled states, shape (k,)."""
-    change = without_turns(_carried(model, states, periods) - states, model.whole_turns)
+    change = without_turns(_advanced(model, states, periods) - states, model.whole_turns)
     return np.asarray(np.abs(change / model.state_scales()).max(axis=1))
 
 
@@ -261,8 +261,8 @@ def _orbit_from(model: Model, period: int, state: Array) -> PeriodicOrbit | None
     return orbit if orbit.stable and not isinstance(orbit, StickSlipOrbit) else None
 
 
-def _carried(model: Model, states: Array, periods: int) -> Array:
-    """Return states some forcing periods later, NaN where a motion does not get on."""
+def _advanced(model: Model, states: Array, periods: int) -> Array:
+    """Return states some forcing periods later, NaN where a trajectory fails."""
     flow = flow_of(model)
     constants = flow.constants_of(model)
     for first in range(0, periods, CALL):

@@ -76,7 +76,7 @@ class LocusPoint(OneLine, ReadOnly):
         Their values.
     uncertainty
         Computed uncertainty of both: how much they move when the orbit and its derivatives are
-        integrated anew with other steps (same units). Infinite where nothing is known, NaN where
+        integrated again with other steps (same units). Infinite where nothing is known, NaN where
         the computation was interrupted before.
     period
         Period in forcing periods.

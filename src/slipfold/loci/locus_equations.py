@@ -30,7 +30,7 @@ POLE = 1e-9
 
 
 class LocusEquations(Critical):
-    """A locus of bifurcations or touches in two parameters: its equations and test functions."""
+    """A locus of bifurcations or of grazing in two parameters: its equations and test functions."""
 
     odd = ("first", "second")
 
@@ -110,7 +110,7 @@ class LocusEquations(Critical):
         }
 
     def landed(self, point: OrbitPoint) -> Array:
-        """Return the unknown of a point; of a touch that keeps some slip, where it keeps none.
+        """Return the unknown of a point; of grazing that keeps some slip, where it keeps none.
 
         There is no direction of slip at none at all, but everything goes with its least value.
         """

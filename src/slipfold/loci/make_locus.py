@@ -1,4 +1,4 @@
-"""Loci as data from what was followed, with their points of codimension two described."""
+"""Loci as data from traced curves, with their points of codimension two described."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _coefficients(curve: LocusEquations, point: OrbitPoint, kind: str) -> dict[s
 
 
 def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
-    """How far the point moves when orbit and derivatives are integrated anew with other steps."""
+    """How far the point moves when orbit and derivatives are integrated again with other steps."""
     point = found.point
     if found.type in TWO_PAIRS:  # the equations may mean either pair: neither may be parallel
         first, second = curve.pair_tangents(point.z)
@@ -146,7 +146,7 @@ def as_loci(
 def describe_in_turn(
     curves: Sequence[FollowedCurve[OrbitPoint]], tell: Tell
 ) -> dict[FollowedCurve[OrbitPoint], Described]:
-    """Compute the normal forms along loci in their order, until whoever watches stops it."""
+    """Compute the normal forms along loci in their order, until the observer stops it."""
     known: dict[FollowedCurve[OrbitPoint], Described] = {}
     done = 0
     try:

@@ -1,4 +1,4 @@
-"""What responses say of each cell of the window, and whether simulation agrees."""
+"""Votes of responses on each cell of the window, and checks by simulation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.loci.fan import FanLine
-from slipfold.loci.into_stick import stable_beside
+from slipfold.loci.into_stick import stable_states_near
 from slipfold.loci.isolated import is_among, other_orbits, stable_orbits
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.window import Plane, Window
@@ -72,7 +72,7 @@ class Raster:
 
 
 def where_models_exist(plane: Plane, raster: Raster) -> NDArray[np.bool_]:
-    """Tell the cells at whose centre the parameters contradict each other from the others.
+    """Return whether the parameters at the centre of each cell define a model.
 
     Returns shape (CELLS, CELLS).
     """
@@ -132,7 +132,7 @@ def collect_votes(
     clear: NDArray[np.bool_],
     lines: Sequence[FanLine],
 ) -> Iterator[Vote]:
-    """Ask every response what it says of the pieces it crosses."""
+    """Yield the vote of every response on the pieces it crosses."""
     for line in lines:
         if not (line.branches or line.sticking):
             continue
@@ -144,7 +144,7 @@ def collect_votes(
         for run in _runs(np.where(sure, crossed, 0)):
             value = float(values[run[len(run) // 2]])
             place = plane.place(line.vary, value, line.value)
-            sticking = tuple(stable_beside(line, value))
+            sticking = tuple(stable_states_near(line, value))
             found = stable_orbits(line.branches, value)
             yield Vote(int(crossed[run[0]]), place, found, sticking)
 
@@ -168,12 +168,12 @@ def agree(plane: Plane, votes: Sequence[Vote]) -> bool:
         for vote in votes:
             if vote.count(period) == wanted:
                 continue
-            if len(carried_orbits(plane, votes, vote.place, period)) != wanted:
+            if len(orbits_continued_to(plane, votes, vote.place, period)) != wanted:
                 return False
     return True
 
 
-def carried_orbits(
+def orbits_continued_to(
     plane: Plane, votes: Sequence[Vote], place: tuple[float, float], period: int
 ) -> list[Array]:
     """Return the stable orbits of a period at a place, carried there from the nearest votes.
@@ -193,7 +193,7 @@ def carried_orbits(
         names = [plane.names[i] for i in order]
         begin, end = np.array(seed.place)[order], np.array(place)[order]
         for start in seed.nodes.get(period, ()):
-            nodes = _carried(plane.model, names, start, begin, end, size[order], period)
+            nodes = _continued(plane.model, names, start, begin, end, size[order], period)
             if nodes is not None and not is_among(plane.model, nodes, period, found):
                 found.append(nodes)
         best = max(best, found, key=len)
@@ -202,7 +202,7 @@ def carried_orbits(
     return best
 
 
-def _carried(
+def _continued(
     model: Model,
     names: Sequence[str],
     nodes: Array,
@@ -211,7 +211,7 @@ def _carried(
     size: Array,
     period: int,
 ) -> Array | None:
-    """Follow a stable orbit on the straight way from one place to another, the second named most.
+    """Continue a stable orbit along the straight line between two places.
 
     Shapes: nodes (m, n_states); begin, end, size (2,); returns (m, n_states).
     """
@@ -233,14 +233,14 @@ def _carried(
 
 
 FORCING_PERIODS = 3000
-"""Forcing periods a motion is given: the slowest decay of the base case, 0.96 a period, needs a
+"""Forcing periods of a check: the slowest decay of the base case, 0.96 a period, needs a
 thousand near a boundary."""
 
 SETTLED = 1e-7
 """Distance from a periodic response that counts as settled, in scaled states."""
 
-NUDGE = 1e-4
-"""Distance from a stable orbit at which a motion starts, in scaled states."""
+PERTURBATION = 1e-4
+"""Distance from a stable orbit at which a trajectory starts, in scaled states."""
 
 
 def check_region(
@@ -287,7 +287,7 @@ def _judged(motion: Trajectory, region: Region) -> RegionCheck:
 
 
 def _beside(model: Model, state: Array) -> Array:
-    return np.asarray(state + NUDGE * model.state_scales() / np.sqrt(len(state)))
+    return np.asarray(state + PERTURBATION * model.state_scales() / np.sqrt(len(state)))
 
 
 def _from_orbit(model: Model, region: Region, period: int, state: Array) -> RegionCheck:

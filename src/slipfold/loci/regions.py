@@ -23,9 +23,9 @@ from slipfold.loci.region_votes import (
     Raster,
     Vote,
     agree,
-    carried_orbits,
     check_region,
     collect_votes,
+    orbits_continued_to,
     where_models_exist,
 )
 from slipfold.loci.window import Plane
@@ -34,7 +34,7 @@ from slipfold.orbits.test_functions import critical_places
 
 Labels = NDArray[np.int64]
 
-NONE_TOUCH: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})
+NO_GRAZING: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})
 
 SMALLEST = 2e-4
 """Share of the window below which a piece is not a region of its own but belongs to what lies
@@ -47,8 +47,8 @@ CLEARANCE = 2.5
 """Distance from a boundary, in cells, at which a response says what region it is in."""
 
 SHORT_OF_STICK = 0.05
-"""Way from where a locus in slip ends, at a hundredth of the speed, to the touch beside it, as a
-share of the window."""
+"""Distance from where a locus in slip ends, at a hundredth of the speed, to the grazing point near
+it, as a fraction of the window."""
 
 ENDING = ("limit", "span")
 """Kinds of ends that limits of the model are joined to."""
@@ -62,28 +62,28 @@ def map_regions(
     plane: Plane,
     loci: Sequence[Locus],
     lines: Sequence[FanLine],
-    touching: Mapping[BranchEnd, SpecialPoint] = NONE_TOUCH,
+    grazing: Mapping[BranchEnd, SpecialPoint] = NO_GRAZING,
 ) -> RegionMap:
     """Label the regions between loci by the stable responses of period 1 and 2 in them.
 
-    A boundary is a stretch of a locus on which no other multiplier is outside the unit circle, or
-    a place where a stable branch ends at a limit of the model, unless it is touching beside: that
-    is a locus. Inside a region nothing changes, so every response that crosses it says the same:
-    where two disagree, or one has a pitchfork inside whose locus is not known, the region is
-    marked. Where responses stick, motions say which do.
+    A boundary is a segment of a locus on which no other multiplier is outside the unit circle, or
+    the end of a stable branch at a limit of the model, unless a grazing point is near: that lies on
+    a locus. Inside a region nothing changes, so all responses that cross it agree. Where two
+    disagree, or one has a pitchfork inside whose locus is not known, the region is marked. Where
+    responses stick, trajectories decide which do.
     """
     from scipy import ndimage  # a tenth of a second to import
 
     raster = Raster(plane.window)
     boundary = np.zeros((CELLS, CELLS), dtype=bool)
-    for values in _boundaries(plane, loci, lines, touching):
+    for values in _boundaries(plane, loci, lines, grazing):
         raster.draw(boundary, values)
     exists = where_models_exist(plane, raster)
     pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
     pieces = _without_slivers(pieces)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
     clear = ndimage.distance_transform_edt(~boundary) > CLEARANCE
-    bands = list(_short_of_touches(plane, lines, touching))
+    bands = list(_short_of_grazing(plane, lines, grazing))
     votes = [
         vote
         for vote in collect_votes(plane, raster, pieces, clear, lines)
@@ -101,7 +101,7 @@ def map_regions(
     if regions:
         labels = np.where(exists, labels[tuple(nearest)], 0)
     may_stick = (
-        bool(touching)
+        bool(grazing)
         or any(line.sticking for line in lines)
         or any(locus.type in MET for locus in loci)
     )
@@ -112,7 +112,7 @@ def map_regions(
             plane.report("regions", len(checked), len(regions), region.place, region.name)
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
             orbits = {
-                period: carried_orbits(plane, piece, region.place, period)
+                period: orbits_continued_to(plane, piece, region.place, period)
                 for period in set(region.stable)
             }
             states = starts.number(PLACES * len(lines) + region.id)
@@ -131,7 +131,7 @@ def map_regions(
 
 
 def _boundaries(
-    plane: Plane, loci: Sequence[Locus], lines: Sequence[FanLine], touching: Collection[BranchEnd]
+    plane: Plane, loci: Sequence[Locus], lines: Sequence[FanLine], grazing: Collection[BranchEnd]
 ) -> Iterator[Array]:
     """Polylines on which stable responses begin or end."""
     for locus in loci:
@@ -140,12 +140,12 @@ def _boundaries(
         for i in range(len(locus) - 1):
             if not (outside[i] and outside[i + 1]):
                 yield curve.between(i)
-    yield from _gaps_beside_stick(plane, loci, lines, touching)
-    yield from _limit_lines(plane, lines, touching)
+    yield from _gaps_near_stick(plane, loci, lines, grazing)
+    yield from _limit_lines(plane, lines, grazing)
 
 
-def _short_of_touches(
-    plane: Plane, lines: Sequence[FanLine], touching: Mapping[BranchEnd, SpecialPoint]
+def _short_of_grazing(
+    plane: Plane, lines: Sequence[FanLine], grazing: Mapping[BranchEnd, SpecialPoint]
 ) -> Iterator[Array]:
     """Yield the ends of stretches of lines in which a response still slips, too slowly to follow.
 
@@ -154,21 +154,22 @@ def _short_of_touches(
     for line in lines:
         for branch in line.branches:
             for row in (0, -1):
-                touch = touching.get((branch, row))
-                if touch is None:
+                point = grazing.get((branch, row))
+                if point is None:
                     continue
                 ends = np.full((2, 2), line.value)
-                ends[:, plane.names.index(line.vary)] = sorted((branch.parameter[row], touch.value))
+                along = sorted((branch.parameter[row], point.value))
+                ends[:, plane.names.index(line.vary)] = along
                 yield ends
 
 
-def _gaps_beside_stick(
-    plane: Plane, loci: Sequence[Locus], lines: Sequence[FanLine], touching: Collection[BranchEnd]
+def _gaps_near_stick(
+    plane: Plane, loci: Sequence[Locus], lines: Sequence[FanLine], grazing: Collection[BranchEnd]
 ) -> Iterator[Array]:
     """Join loci in slip, which end short of stick, to where responses beside them come to it."""
     if not any(locus.type in MET for locus in loci):
         return
-    touches = [
+    grazings = [
         locus_curve(locus).between(i)
         for locus in loci
         for i in range(len(locus) - 1)
@@ -177,10 +178,10 @@ def _gaps_beside_stick(
     doubled = [
         plane.place(line.vary, end.value, line.value)
         for line in lines
-        for end in _ends(line, touching)
+        for end in _ends(line, grazing)
         if end.period > 1 and end.reason
     ]
-    near = (np.concatenate([np.empty((0, 2)), *touches]), SHORT_OF_STICK)
+    near = (np.concatenate([np.empty((0, 2)), *grazings]), SHORT_OF_STICK)
     jumps = (np.reshape(doubled, (-1, 2)), LIMIT_JUMP)
     for locus in loci:
         for end in (locus.begun, locus.stopped):
@@ -199,13 +200,13 @@ def _others_outside(locus: Locus, index: int) -> bool:
 
 
 def _limit_lines(
-    plane: Plane, lines: Sequence[FanLine], touching: Collection[BranchEnd]
+    plane: Plane, lines: Sequence[FanLine], grazing: Collection[BranchEnd]
 ) -> Iterator[Array]:
     """Join the ends of stable branches at a limit of the model from one line to the next."""
     for axis in (0, 1):
         along = [line for line in lines if line.fixed == plane.names[axis]]
         for a, b in pairwise(along):
-            left, right = _ends(a, touching), _ends(b, touching)
+            left, right = _ends(a, grazing), _ends(b, grazing)
             for one, other in _joined(left, right, LIMIT_JUMP * plane.size[1 - axis]):
                 ends = np.array([[a.value, one], [b.value, other]])
                 yield ends if axis == 0 else ends[:, ::-1]
@@ -226,7 +227,7 @@ class _End(NamedTuple):
         return self.period == other.period and same and bool(beside)
 
 
-def _ends(line: FanLine, touching: Collection[BranchEnd]) -> list[_End]:
+def _ends(line: FanLine, grazing: Collection[BranchEnd]) -> list[_End]:
     """Where branches end; where they begin at a limit they were followed both ways."""
     return [
         _End(
@@ -238,7 +239,7 @@ def _ends(line: FanLine, touching: Collection[BranchEnd]) -> list[_End]:
         for branch in line.branches
         if len(branch)
         for row, end, kinds in ((0, branch.begun, ("limit",)), (-1, branch.stopped, ENDING))
-        if end.kind in kinds and (branch, row) not in touching
+        if end.kind in kinds and (branch, row) not in grazing
     ]
 
 

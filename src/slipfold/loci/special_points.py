@@ -34,7 +34,7 @@ CLOSE = 1e-12
 STEPS = 20
 
 
-def turning_pitchfork(found: Found[OrbitPoint], curve: LocusEquations) -> Found[OrbitPoint]:
+def degenerate_pitchfork(found: Found[OrbitPoint], curve: LocusEquations) -> Found[OrbitPoint]:
     """Return a degenerate pitchfork at the end of folds as the locus of branch points has it.
 
     At their end the equations of folds hold along the branch points as well, and rounding decides
@@ -163,7 +163,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         curve = self._curve
         turns = [item for item in found if item.type == "DP"]
         if curve.condition == "LP" and turns:
-            turn, last = turning_pitchfork(turns[0], curve), turns[0].point
+            turn, last = degenerate_pitchfork(turns[0], curve), turns[0].point
             found = [turn if item is turns[0] else item for item in found]
             there = turn.point
             last = replace(

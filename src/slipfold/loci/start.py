@@ -1,4 +1,4 @@
-"""Where loci begin: at points of branches, at given points, and at points of codimension two."""
+"""Starts of loci: at points of branches, at given points, and at points of codimension two."""
 
 from __future__ import annotations
 
@@ -483,7 +483,7 @@ def as_unknown(
         if rest:
             raise InputError(
                 f"the special point is given at {len(point.nodes)} phases, not {SEGMENTS}; "
-                "compute it anew"
+                "compute it again"
             )
         return orbits, orbits.unknown(point.nodes[::every], point.model)
     return on_a_mesh(orbits_of(model, plane, point.period, SEGMENTS), point)
@@ -492,17 +492,17 @@ def as_unknown(
 def _through_stick(
     point: SpecialPoint, model: Model, plane: Mapping[str, float]
 ) -> tuple[Orbits, Array]:
-    """Return a special point as an orbit through stick and slip, past its touch if it has one."""
+    """Return a special point as an orbit through stick and slip, past its grazing if it has one."""
     orbits = orbits_of(model, plane, point.period, 1, by=SwitchedShooting)
     z = orbits.unknown(point.nodes[:1], point.model)
     assert isinstance(orbits.by, SwitchedShooting)
     by: SwitchedShooting | None
     if point.type in GRAZED:
-        by, z = _touching(orbits, orbits.by, z, point.type)
+        by, z = _grazing(orbits, orbits.by, z, point.type)
     elif point.type == "STICK":
         by = ReversalShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z))
         if by is None:
-            raise InputError("the orbit at this STICK turns nowhere; compute it anew")
+            raise InputError("the orbit at this STICK turns nowhere; compute it again")
     else:
         by = orbits.by.better(orbits.nodes(z), orbits.constants(z))
     if by is None:
@@ -511,10 +511,10 @@ def _through_stick(
     return other, other.adopt(orbits, z)
 
 
-def _touching(
+def _grazing(
     orbits: Orbits, known: SwitchedShooting, z: Array, kind: str
 ) -> tuple[GrazingShooting, Array]:
-    """Return what passes the touch of an orbit, and the orbit, or one with a little slip left.
+    """Return what passes the grazing of an orbit, and the orbit, or one with a little slip left.
 
     In the plane nothing can be integrated where slip vanishes, so the first parameter gives way.
     """
@@ -524,7 +524,7 @@ def _touching(
         by = GrazingShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
         if by is not None:
             return by, near
-    raise InputError(f"the orbit at this {kind} touches nothing; compute it anew")
+    raise InputError(f"the orbit at this {kind} touches nothing; compute it again")
 
 
 def on_a_mesh(shot: Orbits, point: SpecialPoint) -> tuple[Orbits, Array]:

@@ -1,4 +1,4 @@
-"""The window in the plane of two parameters, and progress in it."""
+"""The window in the plane of two parameters, and reports of progress."""
 
 from __future__ import annotations
 

@@ -242,7 +242,7 @@ class JetMap:
         """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n,)."""
         return polarised(lambda directions: self.powers(directions)[0], pairs)
 
-    def carried(self, vector: Array) -> Array:
+    def mapped(self, vector: Array) -> Array:
         """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
         return vector * self.rescaling
 
@@ -312,7 +312,7 @@ class ReturnMap:
         """Return the map's matrix, shape (n - 1, n - 1). Shapes: monodromy (n, n)."""
         return np.asarray(self._basis.T @ self._in_scales(monodromy) @ self._basis)
 
-    def carried(self, vector: Array) -> Array:
+    def mapped(self, vector: Array) -> Array:
         """Return a displacement of the flow's end as one of the map, shape (n - 1,).
 
         Shapes: vector (n,).

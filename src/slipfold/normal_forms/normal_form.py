@@ -33,7 +33,7 @@ def _from_circle(values: Vector) -> Array:
     return np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
 
 
-LOST = 1e-3
+MULTIPLIER_ERROR = 1e-3
 """Distance of the map's own critical multiplier from where it was located, beyond which growth on
 the way round has taken the digits of the map, and of all that follows from it."""
 
@@ -75,23 +75,23 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     matrix = map_.rescaled(linearisation.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
-    if not _DISTANCES[kind](np.linalg.eigvals(matrix).astype(complex)).min() < LOST:
+    if not _DISTANCES[kind](np.linalg.eigvals(matrix).astype(complex)).min() < MULTIPLIER_ERROR:
         if not orbits.free_phase or kind not in ("PD", "NS"):
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
         multipliers = orbits.multipliers(point)
         critical = complex(multipliers[np.argmin(_DISTANCES[kind](multipliers))])
         chain = ReturnChain(orbits, point.z, orbits.scales)
         coefficient, size = chain.form(kind, critical, ratios)
-        return declared(kind, coefficient, size), criticality_of(kind, coefficient)
+        return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
     if kind == "LP":
-        coefficient = fold_coefficient(map_, matrix, map_.carried(_parameter_pull(linearisation)))
+        coefficient = fold_coefficient(map_, matrix, map_.mapped(_parameter_pull(linearisation)))
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
     if isinstance(map_, ReturnMap):
         size = _mean_length(map_, matrix, linearisation.product, kind, ratios)
     else:
         size = critical_length(matrix, kind, ratios)
-    return declared(kind, coefficient, size), criticality_of(kind, coefficient)
+    return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
 
 
 def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
@@ -102,7 +102,7 @@ def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
     return float(np.linalg.norm(critical_vectors(matrix, _DISTANCES[kind])[0] * ratios))
 
 
-def declared(kind: str, coefficient: float, size: float) -> float:
+def normalized(kind: str, coefficient: float, size: float) -> float:
     """Return a coefficient for a critical vector so many times as long."""
     return coefficient / (size if kind in QUADRATIC else size**2)
 
@@ -115,7 +115,7 @@ def mean_coefficient(
     Shapes: matrix (n - 1, n - 1); product (n, n); ratios (n,).
     """
     size = _mean_length(map_, matrix, product, kind, ratios)
-    return declared(kind, critical_coefficient(map_, matrix, kind), size)
+    return normalized(kind, critical_coefficient(map_, matrix, kind), size)
 
 
 def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array) -> float:
@@ -265,7 +265,7 @@ AMPLITUDES = 0.05 / 2.0 ** np.arange(6)
 """Largest amplitudes of successive evaluations, in scaled states: the higher powers fade, until
 rounding takes over."""
 
-SHARES = np.array([0.55, 0.7, 0.85, 1.0])
+FRACTIONS = np.array([0.55, 0.7, 0.85, 1.0])
 """Amplitudes of one evaluation, over the largest."""
 
 AGREEMENT = 1e-2
@@ -287,7 +287,7 @@ def quintic_coefficient(orbits: Orbits, point: OrbitPoint, scales: Array) -> flo
     is shifted by :math:`\tau q` in one period and by :math:`-\tau q` in the next, with
     :math:`\tau = -(b a^3 + e a^5 + ...)` (the reduction of Lyapunov and Schmidt).
     """
-    amplitudes = np.multiply.outer(AMPLITUDES, SHARES)
+    amplitudes = np.multiply.outer(AMPLITUDES, FRACTIONS)
     shifts = _shifts(orbits, point, scales, amplitudes.ravel()).reshape(amplitudes.shape)
     # tau / a^3 = -(b + e a^2 + ...): b is what was left over of it.
     return _slope(amplitudes, -shifts / amplitudes**3)
@@ -347,8 +347,8 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[floa
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if kind == "HB":
         coefficient = first_lyapunov_coefficient(field)
-        size = float(np.linalg.norm(_turning(field.jacobian)[0] * ratios))
-        return declared(kind, coefficient, size), criticality_of(kind, coefficient)
+        size = float(np.linalg.norm(hopf_vectors(field.jacobian)[0] * ratios))
+        return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
     # The map x -> x + f(x) has the equilibrium as its fixed point and the field's derivatives.
     matrix = np.eye(len(orbits.scales)) + field.jacobian
     if kind == "LP":
@@ -356,13 +356,13 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[floa
     else:
         coefficient = critical_coefficient(field, matrix, kind)
     size = critical_length(matrix, kind, ratios)
-    return declared(kind, coefficient, size), criticality_of(kind, coefficient)
+    return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
 
 
 def first_lyapunov_coefficient(field: FieldMap) -> float:
     """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones."""
     matrix = field.jacobian
-    q, p, value = _turning(matrix)
+    q, p, value = hopf_vectors(matrix)
     identity = np.eye(len(q))
     qq, q_q = field.second([(q, q), (q, q.conj())])
     h11 = -np.linalg.solve(matrix, q_q)
@@ -377,10 +377,10 @@ def second_lyapunov_coefficient(field: FieldMap) -> float | None:
     A cycle with the first harmonic a q exists if the critical modes are damped by
     :math:`Re(c_1) a^2 + Re(c_2) a^4 + ...` as well (the reduction of Lyapunov and Schmidt).
     """
-    q, p, value = _turning(field.jacobian)
+    q, p, value = hopf_vectors(field.jacobian)
     if TIMES * len(q) > LARGEST:
         return None
-    amplitudes = np.multiply.outer(AMPLITUDES, SHARES)
+    amplitudes = np.multiply.outer(AMPLITUDES, FRACTIONS)
     damping = _damping(field, q, p, value.imag, amplitudes.ravel()).reshape(amplitudes.shape)
     slope = _slope(amplitudes, damping / amplitudes**2)
     return None if slope is None else slope / value.imag
@@ -422,7 +422,7 @@ def _damping(field: FieldMap, q: Vector, p: Vector, frequency: float, amplitudes
     return correct_many(steps, guesses, RULE).z[:, -1]
 
 
-def _turning(matrix: Array) -> tuple[Vector, Vector, complex]:
+def hopf_vectors(matrix: Array) -> tuple[Vector, Vector, complex]:
     """Critical vectors of the pair of eigenvalues that is nearest to the imaginary axis."""
     return critical_vectors(
         matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)

@@ -66,13 +66,13 @@ def tail(points: Array) -> float:
 TAIL = 1e-9
 """Size of the last harmonics, of the largest, above which there are too few of them."""
 
-PLENTY = 1e-13
+EXCESS_TAIL = 1e-13
 """The same below which there are more than needed."""
 
-FEWEST, MOST = 21, 201
+MIN_ANGLES, MAX_ANGLES = 21, 201
 """Angles at which a circle is described."""
 
-MORE = 1.5
+ANGLE_GROWTH = 1.5
 """Factor by which angles become more, or fewer."""
 
 STRONG = 4
@@ -310,9 +310,9 @@ class Circles(Curve[CirclePoint]):
         """Return at how many angles a circle should be described."""
         size = tail(self.states(z))
         if size > TAIL:
-            return min(int(MORE * self.count) | 1, MOST)
-        if size < PLENTY:
-            return max(int(self.count / MORE) | 1, FEWEST)
+            return min(int(ANGLE_GROWTH * self.count) | 1, MAX_ANGLES)
+        if size < EXCESS_TAIL:
+            return max(int(self.count / ANGLE_GROWTH) | 1, MIN_ANGLES)
         return self.count
 
     def truncation(self, z: Array) -> float:

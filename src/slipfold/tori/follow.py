@@ -27,25 +27,25 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.orbits.extrema import Extrema
 from slipfold.progress import Observer
-from slipfold.tori.circles import MOST, RESONANCES, STRONG, TAIL, CirclePoint, tail
+from slipfold.tori.circles import MAX_ANGLES, RESONANCES, STRONG, TAIL, CirclePoint, tail
 from slipfold.tori.resonances import locked_interval, past_resonance
-from slipfold.tori.start import born, reversed_circle, settled_circle
+from slipfold.tori.start import circle_from_trajectory, first_circle, reversed_circle
 from slipfold.tori.surface import growth_across, surface_of
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
 BROKEN = 1e-8
 """Size of the last harmonics, of the largest, at which a circle is no longer resolved."""
 
-LATELY, STANDS_STILL, SLOWER = 3, 1e-6, 0.95
+RECENT, STANDSTILL, SLOWER = 3, 1e-6, 0.95
 """Beside a homoclinic orbit the parameter, in spans, stands still along some circles, and they turn
 this much more slowly."""
 
 SLOWS = "turns ever more slowly at one value of the parameter, as beside a homoclinic orbit"
 
-BESIDE = 1e-2
+NEAR_STRONG = 1e-2
 """Distance of a rotation number from a strong resonance at which circles may break by it."""
 
-POINT = 3e-5
+POINT_SIZE = 3e-5
 """Extent of a circle in scaled states below which it is an orbit: the parameter is off by its
 square, and smaller circles are rounding."""
 
@@ -93,7 +93,7 @@ def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
     strong = [ratio for ratio in RESONANCES if ratio.denominator <= STRONG]
     ratio = min(strong, key=lambda each: abs(turns[-1] - float(each)))
     first, last = (abs(turn - float(ratio)) for turn in (turns[0], turns[-1]))
-    if last > min(first, BESIDE):
+    if last > min(first, NEAR_STRONG):
         return None
     point = traced.points[-1]
     size = tail(point.curve.states(point.z))
@@ -154,10 +154,10 @@ class _Resolved:
         point = interval.point
         circles = point.curve
         states = circles.states(point.z)
-        if np.ptp(states / circles.model.state_scales(), axis=0).max() < POINT:
+        if np.ptp(states / circles.model.state_scales(), axis=0).max() < POINT_SIZE:
             return MonitorResult(stop=Stop(point, End("birth", SHRINKS, circles.place(point.z))))
         size = tail(states)
-        if circles.count < MOST or size < BROKEN:
+        if circles.count < MAX_ANGLES or size < BROKEN:
             return MonitorResult()
         harmonics = circles.count // 2
         told = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
@@ -172,10 +172,10 @@ class _Resolved:
 
 def _slows(points: Sequence[CirclePoint]) -> bool:
     """Whether circles turn ever more slowly while the parameter stands still."""
-    recent = points[-LATELY:]
+    recent = points[-RECENT:]
     values = [point.z[-1] for point in recent]
     turns = [point.z[-2] for point in recent]
-    return max(values) - min(values) < STANDS_STILL and turns[-1] < SLOWER * turns[0]
+    return max(values) - min(values) < STANDSTILL and turns[-1] < SLOWER * turns[0]
 
 
 class _Endings(Endings[CirclePoint]):
@@ -227,8 +227,8 @@ def tori_of(
             continue
         number = len(branches) + len(found) + 1
         origin = _Origin(branch.model, point.vary, point.period, branch.id, number)
-        teller = _Teller(observer, origin, done, len(places))
-        found.append(_tori_from(point, span, settings, origin, teller))
+        reporter = _Reporter(observer, origin, done, len(places))
+        found.append(_tori_from(point, span, settings, origin, reporter))
         if found[-1].interrupted:
             break
     return tuple(found)
@@ -243,13 +243,15 @@ def tori_from(
     observer: Observer | None = None,
 ) -> tuple[TorusBranch, ...]:
     """Follow the torus that a motion from a state settles on, in both directions; none if none."""
-    start = settled_circle(model, vary, abs(span[1] - span[0]), state)
+    start = circle_from_trajectory(model, vary, abs(span[1] - span[0]), state)
     if start is None:
         return ()
     found: list[TorusBranch] = []
     for circle in (start, reversed_circle(start)):
         origin = _Origin(model, vary, start.curve.period, 0, len(found) + 1)
-        found.append(_followed([], circle, span, settings, origin, _Teller(observer, origin, 0, 1)))
+        found.append(
+            _followed([], circle, span, settings, origin, _Reporter(observer, origin, 0, 1))
+        )
         if found[-1].interrupted:
             break
     return tuple(found)
@@ -267,15 +269,15 @@ class _Origin:
 
 
 @dataclass(frozen=True)
-class _Teller:
-    """Tells whoever watches how far tori have come."""
+class _Reporter:
+    """Reports to the observer how far tori have been followed."""
 
     observer: Observer | None
     origin: _Origin
     done: int
     total: int
 
-    def tell(self, traced: TracedCurve[CirclePoint]) -> None:
+    def report(self, traced: TracedCurve[CirclePoint]) -> None:
         if self.observer is None:
             return
         last = traced.points[-1]
@@ -297,20 +299,20 @@ def _tori_from(
     span: tuple[float, float],
     settings: Settings,
     origin: _Origin,
-    teller: _Teller,
+    reporter: _Reporter,
 ) -> TorusBranch:
     model, vary = point.model, point.vary
-    at_birth = _at_birth(point)
+    first_row = _first_row(point)
     if not np.isnan(point.stuck_fraction):
-        return _branch_of([at_birth], origin, End("contacts", CHANGES, point.value))
-    start = born(model, vary, abs(span[1] - span[0]), point.state, point.period)
+        return _branch_of([first_row], origin, End("contacts", CHANGES, point.value))
+    start = first_circle(model, vary, abs(span[1] - span[0]), point.state, point.period)
     if start is None:
         reason = (
             "no circle was found beside the Neimark-Sacker point, which turns by "
-            f"{at_birth.rotation:.6g} of a turn; look whether it is at a strong resonance"
+            f"{first_row.rotation:.6g} of a turn; look whether it is at a strong resonance"
         )
-        return _branch_of([at_birth], origin, End("failed", reason, point.value))
-    return _followed([at_birth], start, span, settings, origin, teller)
+        return _branch_of([first_row], origin, End("failed", reason, point.value))
+    return _followed([first_row], start, span, settings, origin, reporter)
 
 
 def _followed(
@@ -319,10 +321,10 @@ def _followed(
     span: tuple[float, float],
     settings: Settings,
     origin: _Origin,
-    teller: _Teller,
+    reporter: _Reporter,
 ) -> TorusBranch:
     """Follow tori from a circle; describe them behind the rows that are known."""
-    tori = follow_tori(start, span, settings, teller.tell)
+    tori = follow_tori(start, span, settings, reporter.report)
     end = tori.traced.end
     assert end is not None
     try:
@@ -335,8 +337,8 @@ def _followed(
                 rows.append(row)
             else:
                 rows[-1] = replace(rows[-1], omitted=rows[-1].omitted + 1)
-            if end.kind != "interrupted":  # whoever watches would interrupt again
-                teller.tell(tori.traced)
+            if end.kind != "interrupted":  # the observer would interrupt again
+                reporter.report(tori.traced)
         if end.kind == "birth":
             _shrunk(rows, origin.model.state_scales())
         if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
@@ -348,7 +350,7 @@ def _followed(
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One torus with what is told of it."""
+    """One torus with its measures."""
 
     arclength: float
     value: float
@@ -370,7 +372,7 @@ def _shrunk(rows: list[_Row], scales: Array) -> None:
     these are free, and rounding decides.
     """
     squares = [float(np.ptp(row.circle / scales, axis=0).max()) ** 2 for row in rows]
-    sized = [place for place, square in enumerate(squares) if square > POINT**2][-2:]
+    sized = [place for place, square in enumerate(squares) if square > POINT_SIZE**2][-2:]
     if len(sized) < 2:
         return
     one, other = sized
@@ -384,7 +386,7 @@ def _shrunk(rows: list[_Row], scales: Array) -> None:
     rows.append(replace(last, value=value, rotation=rotation))
 
 
-def _at_birth(point: SpecialPoint) -> _Row:
+def _first_row(point: SpecialPoint) -> _Row:
     """Return the orbit as a torus without thickness."""
     extrema, critical = point.orbit.extrema, point.critical_multiplier
     assert critical is not None
@@ -400,7 +402,7 @@ def _round_of(model: Model) -> float:
 
 
 def _described(point: CirclePoint) -> tuple[_Row, str]:
-    """Return a torus with what is told of it, and the sentence of a limit if it breaks one."""
+    """Return a torus with its measures, and the sentence of a limit if it breaks one."""
     circles = point.curve
     value, rotation = circles.value(point.z), circles.rotation(point.z)
     states, at = circles.states(point.z), circles.model_at(point.z)

@@ -121,7 +121,7 @@ BEYOND = (1.0, 2.0, 0.5)
 ROUGH = 1e3 * TAIL
 """Size of the last harmonics at which a circle beyond is taken: it gets more of them there."""
 
-KNOWN = 3
+HISTORY = 3
 """Circles before a resonance from which those beyond are expected."""
 
 
@@ -143,7 +143,7 @@ def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoi
     # The last circle may lie on it, or to either side by rounding.
     apart = [point for point in traced.points if abs(point.z[-2] - rotation) > NEAR]
     side = float(np.sign(apart[-1].z[-2] - rotation)) if apart else 0.0
-    known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-KNOWN:]
+    known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-HISTORY:]
     for times in BEYOND if len(known) > 1 else ():
         found = _at(known, rotation - side * times * NEAR, -side)
         if found is not None:

@@ -16,13 +16,15 @@ from slipfold.flow.simulate import Motion, initial_state
 from slipfold.long_term.rotation import bump, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.tori.circles import FEWEST, MOST, TAIL, CirclePoint, Circles, tail
+from slipfold.tori.circles import MAX_ANGLES, MIN_ANGLES, TAIL, CirclePoint, Circles, tail
 
-SIZES = tuple(0.02 / 2**k for k in range(8))
+RADII = tuple(0.02 / 2**k for k in range(8))
 """Radii of the first circle that are tried, in scaled states."""
 
 
-def born(model: Model, vary: str, width: float, state: Array, period: int) -> CirclePoint | None:
+def first_circle(
+    model: Model, vary: str, width: float, state: Array, period: int
+) -> CirclePoint | None:
     r"""Return a small circle round an orbit with multipliers :math:`e^{\pm 2 \pi i \rho}`.
 
     It is an ellipse in the plane of their eigenvectors, to first order. The curve goes on to
@@ -32,9 +34,9 @@ def born(model: Model, vary: str, width: float, state: Array, period: int) -> Ci
     """
     rotation, vector = _critical(model, state, period)
     scales = model.state_scales()
-    turn = np.exp(2j * np.pi * np.arange(FEWEST) / FEWEST)
+    turn = np.exp(2j * np.pi * np.arange(MIN_ANGLES) / MIN_ANGLES)
     ellipse = np.real(turn[:, None] * vector / np.linalg.norm(vector / scales))
-    for size in SIZES:
+    for size in RADII:
         reference = state + size * ellipse
         circles = Circles(model, vary, width, period, reference)
         others = circles.others(rotation, model)
@@ -66,7 +68,7 @@ PERIODS = (2_000, 6_000, 18_000)
 circle is found from fewer."""
 
 
-def settled_circle(
+def circle_from_trajectory(
     model: Model, vary: str, width: float, state: ArrayLike | Mapping[str, float]
 ) -> CirclePoint | None:
     """Return the circle on which a motion from a state passes phase zero; None if there is none.
@@ -95,8 +97,8 @@ def _circles(states: Array, rotation: float, turns: Array) -> Iterator[Array]:
     base = states[0]
     states = base + without_turns(states - base, turns)
     weights, times = bump(len(states))[:, None] * states, np.arange(len(states))
-    count = FEWEST
-    while count <= MOST:
+    count = MIN_ANGLES
+    while count <= MAX_ANGLES:
         orders = np.arange(count // 2 + 1)
         waves = np.exp(-2j * np.pi * np.outer(orders, times) * rotation)
         yield np.fft.irfft(waves @ weights * count, count, axis=0)

@@ -169,7 +169,7 @@ class TorusBranch(OneLine, ReadOnly):
 
     @property
     def interrupted(self) -> bool:
-        """Whether whoever watched stopped it."""
+        """Whether the observer stopped it."""
         return self.stopped.kind == "interrupted"
 
     @property
