@@ -22,7 +22,7 @@ from slipfold.branches.batched_points import (
     orbits_at_limits,
     refine_zeros,
 )
-from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, Start, Walk
+from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchStart, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe
@@ -59,7 +59,7 @@ BATCH = 64
 
 ENDS = ("span", "limit")
 
-Tell = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 """Called with the stage of the computation and which fraction of it is done."""
 
 
@@ -126,7 +126,7 @@ def follow_batch(
     vary: str,
     span: tuple[float, float],
     settings: Settings,
-    tell: Tell = lambda stage, fraction: None,
+    report: Report = lambda stage, fraction: None,
     *,
     whole: bool = True,
 ) -> list[BatchedCase]:
@@ -134,7 +134,7 @@ def follow_batch(
 
     The results of a case do not depend on the other cases. The shorter periods come first.
     """
-    tell("equations", 0.0)
+    report("equations", 0.0)
     steps = _steps_for(models[0], settings)
     if steps is None:
         return [BatchedCase(model, failure="another kind of model") for model in models]
@@ -151,13 +151,13 @@ def follow_batch(
     starts, branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
     while starts:
         walk = Walk(orbits, starts, span, settings.steps)
-        walk.run(partial(tell, f"branches of period {orbits.period}"))
+        walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
-        tell(stage, 0.0)
+        report(stage, 0.0)
         _locate(orbits, walk, cases, branches, span)
         _refine(orbits, cases, branches, tolerance)
         if whole:
-            tell(stage, 0.5)
+            report(stage, 0.5)
             _refine_points(orbits, walk, cases, branches, tolerance)
         starts, branches = _doubled(cases, orbits.period, settings)
         orbits = orbits.of_period(2 * orbits.period)
@@ -184,7 +184,7 @@ def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
 
 def _responses(
     orbits: OrbitBatch, cases: Sequence[BatchedCase], forward: float, settings: Settings
-) -> tuple[list[Start], list[BatchedBranch]]:
+) -> tuple[list[BatchStart], list[BatchedBranch]]:
     """Find the responses at the first value from the linear ones."""
     flow, curves, guesses = flow_of(orbits.model), dict[int, ForcedOrbits](), []
     for number, case in enumerate(cases):
@@ -203,21 +203,21 @@ def _responses(
     rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
     which = np.array(list(curves))
     result = orbits.correct(which, np.array(guesses), rows, LAST_STEP, NEAR)
-    starts, branches = list[Start](), list[BatchedBranch]()
+    starts, branches = list[BatchStart](), list[BatchedBranch]()
     for row, (number, curve) in enumerate(curves.items()):
         if not result.found[row]:
             cases[number].leave("no response")
             continue
-        starts.append(Start(number, result.z[row], result.tangents[row]))
+        starts.append(BatchStart(number, result.z[row], result.tangents[row]))
         branches.append(BatchedBranch(curve))
     return starts, branches
 
 
 def _doubled(
     cases: Sequence[BatchedCase], period: int, settings: Settings
-) -> tuple[list[Start], list[BatchedBranch]]:
+) -> tuple[list[BatchStart], list[BatchedBranch]]:
     """Return where the branches of twice a period begin."""
-    starts, branches = list[Start](), list[BatchedBranch]()
+    starts, branches = list[BatchStart](), list[BatchedBranch]()
     largest = settings.largest_period
     for number, case in enumerate(cases):
         parents = [item for item in enumerate(case.branches, 1) if item[1].orbits.period == period]
@@ -230,7 +230,7 @@ def _doubled(
                     break
                 if birth is not None:
                     first = birth.start
-                    starts.append(Start(number, first.z, first.tangent, first.multipliers))
+                    starts.append(BatchStart(number, first.z, first.tangent, first.multipliers))
                     branches.append(BatchedBranch(birth.orbits, parent, found, first))
     return starts, branches
 

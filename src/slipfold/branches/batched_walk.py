@@ -59,7 +59,7 @@ PD, FOLD, NS, LP = range(len(TESTS))
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class BatchStart:
     """Where the branch of a case begins."""
 
     case: int
@@ -83,7 +83,7 @@ class Bracket:
 
 
 class Walk:
-    """Branches on their way. What each came to is in `fates`: ``"span"``, ``"limit"`` or why not.
+    """Branches on their way. How each ended is in `fates`: ``"span"``, ``"limit"`` or why not.
 
     `brackets` has what is to be located, in order along each branch; `stable` whether the first
     point of each is; `points` has the unknowns, unit tangents and arclengths of each, at the end of
@@ -93,7 +93,7 @@ class Walk:
     def __init__(
         self,
         orbits: OrbitBatch,
-        starts: Sequence[Start],
+        starts: Sequence[BatchStart],
         span: tuple[float, float],
         steps: Steps,
     ) -> None:
@@ -122,7 +122,7 @@ class Walk:
         self._begin(starts)
         self._note(np.arange(k))
 
-    def run(self, tell: Callable[[float], None] = lambda fraction: None) -> None:
+    def run(self, report: Callable[[float], None] = lambda fraction: None) -> None:
         """Follow all branches to their ends; report after each step how far they have come.
 
         The parameter may go back at folds; the reported fraction does not.
@@ -134,19 +134,19 @@ class Walk:
                 return
             self._take_steps(active)
             fraction = max(fraction, self._fraction)
-            tell(fraction)
+            report(fraction)
         self._leave(np.flatnonzero(self.going), "points")
 
     @property
     def _fraction(self) -> float:
         """How far they have come through the span, on average; those that ended are through."""
-        begun = np.array([points[0][0][-1] for points in self.points])
-        come = np.abs(self._z[:, -1, -1] - begun) / (self._high - self._low)
+        first = np.array([points[0][0][-1] for points in self.points])
+        come = np.abs(self._z[:, -1, -1] - first) / (self._high - self._low)
         return float(np.where(self.going, np.minimum(come, 1.0), 1.0).mean())
 
     # -- where branches begin --------------------------------------------------------------------
 
-    def _begin(self, starts: Sequence[Start]) -> None:
+    def _begin(self, starts: Sequence[BatchStart]) -> None:
         everything = np.arange(len(starts))
         regular = everything[~self._leaves]
         if len(regular):
@@ -160,7 +160,7 @@ class Walk:
             self._leave(regular[~clear], "first orbit")
         self._first_steps([start for start in starts if start.multipliers is not None])
 
-    def _first_steps(self, starts: Sequence[Start]) -> None:
+    def _first_steps(self, starts: Sequence[BatchStart]) -> None:
         """Leave another branch by a step so short that nothing else can happen within it."""
         active = np.flatnonzero(self._leaves)
         if not len(active):

@@ -16,7 +16,7 @@ from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found, locate_test, search_between
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.continuation.unseen import contracts_between
 from slipfold.continuation.walk import EDGE
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -74,7 +74,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             values[level] = 0.0
         return values
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the bifurcations between two points; the first step of a branch has none."""
         if interval.leaves:
             return MonitorResult()
@@ -93,7 +93,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         ]
 
     def _left(
-        self, found: list[Found], interval: Interval[OrbitPoint]
+        self, found: list[Found], interval: StepInterval[OrbitPoint]
     ) -> MonitorResult[OrbitPoint] | None:
         """Return where the branch leaves the span, if it turns back outside it."""
         low, high = min(self._span), max(self._span)
@@ -108,9 +108,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         return MonitorResult(before, Stop(at, span_end(self._orbits, at)))
 
     def _closed(
-        self, found: list[Found], interval: Interval[OrbitPoint]
+        self, found: list[Found], interval: StepInterval[OrbitPoint]
     ) -> MonitorResult[OrbitPoint] | None:
-        """Return the branch point that the branch began at, if it comes to it again."""
+        """Return the branch point that the branch began at, if it reaches it again."""
         if not interval.traced.departs:
             return None
         orbits, start = self._orbits, interval.traced.points[0]
@@ -124,7 +124,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         return None
 
     def _repeated(
-        self, found: list[Found], interval: Interval[OrbitPoint]
+        self, found: list[Found], interval: StepInterval[OrbitPoint]
     ) -> MonitorResult[OrbitPoint] | None:
         """Return where the branch comes to two special points again that it has passed already.
 

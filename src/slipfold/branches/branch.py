@@ -33,7 +33,7 @@ class Branch(OneLine, ReadOnly):
     period
         Period in forcing periods.
     parent
-        Id of the branch it left, or None. At a branch point it goes on in both directions, so the
+        Id of the branch it left, or None. At a branch point it continues in both directions, so the
         parent is crossed between its ends.
     model
         The model; the value of `vary` is replaced by `parameter`.
@@ -109,7 +109,7 @@ class Branch(OneLine, ReadOnly):
 
     @property
     def interrupted(self) -> bool:
-        """Whether whoever watched stopped it, or before its special points had normal forms."""
+        """Whether it was interrupted, or before its special points had normal forms."""
         stopped = any(end.kind == "interrupted" for end in self.ends)
         return stopped or any(point.interrupted for point in self.special)
 

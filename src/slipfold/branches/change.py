@@ -11,7 +11,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.stops import RESOLVED
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop, TracedCurve
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import by_collocation, through_stick
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
@@ -26,7 +26,7 @@ GROWS = "grows"
 
 @dataclass(frozen=True)
 class _Before:
-    """What shooting came to."""
+    """The result of shooting."""
 
     end: End
     points: list[OrbitPoint]
@@ -48,7 +48,7 @@ class Change:
         return self._automatic and self._before is None and shot
 
     def otherwise(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
-        """Return as what a branch that has ended goes on, and from where; None if it does not."""
+        """Return the curve with which an ended branch continues, and where; None if it does not."""
         end, last = traced.end, traced.points[-1]
         if not last.curve.orbits.by.smooth:
             beyond = beyond_seam(traced)
@@ -84,7 +84,7 @@ class Change:
         traced.curve = before.points[-1].curve
 
     def _restore(self, traced: TracedCurve[OrbitPoint]) -> None:
-        """Go back to what shooting came to, if collocation came no farther."""
+        """Return to the result of shooting if collocation reached no farther."""
         before = self._before
         if before is None or before.end.kind == GROWS:
             return
@@ -99,7 +99,7 @@ class Growing:
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point from which on they do."""
         part = interval.point.linearisation
         if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:

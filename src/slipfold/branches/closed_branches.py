@@ -13,7 +13,7 @@ from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import EDGE
 from slipfold.models.turns import without_turns
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
@@ -70,7 +70,7 @@ def has_copy(orbits: Orbits) -> bool:
 
 
 def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bool:
-    """Whether a branch of doubled period passed its parent and goes on as its own copy.
+    """Whether a branch of doubled period passed its parent and continues as its own copy.
 
     The copy is the same orbit half a period later, so the difference between the halves of the
     orbit changes sign.
@@ -135,7 +135,7 @@ class MeetsCopy:
         self._curve = curve
         self._stop = stop
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last regular orbit before the curve meets its copy, if it does."""
         before, point = interval.before, interval.point
         if interval.leaves or not _meets_its_copy(self._curve.orbits, before, point):
@@ -144,7 +144,7 @@ class MeetsCopy:
         last = self._last(interval, place)
         return MonitorResult(stop=self._stop(*self._approached(interval, last, meeting)))
 
-    def _meeting(self, interval: Interval[OrbitPoint]) -> tuple[float, Array]:
+    def _meeting(self, interval: StepInterval[OrbitPoint]) -> tuple[float, Array]:
         """Return where the halves of the interpolated orbit become the same."""
         from scipy.optimize import brentq  # a fifth of a second to import, and seldom needed
 
@@ -161,7 +161,7 @@ class MeetsCopy:
             )
         return place, hermite(near, place)[0]
 
-    def _last(self, interval: Interval[OrbitPoint], place: float) -> OrbitPoint:
+    def _last(self, interval: StepInterval[OrbitPoint], place: float) -> OrbitPoint:
         orbits, before = self._curve.orbits, interval.before
         direction = asymmetry(orbits, before.z)
         direction /= np.linalg.norm(direction)
@@ -175,7 +175,7 @@ class MeetsCopy:
         return before
 
     def _approached(
-        self, interval: Interval[OrbitPoint], last: OrbitPoint, meeting: Array
+        self, interval: StepInterval[OrbitPoint], last: OrbitPoint, meeting: Array
     ) -> tuple[OrbitPoint, Array]:
         """Return an orbit so near to the meeting that nothing lies between, and where that is."""
         known = [item for item in interval.known if item.arclength < last.arclength] + [last]
@@ -277,7 +277,7 @@ class Returns:
         self._reason = reason
         self._first: tuple[OrbitPoint | None, Array | None] = None, None
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the step passed the first point again, if it did."""
         before, point = interval.before, interval.point
         if len(interval.traced.points) < 4:

@@ -1,4 +1,4 @@
-"""From what was located to what is reported: coefficients, criticality, uncertainties."""
+"""Description of located points: coefficients, criticality, uncertainties."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NAMES = {
 
 AT_ONCE = 1e-9
 """Arclength beside a place where changes meet, or stick begins, within which they are at once: an
-interval between them shorter than 1e-11 of a period is not told from none."""
+interval between them shorter than 1e-11 of a period is not distinguished from none."""
 
 
 def describe(found: Found) -> SpecialPoint:
@@ -185,7 +185,7 @@ def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
     return np.insert(uncertainty, [certain] * missing, 0.0)
 
 
-def _crossing_anew(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
+def _crossing_again(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
     """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
     other, guess, row = orbits.shifted(point.z, point.tangent)
     start = other.derived_point(guess, row, point.arclength, point.monodromy, point.residual)
@@ -195,24 +195,24 @@ def _crossing_anew(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
 def _uncertainties(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
     try:
-        return _found_anew(orbits, found)
+        return _recomputed(orbits, found)
     except BREAKDOWNS:
         return np.inf, np.full(len(found.point.multipliers), np.inf)
 
 
-def _found_anew(orbits: Orbits, found: Found) -> tuple[float, Array]:
+def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """Uncertainty of the parameter and of the multipliers, from computing all of it again.
 
     The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
     the zero of the test function moves: its change over its slope. What the search left over of
-    the test function counts as well. A branch point where two branches cross is found anew; how far
-    rounding may move it along them moves the multipliers too.
+    the test function counts as well. A branch point where two branches cross is computed again; how
+    far rounding may move it along them moves the multipliers too.
     """
     point, other = found.point, found.other
     if other is None:
         again, rounding = recomputed(orbits, point)
     else:
-        crossing = _crossing_anew(orbits, point)
+        crossing = _crossing_again(orbits, point)
         again = None if crossing is None else crossing.point
     if again is None:
         return np.inf, np.full(len(point.multipliers), np.inf)
@@ -246,7 +246,7 @@ def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Ar
 
 def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:
     """Return how much a test function changes while its multipliers move by what is uncertain."""
-    if test == "LP":  # it is no function of the multipliers
+    if test == "LP":  # it is not a function of the multipliers
         return 0.0
     values = point.multipliers
     outward = values + uncertain * values / np.maximum(np.abs(values), 1e-300)

@@ -148,7 +148,7 @@ def _knots(branch: Branch, special: list[SpecialPoint]) -> tuple[Array, Array, A
 def _thinned(s: Array, taken: list[float]) -> list[int]:
     """Choose points of a branch: both ends, and others not too near to what is chosen.
 
-    Between two special points at least one is chosen, so that they are told apart.
+    Between two special points at least one is chosen, so that they are distinguished.
     """
     apart = APART * float(np.ptp(s))
     chosen = [0, len(s) - 1]

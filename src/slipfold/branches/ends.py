@@ -109,7 +109,7 @@ class BranchEndings(Endings[OrbitPoint]):
         return True
 
     def interrupted(self, traced: TracedCurve[OrbitPoint]) -> End:
-        """Return the end of a branch that whoever watches stopped."""
+        """Return the end of a branch that was interrupted."""
         value = traced.curve.value(traced.points[-1].z)
         reason = f"interrupted at {traced.curve.vary} = {value:.6g}; what was found before is kept"
         return End("interrupted", reason, (value,))

@@ -14,7 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -83,7 +83,7 @@ class Events(Zeros[OrbitPoint]):
         return found
 
     def seen(
-        self, found: Sequence[Found[OrbitPoint]], interval: Interval[OrbitPoint]
+        self, found: Sequence[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]
     ) -> MonitorResult[OrbitPoint]:
         """Record the events; the first that is to stop the branch does."""
         for item in found:

@@ -10,7 +10,7 @@ from slipfold.arrays import Array
 from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
@@ -31,10 +31,10 @@ RULE = Rule(close=1e-6, iterations=20)
 
 STANDS = 1e-3
 """Change of the parameter, in spans, over that of the duration, in first durations, below which the
-parameter has as good as come to its end."""
+parameter has practically stopped."""
 
 SNAKES = 1e-5
-"""Distance of two folds in a row, in spans, below which a branch has as good as come to its end:
+"""Distance of two folds in a row, in spans, below which a branch has practically ended:
 beside a saddle-focus there is one fold after the other, each nearer than the last."""
 
 
@@ -51,8 +51,8 @@ class Homoclinic:
         self._orbits = orbits
         self._largest = largest
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the point at which the branch has as good as come to its end."""
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return the point at which the branch has practically ended."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point]
         growth, value = _growth(orbits, points), orbits.value(interval.point.z)
         if _stands(orbits, points, STANDS_STILL) and _passes_saddle(points[-1]):
@@ -89,7 +89,7 @@ class Homoclinic:
             return MonitorResult()
         return MonitorResult(stop=Stop(interval.point, end))
 
-    def _snakes(self, interval: Interval[OrbitPoint]) -> bool:
+    def _snakes(self, interval: StepInterval[OrbitPoint]) -> bool:
         """Whether folds of ever longer cycles lie ever closer together."""
         folds = [item.point for item in interval.traced.found if item.type == "LP"][-2:]
         if not self._orbits.free_phase or len(folds) < 2:

@@ -21,31 +21,31 @@ from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import certain
 
-Tell = Callable[[FollowedCurve[OrbitPoint], Found, int], None]
+Report = Callable[[FollowedCurve[OrbitPoint], Found, int], None]
 """Called with what is described next, the curve that it is on, and how many are done."""
 
-Told = Callable[[FollowedCurve[OrbitPoint], int], None]
+ReportOrbits = Callable[[FollowedCurve[OrbitPoint], int], None]
 """Called with the curve whose states are found, and of how many of its points they are."""
 
 
 def _unwatched(followed: FollowedCurve[OrbitPoint], done: int) -> None:
-    """Go on: nobody watches, or whoever does has stopped what came before."""
+    """Continue: nobody watches, or what came before was interrupted."""
 
 
 def assemble(
     curves: Sequence[FollowedCurve[OrbitPoint]],
     leads: Mapping[Found[OrbitPoint], Sequence[int]],
     begun: End,
-    tell: Tell = lambda followed, found, done: None,
-    told: Told = _unwatched,
+    report: Report = lambda followed, found, done: None,
+    report_orbits: ReportOrbits = _unwatched,
 ) -> tuple[Branch, ...]:
     """Return all branches as data, as far as their states are found before an interruption.
 
     Special points whose normal forms it leaves are bare.
     """
-    known = describe_in_turn(curves, tell)
+    known = describe_in_turn(curves, report)
     if any(found not in known for followed in curves for found in followed.traced.found):
-        told = _unwatched  # whoever interrupted is not asked again
+        report_orbits = _unwatched  # not after an interruption
     described: dict[Found, SpecialPoint] = {}
     branches = []
     for followed in curves:
@@ -62,7 +62,7 @@ def assemble(
             if len(followed.start.points) > 1:  # it crosses its parent there
                 own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
         own.sort(key=lambda special: special.arclength)
-        branches.append(_branch(followed, first, own, told))
+        branches.append(_branch(followed, first, own, report_orbits))
         if branches[-1].stopped.kind == "interrupted":
             break  # where it ended so when it was followed, no other one follows
     return tuple(_without_lost(branch, len(branches)) for branch in branches)
@@ -80,14 +80,14 @@ def _without_lost(branch: Branch, kept: int) -> Branch:
 
 
 def describe_in_turn(
-    curves: Iterable[FollowedCurve[OrbitPoint]], tell: Tell
+    curves: Iterable[FollowedCurve[OrbitPoint]], report: Report
 ) -> dict[Found, SpecialPoint]:
-    """Describe special points in their order, until whoever watches stops it."""
+    """Describe special points in their order, until it is interrupted."""
     known: dict[Found, SpecialPoint] = {}
     try:
         for followed in curves:
             for found in followed.traced.found:
-                tell(followed, found, len(known))
+                report(followed, found, len(known))
                 known[found] = describe(found)
     except KeyboardInterrupt:
         pass
@@ -95,13 +95,18 @@ def describe_in_turn(
 
 
 def _branch(
-    followed: FollowedCurve[OrbitPoint], first: End, special: Sequence[SpecialPoint], told: Told
+    followed: FollowedCurve[OrbitPoint],
+    first: End,
+    special: Sequence[SpecialPoint],
+    report_orbits: ReportOrbits,
 ) -> Branch:
     """Return a branch as data, up to where an interruption left its states unknown."""
     traced = followed.traced
     orbits, begun, stopped = traced.curve, followed.begun or first, traced.end
     assert stopped is not None  # every curve ends
-    nodes, whole = _evenly_until_interrupted(traced.points, lambda done: told(followed, done))
+    nodes, whole = _evenly_until_interrupted(
+        traced.points, lambda done: report_orbits(followed, done)
+    )
     points = traced.points[: len(nodes)]
     if not whole:
         reason = "interrupted before the states along the rest of the branch were found"
@@ -157,7 +162,7 @@ def _solved_for(points: Sequence[OrbitPoint]) -> bool:
 
 
 def _evenly_until_interrupted(
-    points: Sequence[OrbitPoint], told: Callable[[int], None]
+    points: Sequence[OrbitPoint], report_orbits: Callable[[int], None]
 ) -> tuple[NDArray[np.float64], bool]:
     """Return the states of the first points, of one at least, and whether nobody stopped that."""
     nodes, whole, slow = [], True, _solved_for(points)
@@ -165,14 +170,14 @@ def _evenly_until_interrupted(
         for states in _each_evenly(points):
             nodes.append(states)
             if slow:
-                told(len(nodes))
+                report_orbits(len(nodes))
     except KeyboardInterrupt:
         whole = False
     return np.array(nodes or [next(_each_evenly(points))]), whole
 
 
-def complete_branches(branches: Sequence[Branch], tell: Callable[[int, int], None]) -> bool:
-    """Compute extrema and uncertainties at all points, until whoever watches stops it.
+def complete_branches(branches: Sequence[Branch], report: Callable[[int, int], None]) -> bool:
+    """Compute extrema and uncertainties at all points, until it is interrupted.
 
     Return whether all is done; what is not is NaN.
     """
@@ -186,10 +191,10 @@ def complete_branches(branches: Sequence[Branch], tell: Callable[[int, int], Non
         for branch in branches:
             for first in range(0, len(branch), TOGETHER):
                 some = range(len(branch))[first : first + TOGETHER]
-                tell(done, total)
+                report(done, total)
                 _find_extrema(branch, slice(some.start, some.stop))
                 for begin in some[::LANES]:
-                    tell(done, total)
+                    report(done, total)
                     end = min(begin + LANES, some.stop)
                     _find_uncertainty(branch, slice(begin, end))
                     done += end - begin

@@ -74,7 +74,7 @@ def trace_response(
     Of an autonomous model the equilibrium is followed and the cycles born at its Hopf points. At
     period doublings the branch of twice the period is followed, at a branch point the other branch,
     in both directions. A branch that is met again is not followed again. Where contacts begin to
-    stick the model may end, or branches go on through stick.
+    stick the model may end, or branches continue across sticking phases.
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
@@ -93,8 +93,8 @@ def trace_response(
         model.parameter(vary), (first, last), settings, events, observer, through_stick
     )
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
-    told = branches.tell_described, branches.tell_found
-    return assemble(branches.curves, branches.leads, begun, *told)
+    reports = branches.report_described, branches.report_orbits
+    return assemble(branches.curves, branches.leads, begun, *reports)
 
 
 def _stuck(model: Model, value: float) -> Begin | None:
@@ -273,7 +273,7 @@ class _Branches(CurveSet[OrbitPoint]):
             departs=start.departs,
             births=[item.birth for item in self._junctions if item.birth and not _crosses(item)],
             events=self._events,
-            watch=self._tell,
+            watch=self._report,
             through_stick=self._through_stick,
         )
 
@@ -296,7 +296,7 @@ class _Branches(CurveSet[OrbitPoint]):
         numbers = self.leads.get(start.found) if start.found is not None else None
         return numbers[-1] if numbers else None
 
-    def _tell(self, traced: TracedCurve[OrbitPoint]) -> None:
+    def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
         if self._observer is None:
             return
         period, value = traced.curve.period, traced.curve.value(traced.points[-1].z)
@@ -307,8 +307,10 @@ class _Branches(CurveSet[OrbitPoint]):
         at = len(self.curves) + 1, period, len(traced.points), value, names
         self._observer(branch_progress(self._parameter, *at))
 
-    def tell_described(self, followed: FollowedCurve[OrbitPoint], found: Found, done: int) -> None:
-        """Say which special point is described next; whoever interrupted is not asked again."""
+    def report_described(
+        self, followed: FollowedCurve[OrbitPoint], found: Found, done: int
+    ) -> None:
+        """Say which special point is described next; not after an interruption."""
         if self._observer is None or self.interrupted:
             return
         total = sum(len(each.traced.found) for each in self.curves)
@@ -316,7 +318,7 @@ class _Branches(CurveSet[OrbitPoint]):
         at = followed.number, traced.curve.period, len(traced.points), value, _names(traced)
         self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
 
-    def tell_found(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
+    def report_orbits(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
         """Say of how many points of a branch all states are found."""
         if self._observer is None or self.interrupted:
             return
@@ -331,7 +333,7 @@ def _names(traced: TracedCurve[OrbitPoint]) -> tuple[str, ...]:
 
 
 def _crosses(junction: Junction) -> bool:
-    """Whether the branch that begins there goes on in both directions."""
+    """Whether the branch that begins there continues in both directions."""
     return len(junction.points) > 1
 
 

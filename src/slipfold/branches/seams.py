@@ -23,7 +23,7 @@ from slipfold.continuation.pieces import (
     locate_vanishing,
 )
 from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop, TracedCurve
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
@@ -81,7 +81,7 @@ class Seams:
         by = orbits.orbits.by
         self._slips_in_planes = isinstance(by, SwitchedShooting) and by.slips_in_planes
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last orbit with the modes of the piece, and the first with others."""
         before, after = interval.before, interval.point
         touch = self._touch(interval)
@@ -102,7 +102,7 @@ class Seams:
         beyond = seam.after if seam.apart < APART else None
         return MonitorResult([found], Stop(seam.before, end, beyond=beyond))
 
-    def _lost(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
+    def _lost(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
         """Return where orbits cease in the plane, where ever shorter steps come no farther.
 
         What follows a stop that only just happens goes as the square root of the way to its end.
@@ -121,7 +121,7 @@ class Seams:
         assert isinstance(orbits, Orbits)
         return orbits.left_to_touch(point)
 
-    def _touch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
+    def _touch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
         """Return where slip in the plane begins or ceases to touch zero, if that is near."""
         orbits, before, after = self._orbits, interval.before, interval.point
         if not isinstance(orbits, Orbits) or not self._slips_in_planes:
@@ -149,9 +149,9 @@ class Seams:
 
 
 def _fold(traced: TracedCurve[OrbitPoint]) -> None:
-    """Note where the branch turns back on another piece, if that is why it could not go on.
+    """Note where the branch turns back on another piece, if that is why it could not continue.
 
-    Or where it goes on, but back in the states.
+    Or where it continues, but back in the states.
     """
     last = traced.points[-1]
     try:
@@ -199,7 +199,7 @@ def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
 
 
 def beyond_seam(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
-    """Return how a branch goes on beyond the end of a piece, None where no orbit does."""
+    """Return how a branch continues beyond the end of a piece, None where no orbit does."""
     if traced.end is not None and traced.end.kind == "failed" and len(traced.points) > 1:
         _fold(traced)
     if traced.end is None or traced.end.kind != SEAM:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.branches.bifurcations import ON_CIRCLE
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
@@ -50,7 +50,7 @@ class Limits:
             self._known[point] = limit_margins(self._curve.orbits, point.z)
         return self._known[point]
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return where the first of the limits is broken."""
         curve, orbits, cuts = self._curve, self._curve.orbits, []
         for index in np.flatnonzero(~(self._margins(interval.point) > 0)):
@@ -81,7 +81,7 @@ class Unresolved:
         self._curve = curve
         self._clause = clause
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last point, if the next one is too unstable."""
         largest = float(np.abs(interval.point.multipliers).max(initial=0.0))
         if largest <= RESOLVED or self._curve.orbits.by.growing:
@@ -107,7 +107,7 @@ class Undetermined:
     def __init__(self, orbits: Orbits) -> None:
         self._orbits = orbits
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the second orbit in a row that rounding may move far; a branch point is one."""
         if interval.leaves or not self._moves(interval.before) > LOOSE:
             return MonitorResult()
@@ -148,7 +148,7 @@ class Families:
     def __init__(self, orbits: Orbits) -> None:
         self._orbits = orbits
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point up to which the parameter stood still for long."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-FAMILY:]
         values = [point.z[-1] for point in points]

@@ -58,7 +58,7 @@ def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> lis
         if birth is None:
             continue
         start, curve = birth.start, birth.orbits
-        # At a branch point the other branch goes on in both directions.
+        # At a branch point the other branch continues in both directions.
         both = (start, curve.turned(start)) if found.type == "BP" else (start,)
         rank = (int(curve.kind != "equilibrium"), curve.period)
         junctions.append(

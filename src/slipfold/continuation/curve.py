@@ -105,7 +105,7 @@ class Curve(ABC, Generic[P]):
         return None
 
     def place(self, z: Array) -> tuple[float, ...]:
-        """Return the values that tell where on the curve a solution is."""
+        """Return the values of the parameters at a solution."""
         return (float(z[-1]),)
 
     def turned(self, point: P) -> P:
@@ -152,7 +152,7 @@ class AlgebraicCurve(Curve[Point]):
         )
 
     def begin(self, guess: Array, row: Array) -> Point:
-        """Return the point nearest a guess in a hyperplane; the curve goes on along its normal."""
+        """Return the point nearest a guess in a hyperplane; its normal points along the curve."""
         correction = correct(self, np.asarray(guess, dtype=float), np.asarray(row, dtype=float))
         if not correction.converged:
             raise ArithmeticError(correction.failure)

@@ -18,7 +18,7 @@ class Start(Generic[P]):
     """Where a curve is to be followed from."""
 
     curve: Any  # its equations, a `Curve`
-    # The first point; another with the opposite tangent where it goes on in both directions
+    # The first point; another with the opposite tangent where it continues in both directions
     points: tuple[P, ...]
     # Its turn: the lowest is followed first, of equals the one that has waited longest
     rank: tuple[int, ...] = ()
@@ -29,7 +29,7 @@ class Start(Generic[P]):
 
 @dataclass(eq=False)
 class FollowedCurve(Generic[P]):
-    """A curve that was followed, in both directions if it goes on in both."""
+    """A curve that was followed, in both directions if it continues in both."""
 
     number: int  # from 1
     start: Start[P]  # where it was followed from
@@ -38,7 +38,7 @@ class FollowedCurve(Generic[P]):
 
     @property
     def interrupted(self) -> bool:
-        """Whether whoever watches stopped it."""
+        """Whether it was interrupted."""
         return any(end and end.kind == "interrupted" for end in (self.begun, self.traced.end))
 
 
@@ -63,7 +63,7 @@ class CurveSet(ABC, Generic[P]):
 
     @property
     def interrupted(self) -> bool:
-        """Whether whoever watches stopped the last curve."""
+        """Whether the last curve was interrupted."""
         return bool(self.curves) and self.curves[-1].interrupted
 
     def lead(self, found: Found[P] | None, number: int) -> None:
@@ -87,7 +87,7 @@ class CurveSet(ABC, Generic[P]):
             waiting += self.births_until_interrupted(followed)
 
     def births_until_interrupted(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
-        """Return where others begin on a curve; none where whoever watches stops the search."""
+        """Return where others begin on a curve; none if the search is interrupted."""
         try:
             return self.births(followed)
         except KeyboardInterrupt:

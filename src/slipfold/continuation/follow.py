@@ -11,7 +11,7 @@ from slipfold.continuation.locate import LostCurveError, lost_reason
 from slipfold.continuation.monitor import Monitor
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.traced_curve import Interval, Stop, TracedCurve
+from slipfold.continuation.traced_curve import StepInterval, Stop, TracedCurve
 from slipfold.continuation.walk import EDGE, Bound, Failure, reaches, walk
 from slipfold.errors import BREAKDOWNS
 
@@ -41,7 +41,7 @@ class Endings(Generic[P]):
         return self._end(traced, failure.kind, failure.reason)
 
     def interrupted(self, traced: TracedCurve[P]) -> End:
-        """Return the end of a curve that whoever watches stopped."""
+        """Return the end of a curve that was interrupted."""
         return self._end(traced, "interrupted", "interrupted; what was found before is kept")
 
     def contradicted(self, traced: TracedCurve[P], extremum: P) -> End:
@@ -75,7 +75,8 @@ def follow(
     """Follow a curve to its end.
 
     Monitors may be given as what makes them of the curve, if its description changes on the way.
-    Of a curve that has ended `otherwise` may say as what it goes on all the same, and from where.
+    Of a curve that has ended `otherwise` may return another curve with which it continues, and from
+    where.
     """
     settings, endings = settings or Stepping(), endings or Endings()
     traced = TracedCurve(curve, [start], departs)
@@ -178,7 +179,7 @@ def _is_on(value: float, low: float, high: float) -> bool:
 
 def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
     """Add a point and all that lies between it and the one before."""
-    interval = Interval(traced, point, MEMORY)
+    interval = StepInterval(traced, point, MEMORY)
     found: list[Found[P]] = []
     stop: Stop[P] | None = None
     for monitor in monitors:
@@ -204,7 +205,7 @@ def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) ->
         traced.points += [] if stop.beyond is None else [stop.beyond]
 
 
-def _is_earlier(stop: Stop[P], interval: Interval[P]) -> bool:
+def _is_earlier(stop: Stop[P], interval: StepInterval[P]) -> bool:
     return stop.point.arclength < interval.point.arclength
 
 

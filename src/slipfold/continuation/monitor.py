@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.search import Found, Watch, locate_test, search_between
-from slipfold.continuation.traced_curve import Interval, MonitorResult
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval
 
 Q = TypeVar("Q", bound=Point)
 
@@ -17,11 +17,11 @@ Q = TypeVar("Q", bound=Point)
 class Monitor(Protocol[Q]):
     """Looks at each step of a curve.
 
-    Monitors are asked one after the other. Where one ends the curve, the others look at what is
+    Monitors run one after the other. Where one ends the curve, the others look at what is
     left, so that the earliest reason wins, and what was found beyond it is forgotten.
     """
 
-    def watch(self, interval: Interval[Q]) -> MonitorResult[Q]:
+    def watch(self, interval: StepInterval[Q]) -> MonitorResult[Q]:
         """Return what lies between two neighbouring points.
 
         An error of numbers that break down undoes the step: a shorter one is taken.
@@ -41,12 +41,12 @@ class Zeros(Watch[P]):
         """Return the functions as the derivatives at points let expect them elsewhere."""
         return self.curve.foreseen(points, weights)
 
-    def watch(self, interval: Interval[P]) -> MonitorResult[P]:
+    def watch(self, interval: StepInterval[P]) -> MonitorResult[P]:
         """Locate all zeros between two neighbouring points."""
         found = search_between(self.curve, self, interval.known, interval.before, interval.point)
         return self.seen(found, interval)
 
-    def seen(self, found: Sequence[Found[P]], interval: Interval[P]) -> MonitorResult[P]:
+    def seen(self, found: Sequence[Found[P]], interval: StepInterval[P]) -> MonitorResult[P]:
         """Return what the zeros mean: here they are recorded."""
         return MonitorResult(found)
 

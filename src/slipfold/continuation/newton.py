@@ -94,7 +94,7 @@ class Equations(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """What Newton's method came to."""
+    """The result of Newton's method."""
 
     z: Array  # the last iterate
     linearisation: Any  # derivatives within `moved` of `z`; None where there are none

@@ -1,4 +1,4 @@
-"""Curves that are smooth piece by piece: where one piece ends, and how the next one goes on."""
+"""Piecewise smooth curves: where one piece ends, and where the next one continues."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Seam(Generic[P]):
 def locate_seam(curve: Curve[P], known: Sequence[P], a: P, b: P) -> Seam[P]:
     """Return where the piece of a point ends on the way to one of another piece.
 
-    The two may have nothing in common. The next one may go on in the parameter, but back along
+    The two may have nothing in common. The next one may continue in the parameter, but back along
     their chord.
     """
     seam = _halved(curve, known, a, b)
@@ -137,7 +137,7 @@ class _ChordAhead(Generic[P]):
 def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
     """Return the last point of a piece that ends before one of another, with nothing between.
 
-    None if it goes on where it was not found at first.
+    None if it continues where it was not found at first.
     """
     own, end = [point for point in known if point.piece == a.piece], b
     while end.arclength - a.arclength > LOST:
@@ -199,7 +199,7 @@ def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
 
 
 def locate_ahead(curve: Curve[P], last: P) -> Seam[P] | None:
-    """Return where a piece ends whose next one goes on in the parameter, but back in the states.
+    """Return where a piece ends whose next one continues in the parameter, but back in the states.
 
     No step along the tangent leads onto it. None where no point that begins there is found.
     """

@@ -128,5 +128,5 @@ def _suspicious_place(watch: Watch[P], known: Sequence[P], a: P, b: P) -> float 
 
 
 def _number(points: Sequence[P], point: P) -> int:
-    """Return the number of a point among others, -1 if it is not among them."""
+    """Return the index of a point among others, -1 if it is not among them."""
     return next((i for i, item in enumerate(points) if item is point), -1)

@@ -1,6 +1,6 @@
 """How well steps fit, and how long the next ones may be: the same rules however many curves walk.
 
-Numbers are those of one curve, or arrays with one of each of many that are walked side by side.
+Numbers are those of one curve, or arrays with one of each of many that are followed together.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ DRIFT = 0.15
 
 Between points they are then known ten times better still, and the search for bifurcations between
 points rests on it. So do lines that are drawn through the points: with 0.3 there are a sixth fewer
-points, and carried lines lie by up to 8e-4 of their range beside those that are followed."""
+points, and lines of drafts lie up to 8e-4 of their range off those that are followed."""
 
 LONGER = 2.5
 """A step is at most this many times as long as the one before."""
@@ -39,7 +39,7 @@ REACH = 2 * REJECT * ERROR
 """Corrections that are longer than this lead elsewhere."""
 
 LEAST = 0.2
-"""A step is at least this share of the one before."""
+"""A step is at least this fraction of the one before."""
 
 MISFIT, POOR, LOST = 0.7, 0.6, 0.35
 """What is left at most of a step that did not fit, of one whose correction did not converge, and of

@@ -20,7 +20,7 @@ class TracedCurve(Generic[P]):
     # Whether it begins where another curve passes, so that it is singular there
     departs: bool = False
     found: list[Found[P]] = field(default_factory=list)  # what was located, in order
-    end: End | None = None  # why it ended; None while it goes on
+    end: End | None = None  # why it ended; None while it continues
     # What it ended on, if that is known: none or one, two if it has two ends
     reached: tuple[Any, ...] = ()
     closes: bool = False  # whether it came back to its first point
@@ -50,7 +50,7 @@ class MonitorResult(Generic[P]):
     stop: Stop[P] | None = None
 
 
-class Interval(Generic[P]):
+class StepInterval(Generic[P]):
     """The curve from its last point to the next, while monitors look at it."""
 
     def __init__(self, traced: TracedCurve[P], point: P, memory: int) -> None:

@@ -14,7 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.continuation.unseen import contracts_between
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations
@@ -148,7 +148,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         super().__init__(curve)
         self._curve = curve
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return what is special between two points; the first step from another locus is not."""
         return MonitorResult() if interval.leaves else super().watch(interval)
 
@@ -157,7 +157,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         return contracts_between(a, b)
 
     def seen(
-        self, found: Sequence[Found[OrbitPoint]], interval: Interval[OrbitPoint]
+        self, found: Sequence[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]
     ) -> MonitorResult[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
         curve = self._curve

@@ -17,7 +17,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.locus import CODIMENSION_TWO
@@ -368,7 +368,7 @@ class EndsAtParent:
         self._settings = settings
         self._meets = MeetsCopy(curve, partial(_at_parent, curve))
 
-    def watch(self, interval: Interval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the end, if an orbit is near its parent, or the locus goes on as its own copy."""
         if interval.leaves:
             return MonitorResult()

@@ -20,7 +20,7 @@ from slipfold.continuation.follow import Endings, follow
 from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.traced_curve import Interval, MonitorResult, Stop, TracedCurve
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
@@ -125,7 +125,7 @@ class _Special(Zeros[CirclePoint]):
         return found.type != "LP" or abs(found.point.tangent[-1]) < FOLD
 
     def seen(
-        self, found: Sequence[Found[CirclePoint]], interval: Interval[CirclePoint]
+        self, found: Sequence[Found[CirclePoint]], interval: StepInterval[CirclePoint]
     ) -> MonitorResult[CirclePoint]:
         """Return what lies between two circles, as far as tori go."""
         for place, item in enumerate(found):
@@ -149,7 +149,7 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
 class _Resolved:
     """Ends tori whose circles are points, or have more harmonics than can be computed."""
 
-    def watch(self, interval: Interval[CirclePoint]) -> MonitorResult[CirclePoint]:
+    def watch(self, interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
         """Look at how smooth the circle is that was come to."""
         point = interval.point
         circles = point.curve
