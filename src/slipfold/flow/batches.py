@@ -21,6 +21,9 @@ TOLERANCE = float(os.environ.get("SLIPFOLD_TOLERANCE", "1e-13"))
 """Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
 than 1e-12 takes."""
 
+ROUNDING = 10 * TOLERANCE
+"""Change, in scales, that steps and rounding may make of what does not change."""
+
 LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
 """Trajectories integrated together: two registers of AVX2, one of AVX-512."""
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
-from slipfold.flow.explicit_steps import STEPS_PER_CALL, explicit_steps_of
+from slipfold.flow.explicit_steps import ORDER, STEPS_PER_CALL, explicit_steps_of
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.modes import Status, shown
@@ -39,7 +39,6 @@ FIRST = 4
 HALVINGS = 9
 """Times that the steps of one trajectory are halved before that trajectory is left behind."""
 
-ORDER = 8
 
 TOLERANCE = 1e-9
 """Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""

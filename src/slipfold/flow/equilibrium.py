@@ -43,14 +43,12 @@ def unfed_states(model: Model) -> list[tuple[int, ...]]:
 
 AT_REST = 1e-9
 """A state this near to an equilibrium, in scaled states, is there: Newton's method finds it to
-1e-13, and users write starts with a dozen digits."""
+1e-13, and users write starts with a dozen digits. Growth below this fraction of the fastest rate is
+rounding."""
 
 PUSH = 1e-6
 """How far a trajectory is pushed off an unstable equilibrium, in scaled states: so little that it
 leaves as the linearised equations say, far more than rounding."""
-
-NEUTRAL = 1e-9
-"""Growth, over the fastest rate, that rounding may feign."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +78,7 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     values, vectors = np.linalg.eig(jacobian)
     fastest = int(values.real.argmax())
     growth = float(values[fastest].real)
-    if abs(growth) <= NEUTRAL * float(np.abs(values).max()):
+    if abs(growth) <= AT_REST * float(np.abs(values).max()):
         growth = 0.0
     direction = vectors[:, fastest].real
     # Its largest component is positive: always the same of two directions.

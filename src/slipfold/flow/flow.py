@@ -253,19 +253,8 @@ class Flow(Evaluated):
         Shapes: states (m, n), or (n,); start, end (m,); directions (m, n); beyond (k, n); returns
         (m, 3, n).
         """
-        n, total = self.dimension, len(directions)
-        result = np.empty((total, JET_ORDER, n))
-        starts = np.broadcast_to(states, directions.shape)
-        first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
-        scaled, lengths = of_order_one(directions / constants.scales)
-        for some in chunks(total):
-            batch = self._begin_jets(starts, first, last, constants, scaled, some, beyond)
-            finished = carried(batch, last[some])
-            result[some] = finished[:, n:].reshape(-1, JET_ORDER, n)
-        result *= lengths[:, None, None] ** np.arange(1, JET_ORDER + 1)[:, None]
-        result *= constants.scales
-        result[:, 0] += directions  # the jet is that of phi(x + s v) - s v
-        return result
+        found = self._jets(states, start, end, constants, directions, beyond, 1)
+        return np.ascontiguousarray(found[:, 1:, 0])
 
     def jet_in_time(
         self, nodes: Array, start: float, end: float, constants: Constants, directions: Array
@@ -274,50 +263,52 @@ class Flow(Evaluated):
 
         Shapes: nodes (k, n); directions (m, n); returns (m, 4, 4, n).
         """
+        orders = JET_ORDER + 1
+        return self._jets(nodes[0], start, end, constants, directions, nodes[1:], orders)
+
+    def _jets(
+        self,
+        states: Array,
+        start: Array | float,
+        end: Array | float,
+        constants: Constants,
+        directions: Array,
+        beyond: Array | None,
+        in_time: int,
+    ) -> Array:
+        """Differentiate along directions up to order 3, and in time as often as is requested.
+
+        Shapes: returns (m, 4, in_time, n).
+        """
         n, total, orders = self.dimension, len(directions), JET_ORDER + 1
-        result = np.empty((total, orders, orders, n))
-        starts = np.broadcast_to(nodes[0], directions.shape)
-        first, last = np.full(total, start), np.full(total, end)
+        result = np.empty((total, orders, in_time, n))
+        starts = np.broadcast_to(states, directions.shape)
+        first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
         scaled, lengths = of_order_one(directions / constants.scales)
+        nodes = () if beyond is None else beyond / constants.scales
         for some in chunks(total):
-            batch = self._begin_jets(starts, first, last, constants, scaled, some, nodes[1:])
+            batch = self._prepare(self._code.jet, starts, first, constants, some)
+            batch.pars[-n - 1 : -1] = padded(scaled[some]).T
+            batch.pars[-1] = 0.0
+            batch.state[n:] = 0.0
+            for number, state in enumerate(nodes, 1):
+                fraction = number / (len(nodes) + 1)
+                if not arrive(batch, padded((first + fraction * (last - first))[some])).all():
+                    batch.state[:] = np.nan
+                batch.state[:n] = state[:, None]
             ends = carried(batch, last[some])
-            batch.step(np.full(LANES, TINY), write_tc=True)  # for the Taylor coefficients in time
-            for k in range(orders):
-                taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
-                slopes = ends if k == 0 else np.where(np.isfinite(ends), taylor, np.nan)
+            if in_time > 1:  # for the Taylor coefficients in time
+                batch.step(np.full(LANES, TINY), write_tc=True)
+            for k in range(in_time):
+                slopes = ends
+                if k:
+                    taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
+                    slopes = np.where(np.isfinite(ends), taylor, np.nan)
                 result[some, :, k] = slopes.reshape(-1, orders, n)
         result *= lengths[:, None, None, None] ** np.arange(orders)[:, None, None]
         result *= constants.scales
         result[:, 1, 0] += directions  # the jet is that of phi(x + s v) - s v
         return result
-
-    def _begin_jets(
-        self,
-        states: Array,
-        start: Array,
-        end: Array,
-        constants: Constants,
-        directions: Array,
-        some: slice,
-        beyond: Array | None,
-    ) -> Any:
-        """Propagate as many jets as there are lanes to the last of the nodes that are passed.
-
-        Directions are of scaled states.
-        """
-        n = self.dimension
-        batch = self._prepare(self._code.jet, states, start, constants, some)
-        batch.pars[-n - 1 : -1] = padded(directions[some]).T
-        batch.pars[-1] = 0.0
-        batch.state[n:] = 0.0
-        passed = () if beyond is None else beyond / constants.scales
-        for number, state in enumerate(passed, 1):
-            share = number / (len(passed) + 1)
-            if not arrive(batch, padded((start + share * (end - start))[some])).all():
-                batch.state[:] = np.nan
-            batch.state[:n] = state[:, None]
-        return batch
 
     def trajectory(
         self, state: Array, constants: Constants, grid: Array, *, patient: bool = True

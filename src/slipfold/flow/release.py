@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.contact_state import (
     SLACK,
     ContactsNow,
@@ -28,9 +29,6 @@ from slipfold.flow.polynomials import BegunPolynomials
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.flow.switched_flow import POINTS, Beginning, HybridSystem, Leg, beginning
 
-AT_REST = 1e-12
-"""Slip, over its size, that is rounding: a contact that comes to rest with another one."""
-
 AHEAD = 1e-6
 """Phases after which a force that grows is larger."""
 
@@ -44,7 +42,7 @@ def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> list[int]:
         contact
         for contact, place in enumerate(system.places)
         if mode[contact] is not Status.OPEN
-        and math.hypot(*now.slip[place]) * system.weights[contact] <= AT_REST
+        and math.hypot(*now.slip[place]) * system.weights[contact] <= ROUNDING
     ]
 
 

@@ -97,9 +97,6 @@ FAST = 64.0
 """Vibrations this many times faster than the slowest one, and than the forcing, carry none of the
 trajectory: they follow it. A chain of forty masses has none, a beam of three elements has."""
 
-VIBRATES = 1e-9
-"""Imaginary part of an eigenvalue, over the fastest rate, that rounding may feign."""
-
 
 def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
     """Return what makes of rates those of slow motion, shape (n, n); None if all motion is slow.
@@ -123,7 +120,7 @@ def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
         return None
     values = np.linalg.eigvals(jacobian)
     largest = float(np.abs(values).max())
-    turning = np.abs(values[np.abs(values.imag) > VIBRATES * largest])
+    turning = np.abs(values[np.abs(values.imag) > ROUNDING * largest])
     rate = FAST * max(float(turning.min(initial=np.inf)) if len(turning) else 0.0, forcing)
     if not 0 < rate < largest or not rate < turning.max(initial=0.0):
         return None
@@ -200,7 +197,8 @@ LEAST = 1 / 8
 displacements alone, and what follows it vibrates faster."""
 
 ROUNDING = 1e-9
-"""Trajectory smaller than this fraction of the displacement at rest is rounding."""
+"""Movement below this fraction of the displacement at rest, and vibration below this fraction of
+the fastest rate, are rounding."""
 
 ROUNDING_OF_ZERO = 1e-15
 """Fraction of the start, or of what the forcing moves, below which a state at rest is zero."""

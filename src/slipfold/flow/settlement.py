@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.switched_motion import Change
 from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.text.one_line import number_text
@@ -20,8 +21,6 @@ SHORTEST = 16
 SHORT = 200
 """Forcing periods below which a transient cannot be told from a torus."""
 
-ROUNDING = 1e-12
-"""Change from one response to the next that rounding alone can cause, in scaled states."""
 
 TREND = 0.9
 """Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)."""

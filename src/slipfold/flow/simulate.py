@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.autonomous_settlement import judge_autonomous
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import AT_REST, PUSH, divided, paced, pushed_off, rounded_down
 from slipfold.flow.flow import flow_of
@@ -294,9 +295,6 @@ PILOT = 4
 
 SLIPS = (Status.FORTH, Status.BACK)
 
-STILL = 1e-12
-"""Rate, in scales an interval, at which a trajectory rests."""
-
 
 def simulate_smooth_or_switched(
     model: Model,
@@ -451,7 +449,7 @@ def settlement_of(motion: SwitchedMotion, tolerance: float) -> Settlement:
     if 2 * since < motion.periods and all(status in SLIPS for status in mode):
         return judge_autonomous(model, motion.strobe[since:], tolerance)
     rates = motion.flow.of(mode).rates(state[None], np.zeros(1), motion.constants)[0]
-    if all(status is Status.STICK for status in mode) and np.abs(rates / scales).max() <= STILL:
+    if all(status is Status.STICK for status in mode) and np.abs(rates / scales).max() <= ROUNDING:
         message = "settled on an equilibrium in which all contacts stick"
         return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
     time = motion.periods * motion.constants.period

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.compiled_mode import ARRIVED, STEPS
 from slipfold.flow.contact_state import Numbers, Undecided, next_mode
 from slipfold.flow.guarded_flow import Stop
@@ -26,7 +27,7 @@ from slipfold.flow.modes import (
     shown,
     status_name,
 )
-from slipfold.flow.release import AT_REST, begins, let_go, release
+from slipfold.flow.release import begins, let_go, release
 from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system
 from slipfold.models.model import Model
 
@@ -272,7 +273,7 @@ def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
         slip = now.slip[place]
         if system.flow.contacts[contact].opens and now.normal[contact] < 0:
             mode.append(Status.OPEN)
-        elif math.hypot(*slip) * system.weights[contact] <= AT_REST:
+        elif math.hypot(*slip) * system.weights[contact] <= ROUNDING:
             mode.append(Status.STICK)
             rest.append(contact)
         else:
@@ -402,7 +403,7 @@ def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
             rest.append(contact)
             if met and event.ending is Ending.YIELDS:
                 wanted[contact] = event.towards
-        elif math.hypot(*slip) * system.weights[contact] <= AT_REST:
+        elif math.hypot(*slip) * system.weights[contact] <= ROUNDING:
             rest.append(contact)
         elif status is Status.OPEN:
             continue  # it slips as it lands

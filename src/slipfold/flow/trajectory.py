@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.contact_motion import Samples, dense_legs, sample_switched
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
@@ -371,9 +372,6 @@ class Trajectory(OneLine):
         return self._flow.constants_of(self.model)
 
 
-SAME = 1e-12
-"""Fraction of a step by which a root may lie beside it."""
-
 STEPS = 100_000
 """Steps of the integrator in a round at most."""
 
@@ -546,7 +544,9 @@ def _turning_values(coefficients: Array) -> Array:
     if len(slopes) < 2:
         return ends
     roots = np.polynomial.polynomial.polyroots(slopes)
-    real = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > -SAME) & (roots.real < 1 + SAME)]
+    real = roots.real[
+        (np.abs(roots.imag) < 1e-6) & (roots.real > -ROUNDING) & (roots.real < 1 + ROUNDING)
+    ]
     values = np.polynomial.polynomial.polyval(np.clip(real, 0.0, 1.0), coefficients)
     return np.concatenate([ends, values])
 
