@@ -16,7 +16,7 @@ from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import Takeover
 from slipfold.flow.polynomials import DenseMotion
-from slipfold.flow.settlement import SHORTEST, Settlement, Trend, trends_of
+from slipfold.flow.settlement import SHORTEST, Settlement, Trend, not_converged, trends_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 
@@ -254,13 +254,10 @@ def _largest_besides_one(monodromy: Array) -> float:
 def _at_rest(rest: Equilibrium) -> Settlement:
     within = f"within {max(rest.distance, 1e-16):.1e}"
     if rest.growth > 0:
-        return Settlement(
-            False,
-            None,
-            rest.distance,
-            None,
+        return not_converged(
             f"not settled: it sits on an unstable equilibrium, {within}; a disturbance grows by "
             f"the factor 10 in {math.log(10) / rest.growth:.3g} s",
+            rest.distance,
         )
     kind = "an equilibrium" if rest.growth < 0 else "an equilibrium that attracts nothing"
     message = f"settled on {kind}, {within}"
@@ -303,7 +300,7 @@ def _on_cycle(
             "but nothing attracts the motion to it; it goes on as it began, as round a centre "
             "without damping"
         )
-    return Settlement(False, None, trend.drift, trend.rate, message)
+    return not_converged(message, trend.drift, trend.rate)
 
 
 def _unsettled(
@@ -317,13 +314,13 @@ def _unsettled(
             f"{start}it approaches an equilibrium and is {rest.distance:.1e} away; about "
             f"{more:.3g} s more are needed"
         )
-        return Settlement(False, None, rest.distance, None, message)
+        return not_converged(message, rest.distance)
     count = 0 if returns is None else len(returns)
     if returns is None or count <= SHORTEST:
         half = len(sizes) // 2
         grows = half and sizes[half:].max() > GROWS * sizes[:half].max()
         how = "the motion still grows" if grows else _few(count, seen)
-        return Settlement(False, None, math.nan, None, f"{start}{how}; simulate longer")
+        return not_converged(f"{start}{how}; simulate longer")
     return _still_changing(end, returns, start, tolerance)
 
 
@@ -352,25 +349,21 @@ def _still_changing(end: _End, returns: Returns, start: str, tolerance: float) -
     for trend in trends:
         more = trend.more(tolerance)
         if more is not None and trend.rate is not None:
-            return Settlement(
-                False,
-                None,
-                trend.drift,
-                trend.rate,
+            return not_converged(
                 f"{start}the motion comes back after about {trend.period * between:.4g} s, still "
                 f"changed by {trend.drift:.1e}, shrinking by the factor "
                 f"{trend.rate**trend.period:.6g}; about {more * between:.3g} s more are needed",
+                trend.drift,
+                trend.rate,
             )
     first = trends[0]
     if first.growing:
         how = f"leaving an unstable cycle of about {between:.4g} s; simulate longer"
-        return Settlement(False, None, first.drift, first.rate, f"{start}it is {how}")
-    return Settlement(
-        False,
-        None,
-        first.drift,
-        first.rate,
+        return not_converged(f"{start}it is {how}", first.drift, first.rate)
+    return not_converged(
         f"{start}the motion comes back after about {between:.4g} s, changed by {first.drift:.1e}, "
         "and this does not shrink; a torus, chaos or a very slow transient: look at the motion, or "
         f"simulate {10 * end.time:.3g} s",
+        first.drift,
+        first.rate,
     )

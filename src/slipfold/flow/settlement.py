@@ -79,6 +79,11 @@ class Settlement:
         return self.message
 
 
+def not_converged(message: str, drift: float = math.nan, rate: float | None = None) -> Settlement:
+    """Return that a trajectory has not converged, and why."""
+    return Settlement(False, None, drift, rate, message)
+
+
 @dataclass(frozen=True)
 class Trend:
     """Change of states over k of them: at the end, and in three successive windows."""
@@ -156,12 +161,8 @@ def judge_settlement(
     """
     if len(strobe) <= SHORTEST:
         count = len(strobe) - 1
-        return Settlement(
-            False,
-            None,
-            math.nan,
-            None,
-            f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}",
+        return not_converged(
+            f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}"
         )
     trends = trends_of(strobe / scales, turns / scales)
     for trend in trends:
@@ -213,31 +214,25 @@ def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlemen
         rate, more = trend.rate, trend.more(tolerance)
         if rate is not None and more is not None:
             over = "a period" if trend.period == 1 else f"{trend.period} periods"
-            return Settlement(
-                False,
-                None,
-                trend.drift,
-                rate,
+            return not_converged(
                 f"{start}the state still changes by {trend.drift:.1e} over {over}, shrinking by "
                 f"the factor {rate:.6g} a period; about {more} more periods are needed",
+                trend.drift,
+                rate,
             )
     first = trends[0]
     if first.growing:
-        return Settlement(
-            False,
-            None,
-            first.drift,
-            first.rate,
+        return not_converged(
             f"{start}it is leaving an unstable response, the change from period to period "
             f"({first.drift:.1e}) grows; simulate longer",
+            first.drift,
+            first.rate,
         )
-    return Settlement(
-        False,
-        None,
-        first.drift,
-        first.rate,
+    return not_converged(
         f"{start}the state changes by {first.drift:.1e} from period to period and this does not "
         f"shrink; {_advice(periods)}",
+        first.drift,
+        first.rate,
     )
 
 
@@ -287,7 +282,7 @@ def judge_changes(
         )
         return Settlement(True, 1, drift, rate, message, duration=duration, kind="cycle")
     message = f"not settled after {time:.6g} s: stick and slip do not repeat yet; simulate longer"
-    return Settlement(False, None, math.nan, None, message)
+    return not_converged(message)
 
 
 def _distance(last: list[Change], turn: int, length: int, scales: Array) -> float:

@@ -20,7 +20,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.scales import measured
-from slipfold.flow.settlement import Settlement, judge_changes, judge_settlement
+from slipfold.flow.settlement import Settlement, judge_changes, judge_settlement, not_converged
 from slipfold.flow.switched_motion import SwitchedMotion
 from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.model import Model
@@ -282,9 +282,7 @@ def unbounded_at(time: float, size: float) -> Stop:
 
 def cut_short(stop: Stop) -> Settlement:
     """Say of a trajectory that ended early that it has not settled."""
-    return Settlement(
-        False, None, math.nan, None, f"not settled: ended after {stop.time:.6g} s, {stop.reason}"
-    )
+    return not_converged(f"not settled: ended after {stop.time:.6g} s, {stop.reason}")
 
 
 SWITCHED_CHECKS = (32, 128, 512, 2048, 8192)
