@@ -13,7 +13,7 @@ import record
 from batch import AMPLITUDE, COMPARED, COUNT, PERIODS, compared, starts
 
 import slipfold as sf
-from slipfold.flow.ensembles import strobe_many
+from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.flow import flow_of
 from slipfold.version import package_version
 
@@ -23,12 +23,12 @@ def main() -> None:
     options = record.arguments("slipfold on many motions at once")
     model = sf.SlidingOscillator(f=12.5, Nd=AMPLITUDE)
     begun = time.perf_counter()
-    strobe_many(model, starts(), None, 1, threads=1)
+    stroboscopic_samples(model, starts(), None, 1, threads=1)
     built = time.perf_counter() - begun
     times = []
     for _ in range(options.repeat):
         begun, used = time.perf_counter(), time.process_time()
-        points = strobe_many(model, starts(), None, PERIODS, threads=1)
+        points = stroboscopic_samples(model, starts(), None, PERIODS, threads=1)
         times.append((time.perf_counter() - begun, time.process_time() - used))
     exact, few = flow_of(model, 1e-15), starts(COMPARED)
     constants, zero = exact.constants_of(model), np.zeros(COMPARED)

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
+from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
 
 FORCE, DAMPING, SPRING = 300.0, 0.1, 100.0
 
@@ -112,7 +112,7 @@ period = "2*pi/W"
 def follower():
     """What follows cos(W t) at once, and from its start exactly."""
     model = sf.System.from_toml(FOLLOWS)
-    return Takeover(flow_of(model), flow_of(model).constants(model.vector))
+    return StiffFallback(flow_of(model), flow_of(model).constants(model.vector))
 
 
 def test_it_ends_where_a_limit_is_met(follower):

@@ -10,7 +10,7 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.errors import InputError
 from slipfold.flow.ensembles import models_with
-from slipfold.long_term.classification import tell_open
+from slipfold.long_term.classification import classify_open
 from slipfold.plots.regions import COLOURS
 
 OSCILLATOR = sf.SlidingOscillator()
@@ -163,7 +163,7 @@ def test_a_slow_way_to_a_response_is_no_torus():
     # A weakly damped oscillator winds in for thousands of periods, and 5 and 7 turns do not close.
     dampings = np.array([2e-3, 4e-4, 1e-4, 1e-5, 0.0])
     models = models_with(WEAK, 5, {"c": dampings})
-    told, _ = tell_open(models, np.tile([1.0, 0.0], (5, 1)))
+    told, _ = classify_open(models, np.tile([1.0, 0.0], (5, 1)))
     # The fourth would need some ten thousand periods to be seen to come nearer; none is damped less
     # than the last.
     assert told.kinds.tolist() == [*["periodic"] * 3, "undecided", "torus"]

@@ -19,7 +19,7 @@ from slipfold.flow.batches import LANES
 from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.equilibrium import PUSH, own_sizes, unfed_states
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
+from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
 from slipfold.flow.switched_flow import hybrid_system
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
@@ -119,7 +119,7 @@ def repeated(
 def _implicit_ends(motion: Trajectory, chosen: NDArray[np.intp]) -> NDArray[np.float64]:
     """Return what stiff periods end with in implicit steps, NaN where these do not arrive."""
     flow, ends = flow_of(motion.model), np.full((len(chosen), len(motion.model.states)), np.nan)
-    takeover = Takeover(flow, flow.constants_of(motion.model))
+    takeover = StiffFallback(flow, flow.constants_of(motion.model))
     scales = takeover.field.scales
     for row, place in enumerate(chosen):
         state = motion.strobe[place] / scales

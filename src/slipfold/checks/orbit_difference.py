@@ -13,7 +13,7 @@ from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retr
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit_steps import End, Takeover, implicit_motion
+from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
 from slipfold.flow.intervals import Field, newton_step
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.models.model import Model
@@ -31,7 +31,7 @@ def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
     constants = flow.constants_of(orbit.model)
     if not flow.is_stiff(orbit.state, constants):
         return None
-    takeover = Takeover(flow, constants)
+    takeover = StiffFallback(flow, constants)
     count = len(orbit.nodes)
     places = np.arange(0, count, max(1, count // PARTS))
     nodes = orbit.nodes[places] / constants.scales

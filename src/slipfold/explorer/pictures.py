@@ -14,7 +14,7 @@ from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
 from slipfold.explorer.plain import axis_of, now_and_then, number, short
 from slipfold.loci.region_votes import model_exists
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.classification import NOT_DONE, PERIODIC, Places
+from slipfold.long_term.classification import NOT_DONE, PERIODIC, TrajectoryGrid
 from slipfold.models.model import Model
 from slipfold.progress import Progress
 from slipfold.results.attractors import Basins, in_words
@@ -84,13 +84,13 @@ def send_regimes(
     watch = now_and_then(send, check, _far)
     for points in REGIME_CELLS:
         picture = _Picture(model, (request.x, request.y), points)
-        work = Places(
+        work = TrajectoryGrid(
             model, picture.values, 1, np.asarray(model.start, dtype=float), REGIME_TRANSIENT, watch
         )
         work.from_rest(0)
         if points == REGIME_CELLS[0]:
             send({**picture.of(work), "done": False})
-        work.tell_open()
+        work.classify_open()
         send({**picture.of(work), "done": points == REGIME_CELLS[-1]})
 
 
@@ -120,7 +120,7 @@ class _Picture:
             for name, values in zip(self._names, (first, second), strict=True)
         }
 
-    def of(self, work: Places) -> dict[str, Any]:
+    def of(self, work: TrajectoryGrid) -> dict[str, Any]:
         """Return labels row by row from below: the number of a name, or 0 where none is known."""
         names = _names(work)
         result = sorted({*names} - {NOT_DONE})
@@ -136,8 +136,8 @@ class _Picture:
         }
 
 
-def _names(work: Places) -> list[str]:
-    kinds: NDArray[np.str_] = work.told_kinds[0]
+def _names(work: TrajectoryGrid) -> list[str]:
+    kinds: NDArray[np.str_] = work.reported_kinds[0]
     return [
         f"period {period}" if kind == PERIODIC else str(kind)
         for kind, period in zip(kinds, work.known.periods[0], strict=True)

@@ -21,9 +21,9 @@ from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import (
     Motion,
     begun,
-    comes_to_rest,
     ends_of,
     initial_state,
+    reaches_stick_limit,
     settlement_of,
     slips_at_first,
     trajectory_of,
@@ -146,7 +146,7 @@ def stream_simulation(
     again = not slips_at_first(model, start)
     if not again:
         motion = _smooth(timed(model, request), start, request.periods, every, emit)
-        if comes_to_rest(motion.stopped, model):
+        if reaches_stick_limit(motion.stopped, model):
             again = True
         else:
             result = Trajectory(

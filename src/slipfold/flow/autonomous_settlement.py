@@ -14,7 +14,7 @@ from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit_steps import Takeover
+from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseMotion
 from slipfold.flow.settlement import SHORTEST, Settlement, Trend, not_converged, trends_of
 from slipfold.models.model import Model
@@ -232,7 +232,7 @@ class _End:
         inside = window.phases[(window.phases > begin) & (window.phases < end)]
         if window.implicit:
             edges = np.concatenate([[begin], inside, [end]])
-            matrices = Takeover(flow, constants).matrices(window, edges)
+            matrices = StiffFallback(flow, constants).matrices(window, edges)
             return _largest_besides_one(reduce(lambda product, matrix: matrix @ product, matrices))
         edges = np.concatenate([[begin], inside[::PIECE], [end]])
         states, lengths = window.at(edges[:-1]), np.diff(edges)

@@ -18,7 +18,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
 from slipfold.flow.modes import Status, shown
 from slipfold.flow.scales import measured, measured_within
-from slipfold.flow.simulate import LARGEST, comes_to_rest, told_in_slip, unbounded_at
+from slipfold.flow.simulate import LARGEST, limits_are_defined, reaches_stick_limit, unbounded_at
 from slipfold.flow.switched_flow import hybrid_system
 from slipfold.flow.switched_motion import Broken, SwitchedMotion, first_mode, legs
 from slipfold.models.model import Model
@@ -149,7 +149,7 @@ class March:
             self._place -= 2 * worst * longer**ORDER < TOLERANCE
 
 
-class OwnMotion:
+class SingleTrajectory:
     """One trajectory, a few periods at a time.
 
     `stuck` says whether a contact stuck or was open in the last one.
@@ -161,7 +161,7 @@ class OwnMotion:
         self.stuck = False
         self._constants = constants
         # Elsewhere contacts may stick at any time.
-        self._sticks = not told_in_slip(model, start[None], constants)
+        self._sticks = not limits_are_defined(model, start[None], constants)
         self._weights = guarded_flow_of(model).weights(start, constants)
         self._switched: SwitchedMotion | None = None
         self._before = 0
@@ -184,7 +184,7 @@ class OwnMotion:
         flow, found = guarded_flow_of(self.model), list[Array]()
         for piece in flow.pieces(state, periods, self._constants, done, self._weights):
             found += list(piece.states)
-            if piece.stop is not None and comes_to_rest(piece.stop, self.model):
+            if piece.stop is not None and reaches_stick_limit(piece.stop, self.model):
                 last = found[-1] if found else state
                 return found + self._through_stick(last, done + len(found))
             self.stopped = piece.stop
@@ -218,7 +218,7 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
     found, stops = starts.copy(), dict[int, Stop]()
     constants, guarded = flow_of(model).constants_of(model), guarded_flow_of(model)
     # Elsewhere contacts may stick at any time.
-    sticks = not told_in_slip(model, starts, constants)
+    sticks = not limits_are_defined(model, starts, constants)
     for place in np.flatnonzero((phases > 0) & (phases < 1)):
         state, phase = starts[place], float(phases[place])
         stop: Stop | None = None
@@ -227,7 +227,7 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
             if stop is None:
                 found[place] = states[-1]
                 continue
-        if sticks or comes_to_rest(stop, model):
+        if sticks or reaches_stick_limit(stop, model):
             try:
                 found[place] = _through_stick(model, state, phase)
                 continue
@@ -249,7 +249,7 @@ def _through_stick(model: Model, state: Array, phase: float) -> Array:
     return state
 
 
-class Crowd:
+class Ensemble:
     """Trajectories from one forcing period to the next; a context, in which threads are kept."""
 
     def __init__(
@@ -259,7 +259,7 @@ class Crowd:
         threads: int | None = None,
     ) -> None:
         self._groups = [
-            _Group(models[first : first + TOGETHER], starts[first : first + TOGETHER])
+            _Batch(models[first : first + TOGETHER], starts[first : first + TOGETHER])
             for first in range(0, len(starts), TOGETHER)
         ]
         self._pool = ThreadPoolExecutor(min(threads or cores(), len(self._groups)))
@@ -290,7 +290,7 @@ class Crowd:
         if len(self._groups) == 1:  # without the detour through another thread
             self._groups[0].go_on()
         else:
-            list(self._pool.map(_Group.go_on, self._groups))
+            list(self._pool.map(_Batch.go_on, self._groups))
 
     def move(self, states: Array) -> None:
         """Put trajectories elsewhere; those left out are NaN. Shapes: states (k, n)."""
@@ -309,7 +309,7 @@ class Crowd:
             first += len(group.models)
 
 
-class _Group:
+class _Batch:
     """Trajectories that march together while they can."""
 
     def __init__(self, models: list[Model], starts: Array) -> None:
@@ -324,9 +324,9 @@ class _Group:
         scales = flow.constants_of(first).scales
         self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
         # Elsewhere contacts may stick at any time.
-        slips = told_in_slip(first, starts, self._constants)
+        slips = limits_are_defined(first, starts, self._constants)
         self._march = March(first, self._constants) if slips else None
-        self._own: dict[int, OwnMotion] = {}
+        self._own: dict[int, SingleTrajectory] = {}
         self._scales = scales[:, None]
         self._done = 0
 
@@ -353,7 +353,7 @@ class _Group:
 
     def _alone(self, lane: int, state: Array) -> Array:
         if lane not in self._own:
-            self._own[lane] = OwnMotion(self.models[lane], self._constants.rows(lane), state)
+            self._own[lane] = SingleTrajectory(self.models[lane], self._constants.rows(lane), state)
         own, after = self._own[lane], np.full_like(state, np.nan)
         for reached in own.go_on(state, 1, self._done):
             after = reached
@@ -367,7 +367,7 @@ class _Group:
 
 
 @dataclass(frozen=True, eq=False)
-class StrobePoints:
+class StroboscopicSamples:
     """States of many trajectories at phase zero of each forcing period."""
 
     states: (
@@ -379,7 +379,7 @@ class StrobePoints:
     interrupted: bool = False
 
 
-def strobe_many(
+def stroboscopic_samples(
     model: Model,
     starts: ArrayLike,
     values: Mapping[str, ArrayLike] | None = None,
@@ -388,7 +388,7 @@ def strobe_many(
     *,
     transient: int = 0,
     threads: int | None = None,
-) -> StrobePoints:
+) -> StroboscopicSamples:
     """Follow trajectories from many starts; each may have parameter values of its own.
 
     A trajectory that sticks continues through stick by itself; one that meets another limit stops,
@@ -399,7 +399,8 @@ def strobe_many(
     Shapes: starts (k, n); values (k,) each.
 
     >>> from slipfold.models import SlidingOscillator
-    >>> points = strobe_many(SlidingOscillator(f=12.2), np.zeros((2, 4)), {"Nd": [0.05, 0.15]}, 400)
+    >>> model, loads = SlidingOscillator(f=12.2), {"Nd": [0.05, 0.15]}
+    >>> points = stroboscopic_samples(model, np.zeros((2, 4)), loads, 400)
     >>> points.states.shape, points.stopped
     ((2, 401, 4), (None, None))
     >>> [bool(abs(states[-1] - states[-2]).max() < 1e-6) for states in points.states]
@@ -407,13 +408,13 @@ def strobe_many(
     """
     states = _checked_starts(model, starts)
     models = models_with(model, len(states), values or {})
-    found = StrobePoints(
+    found = StroboscopicSamples(
         np.full((len(states), periods + 1, states.shape[1]), np.nan),
         (),
         np.zeros((len(states), periods + 1), bool),
     )
     total, interrupted = len(states) * (transient + periods), False
-    with Crowd(models, states, threads) as crowd:
+    with Ensemble(models, states, threads) as crowd:
         try:
             for period in range(transient + periods + 1):
                 if period:
@@ -427,7 +428,7 @@ def strobe_many(
             if observer is None:
                 raise
             interrupted = True
-        return StrobePoints(found.states, crowd.stopped, found.stuck, interrupted)
+        return StroboscopicSamples(found.states, crowd.stopped, found.stuck, interrupted)
 
 
 def models_with(model: Model, count: int, values: Mapping[str, ArrayLike]) -> list[Model]:

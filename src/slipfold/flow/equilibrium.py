@@ -87,7 +87,7 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     return Equilibrium(found, distance, growth, direction)
 
 
-def pushed_off(model: Model, state: Array) -> Array | None:
+def perturbed_off(model: Model, state: Array) -> Array | None:
     """Return a state beside an unstable equilibrium that a trajectory would sit on for ever.
 
     Shapes: state (n,); returns (n,).

@@ -34,7 +34,7 @@ from slipfold.flow.equations import (
     of_order_one,
     power_of_two,
 )
-from slipfold.flow.implicit_steps import Takeover
+from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseMotion
 from slipfold.models.evaluation import COLUMNS, carried_whole
 from slipfold.models.model import Kind, Model
@@ -318,7 +318,7 @@ class Flow(Evaluated):
         Shapes: state (n,); grid (m,); returns (m, n).
         """
         single = self._set_out(state, constants, grid[0])
-        takeover = Takeover(self, constants)
+        takeover = StiffFallback(self, constants)
         return pass_through(single, grid, takeover, patient=patient) * constants.scales
 
     def is_stiff(self, state: Array, constants: Constants) -> bool:
@@ -328,7 +328,7 @@ class Flow(Evaluated):
         """
         single = self._set_out(state, constants, 0.0)
         outcome = int(single.propagate_until(1.0, max_steps=MANY)[0])
-        return outcome == STEP_LIMIT and Takeover(self, constants).is_due(single)
+        return outcome == STEP_LIMIT and StiffFallback(self, constants).is_due(single)
 
     def dense(
         self, state: Array, constants: Constants, end: float, steps: int
@@ -341,7 +341,7 @@ class Flow(Evaluated):
         """
         single = self._set_out(state, constants, 0.0)
         outcome, *_, output = single.propagate_until(end, max_steps=steps, c_output=True)[:5]
-        takeover = Takeover(self, constants)
+        takeover = StiffFallback(self, constants)
         if int(outcome) == STEP_LIMIT and takeover.is_due(single):
             single.time, single.state[:] = 0.0, state / constants.scales
             implicit = takeover.motion(single, end, most=steps).polynomials

@@ -17,7 +17,7 @@ from slipfold.flow.batches import CALL, LONGEST, OPTIMISATION, STEEP, STEP_LIMIT
 from slipfold.flow.compiled_code import OwnCopies, cached
 from slipfold.flow.equations import Constants, Scaled, build_equations
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit_steps import MOST, End, Takeover, Watch
+from slipfold.flow.implicit_steps import MOST, End, StiffFallback, Watch
 from slipfold.flow.sharp_turns import VERSION, sharp_turns
 from slipfold.models.model import Kind, Model
 from slipfold.models.turns import without_turns
@@ -150,7 +150,7 @@ class GuardedFlow:
         finite = np.isfinite(states).all(axis=1)
         states = states if finite.all() else states[: int(finite.argmin())]
         if outcome == STEP_LIMIT and not len(states):
-            takeover = Takeover(self._flow, constants)
+            takeover = StiffFallback(self._flow, constants)
             left = go_on(integrator, 1.0, takeover, steep=events > len(self.limits))
             if left is None:
                 return self._implicitly(takeover, integrator, constants, done)
@@ -174,7 +174,7 @@ class GuardedFlow:
         return Strobe(states, self._singular(place, time))
 
     def _implicitly(
-        self, takeover: Takeover, integrator: Any, constants: Constants, done: float
+        self, takeover: StiffFallback, integrator: Any, constants: Constants, done: float
     ) -> Strobe:
         """Continue to the end of a period in implicit steps."""
         motion = takeover.motion(integrator, 1.0, watch=self._margins(constants))

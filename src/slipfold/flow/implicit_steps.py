@@ -181,7 +181,7 @@ LIMITED = 1.0
 order 16 is stable up to six or so, and what it resolves it resolves in a few tenths."""
 
 
-class Takeover:
+class StiffFallback:
     """Goes on implicitly from where one trajectory's integrator is."""
 
     def __init__(self, flow: Evaluated, constants: Constants) -> None:

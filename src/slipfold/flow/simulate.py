@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.autonomous_settlement import judge_autonomous
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
-from slipfold.flow.equilibrium import AT_REST, PUSH, divided, paced, pushed_off, rounded_down
+from slipfold.flow.equilibrium import AT_REST, PUSH, divided, paced, perturbed_off, rounded_down
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.modes import Status, contacts_of
@@ -163,7 +163,7 @@ class Motion:
         last, scales = self._pieces[-1], self.model.state_scales()
         lately = np.concatenate(self._pieces[-2:])[-2:]
         moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
-        pushed = pushed_off(self.model, last[-1]) if moving <= AT_REST else None
+        pushed = perturbed_off(self.model, last[-1]) if moving <= AT_REST else None
         if pushed is not None:
             self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
             self._pushed.append(self.periods)
@@ -309,14 +309,14 @@ def simulate_smooth_or_switched(
     start = initial_state(model, state)
     if slips_at_first(model, start):
         found = simulate(model, periods, start, tolerance=tolerance, observer=observer)
-        if not comes_to_rest(found.stopped, model):
+        if not reaches_stick_limit(found.stopped, model):
             return found
     return simulate_switched(
         model, checked_periods(periods), start, checked_tolerance(tolerance), observer
     )
 
 
-def comes_to_rest(stopped: Stop | None, model: Model) -> bool:
+def reaches_stick_limit(stopped: Stop | None, model: Model) -> bool:
     """Whether a trajectory ended where a contact may stick or open, and so continues."""
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     return stopped is not None and stopped.kind in beyond
@@ -328,10 +328,10 @@ def slips_at_first(model: Model, start: Array) -> bool:
         return True
     constants, starts = flow_of(model).constants_of(model), start[None]
     reached, bounds = _limits_at(model, starts, constants)
-    return told_in_slip(model, starts, constants) and bool(np.all(reached > bounds))
+    return limits_are_defined(model, starts, constants) and bool(np.all(reached > bounds))
 
 
-def told_in_slip(model: Model, starts: Array, constants: Constants) -> bool:
+def limits_are_defined(model: Model, starts: Array, constants: Constants) -> bool:
     """Whether trajectories in slip tell where their contacts come to their limits.
 
     Over the speed of a floor at rest slip is infinite, and no limit can be followed. Shapes: starts

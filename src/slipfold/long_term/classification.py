@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.ensembles import TOGETHER, Crowd, March, models_with
+from slipfold.flow.ensembles import TOGETHER, Ensemble, March, models_with
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import SURE
@@ -188,7 +188,7 @@ class Classified:
         return Classified(*(np.concatenate(pair) for pair in pairs))
 
 
-def tell_open(
+def classify_open(
     models: list[Model], states: Array, tell: Callable[[int, int], None] = lambda done, more: None
 ) -> tuple[Classified, bool]:
     """Follow each trajectory beside another one close to it; return whether that was interrupted.
@@ -231,7 +231,7 @@ class _Pairs:
         beside = states + APART * direction * self._scales
         # Side by side, so that a pair takes the same steps.
         both = np.stack([states, beside], axis=1).reshape(-1, n)
-        self._crowd = Crowd([model for model in models for _ in range(2)], both)
+        self._crowd = Ensemble([model for model in models for _ in range(2)], both)
         self._logarithms = np.zeros((periods, self._count))
         self._weights = bump(periods)
         self._sums = np.zeros((CLASSES, self._count, n))
@@ -344,7 +344,7 @@ BATCH = 2048
 """Trajectories that are followed together: between them an interruption loses nothing."""
 
 
-class Places:
+class TrajectoryGrid:
     """Motions at many values of parameters, in one run or several; what is known of them so far."""
 
     def __init__(
@@ -404,7 +404,7 @@ class Places:
         window = np.full((KEPT + 1, *starts.shape), np.nan)
         stuck = np.zeros(len(cells), np.int64)
         sticks = np.zeros(len(cells), bool)
-        with Crowd(models, starts) as crowd:
+        with Ensemble(models, starts) as crowd:
             for period in range(1, total + 1):
                 crowd.go_on()
                 stuck += crowd.stuck
@@ -440,21 +440,21 @@ class Places:
             found.means[row] = mean_state(window[-periods[row] :, row], whole_turns)
         return found
 
-    def tell_open(self) -> None:
+    def classify_open(self) -> None:
         """Look longer at trajectories that neither repeat nor stick, of all runs together."""
         runs, cells = np.nonzero(self.known.kinds == OPEN)
         self.total += 2 * len(cells) * PAIR_PERIODS[0]
         for first in range(0, len(cells), BATCH):
             run, cell = runs[first : first + BATCH], cells[first : first + BATCH]
-            found, interrupted = self.judged_open(cell, self.known.states[run, cell])
+            found, interrupted = self.classified_open(cell, self.known.states[run, cell])
             known = (found.kinds != UNDECIDED) | (not interrupted)
             self.known.put((run[known], cell[known]), found.rows(known))
             if interrupted:
                 raise KeyboardInterrupt
 
-    def judged_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Classified, bool]:
+    def classified_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Classified, bool]:
         """Look longer at trajectories; return what they do, and whether that was interrupted."""
-        return tell_open([self.models[cell] for cell in cells], states, self._tell_pairs)
+        return classify_open([self.models[cell] for cell in cells], states, self._tell_pairs)
 
     def _tell(self, periods: int) -> None:
         self.done += periods
@@ -466,6 +466,6 @@ class Places:
         self._tell(periods)
 
     @property
-    def told_kinds(self) -> NDArray[np.str_]:
+    def reported_kinds(self) -> NDArray[np.str_]:
         """What the trajectories do, as far as that is known."""
         return np.where(self.known.kinds == OPEN, NOT_DONE, self.known.kinds).astype(str)

@@ -16,7 +16,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.linearised_motion import linearised_motion
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.simulate import Motion, begun, comes_to_rest, settlement_of, slips_at_first
+from slipfold.flow.simulate import Motion, begun, reaches_stick_limit, settlement_of, slips_at_first
 from slipfold.flow.switched_motion import SwitchedMotion, legs
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
@@ -418,7 +418,7 @@ def _refuse_ended(growth: Growth) -> None:
     stopped = growth.stopped
     if stopped is None:
         return
-    if comes_to_rest(stopped, growth.model):
+    if reaches_stick_limit(stopped, growth.model):
         raise _Sticks
     raise InputError(
         f"the motion has no exponents, it ends after {stopped.time:.6g} s: {stopped.reason}; start "

@@ -20,7 +20,7 @@ from slipfold.long_term.classification import (
     TORUS,
     UNDECIDED,
     Classified,
-    Places,
+    TrajectoryGrid,
 )
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -43,7 +43,7 @@ STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 """From a cell to those beside it, along the first and the second parameter."""
 
 
-def continue_to_neighbours(work: Places, grid: Rows) -> None:
+def continue_to_neighbours(work: TrajectoryGrid, grid: Rows) -> None:
     """Continue each trajectory of each cell to the cells next to it, until none is new.
 
     A trajectory is new if the cell has none of its kind, or, if it repeats, none of its period and
@@ -60,7 +60,7 @@ def continue_to_neighbours(work: Places, grid: Rows) -> None:
         new = np.concatenate([np.empty((0, 2), np.intp), *found])
 
 
-def _distinct(work: Places) -> Rows:
+def _distinct(work: TrajectoryGrid) -> Rows:
     """Return run and cell of each trajectory that no earlier run has in that cell."""
     cells = np.arange(work.known.kinds.shape[1])
     found = []
@@ -71,7 +71,7 @@ def _distinct(work: Places) -> Rows:
     return np.concatenate(found)
 
 
-def _proposals(work: Places, grid: Rows, sources: Rows) -> Rows:
+def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
     """Return run and cell of trajectories, each with a cell beside it to which it is continued."""
     shape = grid.shape
     found = []
@@ -92,7 +92,7 @@ def _proposals(work: Places, grid: Rows, sources: Rows) -> Rows:
     return proposals[~(sticks & stuck_there)]
 
 
-def _continued(work: Places, proposals: Rows) -> Rows:
+def _continued(work: TrajectoryGrid, proposals: Rows) -> Rows:
     """Follow some proposals; store what is new, and return its runs and cells."""
     runs, cells, targets = proposals.T
     found = work.judged(targets, work.known.states[runs, cells])
@@ -103,7 +103,7 @@ def _continued(work: Places, proposals: Rows) -> Rows:
     new = ~_known(work, targets, found)
     longer = np.flatnonzero(new & opened)
     if len(longer):
-        judged, interrupted = work.judged_open(targets[longer], found.states[longer])
+        judged, interrupted = work.classified_open(targets[longer], found.states[longer])
         if interrupted:
             raise KeyboardInterrupt
         found.put(longer, judged)
@@ -111,7 +111,7 @@ def _continued(work: Places, proposals: Rows) -> Rows:
     return _stored(work, targets, found, np.flatnonzero(new))
 
 
-def _stored(work: Places, targets: Rows, found: Classified, rows: Rows) -> Rows:
+def _stored(work: TrajectoryGrid, targets: Rows, found: Classified, rows: Rows) -> Rows:
     """Store trajectories that are new, one after the other; return their runs and cells."""
     kept = []
     for row in rows:
@@ -128,7 +128,7 @@ def _stored(work: Places, targets: Rows, found: Classified, rows: Rows) -> Rows:
 
 
 def _known(
-    work: Places, cells: Rows, found: Classified, runs: int | None = None
+    work: TrajectoryGrid, cells: Rows, found: Classified, runs: int | None = None
 ) -> NDArray[np.bool_]:
     """Whether motions add nothing to what the first runs, or all of them, have in their cells."""
     known = ~np.isin(found.kinds, (PERIODIC, STICKS, *APERIODIC))
@@ -137,7 +137,7 @@ def _known(
     return known
 
 
-def _same(work: Places, one: Classified, other: Classified) -> NDArray[np.bool_]:
+def _same(work: TrajectoryGrid, one: Classified, other: Classified) -> NDArray[np.bool_]:
     """Whether pairs of trajectories cannot be told apart; of an undecided one it is not known."""
     apart = np.abs(without_turns(one.means - other.means, work.model.whole_turns) / work.scales)
     periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
@@ -180,20 +180,20 @@ def find_regimes(
     shape = len(places[0]), len(places[1])
     first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
     values = {axes[0]: first, axes[1]: second}
-    work = Places(model, values, len(RUNS), start, transient, observer)
+    work = TrajectoryGrid(model, values, len(RUNS), start, transient, observer)
     interrupted = False
     try:
         work.from_rest(0)
         cells = np.arange(first.size).reshape(shape)
         _sweep(work, cells)
-        work.tell_open()
+        work.classify_open()
         continue_to_neighbours(work, cells)
     except KeyboardInterrupt:
         interrupted = True
     return _plane(work, shape, interrupted)
 
 
-def _sweep(work: Places, lines: NDArray[np.intp]) -> None:
+def _sweep(work: TrajectoryGrid, lines: NDArray[np.intp]) -> None:
     """Continue trajectories along the second parameter, up and down again."""
     states = np.tile(work.start, (lines.shape[0], 1))
     for place in range(lines.shape[1]):
@@ -202,13 +202,13 @@ def _sweep(work: Places, lines: NDArray[np.intp]) -> None:
         states = work.follow(2, lines[:, place], states)
 
 
-def _plane(work: Places, cells: tuple[int, int], interrupted: bool) -> Plane:
+def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> Plane:
     further = len(work.known.kinds) - len(RUNS)
     shape = len(work.known.kinds), *cells
     return Plane(
         work.model,
         (*RUNS, *(f"continued {number}" for number in range(1, further + 1))),
-        work.told_kinds.reshape(shape),
+        work.reported_kinds.reshape(shape),
         work.known.periods.reshape(shape),
         work.known.exponents.reshape(shape),
         work.known.states.reshape(*shape, -1),
@@ -257,15 +257,15 @@ def resolve_regions(
             observer(locus_progress("regimes", progress.done, progress.total, middle, text))
 
     columns = dict(zip(plane, values.T, strict=True))
-    work = Places(model, columns, 1, np.asarray(model.start, dtype=float), TRANSIENT, tell)
+    work = TrajectoryGrid(model, columns, 1, np.asarray(model.start, dtype=float), TRANSIENT, tell)
     interrupted = False
     try:
         work.from_rest(0)
-        work.tell_open()
+        work.classify_open()
     except KeyboardInterrupt:
         interrupted = True
     found: dict[int, list[RegionMotion]] = {number: [] for number in places}
-    told = zip(work.told_kinds[0], work.known.periods[0], work.known.exponents[0], strict=True)
+    told = zip(work.reported_kinds[0], work.known.periods[0], work.known.exponents[0], strict=True)
     for number, place, (kind, period, exponent) in zip(numbers, values, told, strict=True):
         if kind != NOT_DONE:
             at = (float(place[0]), float(place[1]))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.ensembles import OwnMotion, models_with, strobe_many
+from slipfold.flow.ensembles import SingleTrajectory, models_with, stroboscopic_samples
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
@@ -113,7 +113,7 @@ class _Sweep:
     def _at(self, run: int, place: int, state: Array) -> tuple[str, Array]:
         """Follow a motion at a value; return why it stopped, if it did, and where it came to."""
         model, periods = self.models[place], self.transient + self.kept - 1
-        motion = OwnMotion(model, flow_of(model).constants_of(model), state)
+        motion = SingleTrajectory(model, flow_of(model).constants_of(model), state)
         found = np.concatenate([state[None], motion.go_on(state, periods)])
         if motion.stopped is not None:
             return motion.stopped.reason, state
@@ -129,7 +129,7 @@ class _Sweep:
             self.done = before
             self._tell(progress.done)
 
-        points = strobe_many(
+        points = stroboscopic_samples(
             self.models[0],
             np.repeat(starts, len(self.values), axis=0),
             {self.vary: np.tile(self.values, count)},

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.ensembles import strobe_many
+from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.equilibrium import equilibrium_near
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
@@ -44,7 +44,7 @@ class Motions:
 
         What comes after the end of a trajectory is no number. Shapes: returns (k, periods + 1, n).
         """
-        points = strobe_many(self.model, self.states[which], None, periods)
+        points = stroboscopic_samples(self.model, self.states[which], None, periods)
         known = np.isfinite(points.states).all(axis=2).sum(axis=1)
         self.states[which] = points.states[np.arange(len(which)), known - 1]
         self.stuck[which] = points.stuck.any(axis=1)

@@ -18,8 +18,8 @@ from slipfold.flow.guarded_flow import guarded_flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import (
-    comes_to_rest,
     initial_state,
+    reaches_stick_limit,
     simulate,
     simulate_smooth_or_switched,
     simulate_switched,
@@ -149,7 +149,7 @@ def periodic_orbit(
     guess = near
     if near is not None or period > 1:  # else the linear response is the guess
         motion = simulate(model, settle if near is None else int(period), near)
-        if comes_to_rest(motion.stopped, model):
+        if reaches_stick_limit(motion.stopped, model):
             orbit = search.through_stick(near)
             return orbit if orbit.sticking else search.smooth(orbit.state)
         guess = motion.strobe[-1] if near is None else near

@@ -15,7 +15,7 @@ from slipfold.continuation.settings import Coarse
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import Takeover
+from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseMotion
 from slipfold.flow.scales import linear_response, measured
 from slipfold.flow.simulate import simulate
@@ -183,7 +183,7 @@ def _stiff_response(
     misses a knee that lasts a millionth of the period.
     """
     constants = orbits.flow.constants(model.vector, orbits.flow_scales)
-    motion = _StiffSearch(Takeover(orbits.flow, constants), model, tell).closed()
+    motion = _StiffSearch(StiffFallback(orbits.flow, constants), model, tell).closed()
     if motion is None:
         return None
     edges = motion.phases
@@ -200,7 +200,7 @@ def _stiff_response(
 class _StiffSearch:
     """The search for a trajectory in implicit steps that ends where it began after a period."""
 
-    def __init__(self, takeover: Takeover, model: Model, tell: Callable[[int], None]) -> None:
+    def __init__(self, takeover: StiffFallback, model: Model, tell: Callable[[int], None]) -> None:
         self._takeover, self._model, self._tell = takeover, model, tell
         self._periods = self._steps = 0
 

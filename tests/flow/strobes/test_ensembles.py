@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.errors import InputError
-from slipfold.flow.ensembles import strobe_many
+from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.simulate import simulate, simulate_smooth_or_switched
 
 OSCILLATOR = sf.SlidingOscillator(f=12.5)
@@ -26,7 +26,7 @@ def test_each_has_its_own_start_and_parameters():
     starts = np.zeros((40, 4))
     starts[:, 1] = rng.uniform(-0.3, 0.3, 40)
     values = {"Nd": rng.uniform(0.0, 0.05, 40), "f": rng.uniform(11, 13, 40)}
-    points = strobe_many(OSCILLATOR, starts, values, 30)
+    points = stroboscopic_samples(OSCILLATOR, starts, values, 30)
     assert points.states.shape == (40, 31, 4)
     for row in (0, 7, 39):
         model = OSCILLATOR.replace(**{name: float(column[row]) for name, column in values.items()})
@@ -40,7 +40,7 @@ def test_each_has_its_own_start_and_parameters():
 def test_motions_go_on_through_stick(values, sticks):
     model = OSCILLATOR.replace(**values)
     exact = simulate_smooth_or_switched(model, 20)
-    points = strobe_many(model, np.zeros((2, 4)), None, 20)
+    points = stroboscopic_samples(model, np.zeros((2, 4)), None, 20)
     assert points.stopped == (None, None)
     assert points.states[1] / UNITS == pytest.approx(exact.strobe / UNITS, abs=1e-8)
     assert bool(points.stuck[1, -1]) is sticks
@@ -49,7 +49,7 @@ def test_motions_go_on_through_stick(values, sticks):
 @pytest.mark.parametrize(("e", "x"), [(1e-3, 1.86016491), (1e-5, 1.86045068)])
 def test_no_step_leads_past_a_sharp_turn(e, x):
     # Radau at 1e-10.
-    points = strobe_many(steep(), np.zeros((2, 2)), {"e": [e, 0.05]}, 60)
+    points = stroboscopic_samples(steep(), np.zeros((2, 2)), {"e": [e, 0.05]}, 60)
     assert points.states[:, -1, 0] == pytest.approx([x, 1.84688889], abs=2e-8)
 
 
@@ -61,7 +61,7 @@ def test_a_narrow_hill_is_not_missed():
         states={"x": "-2*pi*y", "y": "2*pi*x", "z": "1/(1 + (x/w)^2)"},
         forcing={"period": "T"},
     )
-    points = strobe_many(turning, np.tile([1.0, 0.0, 0.0], (7, 1)), {"w": w}, 1)
+    points = stroboscopic_samples(turning, np.tile([1.0, 0.0, 0.0], (7, 1)), {"w": w}, 1)
     # Forty calls or more, of which each may be wrong by 1e-9.
     assert points.states[:, 1, 2] == pytest.approx(w / np.sqrt(1 + w**2), abs=4e-8)
 
@@ -75,7 +75,7 @@ def test_a_motion_that_meets_a_limit_stops_and_the_others_go_on():
         outputs={"room": "x + 1"},
         limits={"floor": {"output": "room", "bound": 0.0}},
     )
-    points = strobe_many(floor, np.zeros((3, 2)), {"F": [1.0, 4.0, 1.0]}, 8)
+    points = stroboscopic_samples(floor, np.zeros((3, 2)), {"F": [1.0, 4.0, 1.0]}, 8)
     stops = [stop and stop.kind for stop in points.stopped]
     assert stops == [None, "floor", None]
     alone = simulate(floor.replace(F=4.0), 8)
@@ -93,7 +93,7 @@ def test_angles_lose_whole_turns():
         states={"a": {"rate": "w + 0.1*cos(t)", "angle": True}},
         forcing={"period": "2*pi"},
     )
-    points = strobe_many(wheel, np.zeros((1, 1)), {"w": [3.25]}, 4)
+    points = stroboscopic_samples(wheel, np.zeros((1, 1)), {"w": [3.25]}, 4)
     assert points.states[0, :, 0] == pytest.approx(np.pi * np.array([0, 0.5, 1, -0.5, 0]), abs=1e-8)
 
 
@@ -105,7 +105,7 @@ def test_an_interrupt_keeps_what_is_done():
         if progress.done == 6:
             raise KeyboardInterrupt
 
-    points = strobe_many(OSCILLATOR, np.zeros((2, 4)), None, 9, stop)
+    points = stroboscopic_samples(OSCILLATOR, np.zeros((2, 4)), None, 9, stop)
     assert seen == [(2, 18), (4, 18), (6, 18)]
     assert points.interrupted
     assert np.isfinite(points.states[:, :3]).all()
@@ -124,4 +124,4 @@ def test_an_interrupt_keeps_what_is_done():
 )
 def test_wrong_input_is_refused(starts, values, message):
     with pytest.raises(InputError, match=message):
-        strobe_many(OSCILLATOR, starts, values, 3)
+        stroboscopic_samples(OSCILLATOR, starts, values, 3)
