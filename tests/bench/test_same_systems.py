@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold import System
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.registry import model_named
-from slipfold.models.system import System
 
 BENCH = Path(__file__).parents[2] / "bench"
 

@@ -6,9 +6,8 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from helpers.reference import CASES, traced
+from slipfold import InputError, SlidingOscillator
 from slipfold.branches.response import trace_response
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
 
 SPANS = {
     "Nd": (0.0, 0.95),

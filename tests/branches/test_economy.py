@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.models.structures import HarmonicForce, ProportionalDamping, Structure
+from slipfold import HarmonicForce, ProportionalDamping, Structure
 
 TONGUES = sf.System(
     name="tongues",

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from helpers.reference import CASES, specials, traced
+from slipfold import SlidingOscillator
 from slipfold.branches.response import trace_response
-from slipfold.models import SlidingOscillator
 
 MIRROR = np.array([-1.0, 1.0, -1.0, 1.0])
 

@@ -4,10 +4,8 @@ import pytest
 
 import slipfold as sf
 from helpers.reference import specials
+from slipfold import Settings, SlidingOscillator, Steps
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Steps
-from slipfold.models import SlidingOscillator
 
 
 def run(values, vary, span, largest=0.5):

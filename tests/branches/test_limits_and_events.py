@@ -5,11 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from slipfold import Event, InputError, Newton, Settings, SlidingOscillator, Steps
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Event, Settings
-from slipfold.continuation.settings import Newton, Steps
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
 
 SINGLE = Settings(largest_period=1)
 STEPS = [0.01, 0.05, 0.5]

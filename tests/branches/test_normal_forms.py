@@ -10,10 +10,8 @@ import pytest
 import slipfold as sf
 from helpers.by_hand.stroboscopic import StroboscopicByHand, coefficient, critical_vectors
 from helpers.reference import CASES, traced
+from slipfold import Settings, Steps, periodic_orbit
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Steps
-from slipfold.orbits.find import periodic_orbit
 
 
 def find(case, kind, near=None):

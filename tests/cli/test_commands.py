@@ -9,9 +9,7 @@ import pytest
 from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
-from slipfold.continuation.end import End
-from slipfold.loci.locus import LocusEnd
-from slipfold.results.result import load
+from slipfold import End, LocusEnd, load
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
 SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from helpers.command_line import run
+from slipfold import Progress
 from slipfold.paper.reproduce import Reproduction
-from slipfold.progress import Progress
 
 
 @pytest.fixture

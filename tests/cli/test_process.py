@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from helpers.command_line import run as run_here
-from slipfold.results.result import load
+from slipfold import load
 
 PROGRAM = [sys.executable, "-m", "slipfold.cli"]
 # So many points that it is still running when it is interrupted.

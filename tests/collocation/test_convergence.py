@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold import periodic_orbit
 from slipfold.collocation_points import gauss_points
 from slipfold.continuation.newton import correct
 from slipfold.models import model_named
@@ -16,7 +17,6 @@ from slipfold.orbits.check import collocate
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme
-from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.multipliers import product_eigenvalues
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.settings import Settings
+from slipfold import Settings
 from slipfold.branches.start import forced_orbits
 from slipfold.collocation_points import radau_points
 from slipfold.continuation.newton import correct

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from slipfold import End
 from slipfold.continuation.curve import AlgebraicCurve
-from slipfold.continuation.end import End
 from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import LostCurveError, locate
 from slipfold.continuation.monitor import Zeros

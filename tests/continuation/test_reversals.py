@@ -6,10 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
+from slipfold import Steps
 from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.continuation.follow import follow, unexplained_reversal
 from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.settings import Stepping, Steps
+from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import MonitorResult
 
 

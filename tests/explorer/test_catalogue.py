@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.messages import parse_request
 from slipfold.explorer.plain import plain_text

@@ -12,8 +12,8 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, diagram
+from slipfold import InputError
 from slipfold.cli.reading import equations_file, find_model
-from slipfold.errors import InputError
 from slipfold.explorer.answering import Answering
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.messages import ExportRequest

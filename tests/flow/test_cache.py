@@ -8,11 +8,11 @@ import stat
 import numpy as np
 import pytest
 
+from slipfold import SlidingOscillator
 from slipfold.flow import compiled_code
 from slipfold.flow.compiled_code import cache_directory, cached
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow
-from slipfold.models import SlidingOscillator
 
 posix = pytest.mark.skipif(os.name != "posix", reason="permissions are POSIX")
 

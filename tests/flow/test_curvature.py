@@ -5,8 +5,8 @@ import pytest
 
 from helpers.by_hand.sliding import BASE, integrate
 from helpers.toy_models import LinearOscillator, Runaway
+from slipfold import SlidingOscillator
 from slipfold.flow.flow import flow_of
-from slipfold.models import SlidingOscillator
 
 RNG = np.random.default_rng(20260105)
 TINY = 1e-30

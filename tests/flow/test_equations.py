@@ -3,9 +3,9 @@
 import heyoka as hy
 
 from helpers.toy_models import LinearOscillator
+from slipfold import Model, Parameter, SlidingOscillator, State
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import flow_of
-from slipfold.models import Model, Parameter, SlidingOscillator, State
 
 
 class Long(Model):

@@ -6,8 +6,8 @@ from scipy.linalg import expm
 
 from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import LinearOscillator
+from slipfold import SlidingOscillator
 from slipfold.flow.flow import flow_of
-from slipfold.models import SlidingOscillator
 
 RNG = np.random.default_rng(20260103)
 MODEL = SlidingOscillator(f=12.2, Nd=0.3, mu=0.45, alpha=0.9)

@@ -5,9 +5,9 @@ import pytest
 
 from helpers.by_hand.sliding import BASE, integrate
 from helpers.toy_models import LinearOscillator
+from slipfold import SlidingOscillator
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.models import SlidingOscillator
 
 RNG = np.random.default_rng(20260102)
 SETS = [

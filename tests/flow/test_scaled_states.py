@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from slipfold import System
 from slipfold.flow.flow import flow_of
-from slipfold.models import System
 
 START = np.array([[0.3, -0.8], [1.1, 0.2], [-0.4, 0.9]])
 PHASES = np.zeros(3), np.full(3, 1.7)

@@ -8,10 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.special import erf, ive
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import Coulomb, InputError, Regularised
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import simulate
-from slipfold.models.friction import Coulomb, Regularised
 
 UNIT, UP = np.eye(3)[:1], np.eye(2)
 STEEPNESS = 10.0 ** np.random.default_rng(4).uniform(-6, 0, 9)

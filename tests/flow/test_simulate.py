@@ -9,9 +9,8 @@ from scipy.integrate import solve_ivp
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, integrate, rhs
 from helpers.toy_models import Falling, LinearOscillator, Runaway
-from slipfold.errors import InputError
+from slipfold import InputError, SlidingOscillator
 from slipfold.flow.simulate import simulate
-from slipfold.models import SlidingOscillator
 
 SCALE = np.array([1.0, 1.0, 80.0, 80.0])
 SLIDING = SlidingOscillator(f=12.2, Nd=0.15)

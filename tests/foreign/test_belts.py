@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold import PeriodicOrbit
 
 STRIBECK = sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2)
 LAWS = {

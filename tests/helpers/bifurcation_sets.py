@@ -12,15 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from slipfold import InputError, Settings, SlidingOscillator, Steps
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
 from slipfold.continuation.newton import correct
-from slipfold.continuation.settings import Steps
-from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import coefficient_at
-from slipfold.models import SlidingOscillator
 from slipfold.normal_forms.normal_form import criticality_of
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits

@@ -2,13 +2,7 @@
 
 import numpy as np
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.settings import Event, Settings
-from slipfold.branches.special_point import SpecialPoint
-from slipfold.continuation.end import End
-from slipfold.continuation.settings import Steps
-from slipfold.models import SlidingOscillator
-from slipfold.results.diagram import Diagram
+from slipfold import Branch, Diagram, End, Event, Settings, SlidingOscillator, SpecialPoint, Steps
 from slipfold.results.records import Provenance
 
 MODEL = SlidingOscillator(f=12.5, alpha="59.9deg")

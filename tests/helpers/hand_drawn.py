@@ -5,11 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import SpecialPoint
-from slipfold.continuation.end import End
-from slipfold.models import SlidingOscillator
-from slipfold.orbits.extrema import Extrema
+from slipfold import Branch, End, Extrema, SlidingOscillator, SpecialPoint
 
 INSIDE = np.array([0.5 + 0.5j, 0.5 - 0.5j, 0.3, 0.2])
 FLIPPED = np.array([-1.5, 0.5, 0.3, 0.2], dtype=complex)

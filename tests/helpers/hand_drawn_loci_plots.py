@@ -4,9 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from slipfold.loci.locus import CODIMENSION_TWO, Locus, LocusEnd, LocusPoint
-from slipfold.loci.region_map import Region, RegionCheck, RegionMap
-from slipfold.models import SlidingOscillator
+from slipfold import Locus, LocusEnd, LocusPoint, Region, RegionCheck, RegionMap, SlidingOscillator
+from slipfold.loci.locus import CODIMENSION_TWO
 
 WINDOW = ((12.0, 13.0), (0.0, 0.4))
 

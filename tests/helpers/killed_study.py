@@ -16,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from helpers.studies import CHEAP, content
-from slipfold.computations.study import study
+from slipfold import study
 
 LONGEST = 0.25
 """Seconds after which an attempt is killed at the latest."""

@@ -5,12 +5,19 @@ import dataclasses
 import numpy as np
 
 from helpers.diagrams import STATES
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Steps
-from slipfold.loci.locus import Locus, LocusEnd, LocusPoint
-from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
-from slipfold.models import SlidingOscillator
-from slipfold.results.locus_diagram import LocusDiagram
+from slipfold import (
+    Locus,
+    LocusDiagram,
+    LocusEnd,
+    LocusPoint,
+    Region,
+    RegionCheck,
+    RegionMap,
+    RegionMotion,
+    Settings,
+    SlidingOscillator,
+    Steps,
+)
 from slipfold.results.records import Provenance
 
 MODEL = SlidingOscillator(f=11.5, Nd=0.0, alpha="59.9deg")

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from slipfold import Newton, Settings, SlidingOscillator, Steps
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Newton, Steps
-from slipfold.models import SlidingOscillator
 
 FILE = Path(__file__).parents[1] / "reference" / "sliding.json"
 DATA = json.loads(FILE.read_text())

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slipfold.errors import InputError
+from slipfold import InputError
 
 
 @st.composite

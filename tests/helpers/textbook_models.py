@@ -7,7 +7,7 @@ import math
 
 import heyoka as hy
 
-from slipfold.models import Model, Output, Parameter, State
+from slipfold import Model, Output, Parameter, State
 
 OMEGA = Parameter("w", 1.0, "rad/s", "circular frequency", lower=0, lower_open=True)
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator, ThresholdMap
 from slipfold.results.records import Provenance
-from slipfold.results.thresholds import ThresholdMap
 
 MODEL = SlidingOscillator(f=12.4)
 KINDS = [["", "no PD in the span"], ["", "limit: lost contact"], ["limit: lost contact", ""]]

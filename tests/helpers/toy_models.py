@@ -5,7 +5,7 @@ import math
 import heyoka as hy
 import numpy as np
 
-from slipfold.models import Limit, Model, Output, Parameter, State
+from slipfold import Limit, Model, Output, Parameter, State
 
 
 class LinearOscillator(Model):

@@ -9,8 +9,7 @@ from helpers.hand_drawn import (
     drawn_branch,
     drawn_point,
 )
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Steps
+from slipfold import Settings, Steps
 from slipfold.lines import branch_segments
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from helpers.bifurcation_sets import PLANES, bifurcations, response, whole_set
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Newton, Steps
+from slipfold import Newton, Settings, Steps
 from slipfold.loci.follow import follow_loci
 
 PLANE = ("f", "Nd")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from helpers.bifurcation_sets import PLANES, crossings, same_orbit, whole_set
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator
 
 
 def rows(locus, inside):

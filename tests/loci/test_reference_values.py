@@ -19,8 +19,8 @@ from helpers.bifurcation_sets import (
     whole_set,
 )
 from helpers.reference import PRINTED, model_values
+from slipfold import SlidingOscillator
 from slipfold.loci.follow import follow_loci
-from slipfold.models import SlidingOscillator
 
 LOCI = json.loads((Path(__file__).parents[1] / "reference" / "loci.json").read_text())
 FORCE = ("f", "Nd")

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.bifurcation_sets import PLANES, WITH_REGIONS, orbits_at, response, whole_set
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
-from slipfold.orbits.find import periodic_orbit
+from slipfold import InputError, SlidingOscillator, periodic_orbit
 
 FORCE = ("f", "Nd")
 ALL = [

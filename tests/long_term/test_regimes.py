@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.flow.ensembles import models_with
 from slipfold.long_term.classification import classify_open
 from slipfold.plots.regions import COLOURS

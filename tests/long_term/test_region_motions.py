@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold import Region, RegionMap, RegionMotion
 from slipfold.computations import loci
-from slipfold.loci.region_map import Region, RegionMap, RegionMotion
 from slipfold.long_term.regimes import resolve_regions
 
 PLANE, WINDOW = ("f", "Nd"), ((12.499, 12.501), (0.03, 0.15))

@@ -7,11 +7,8 @@ from scipy.integrate import quad
 import slipfold as sf
 from helpers.dry_friction import belt
 from helpers.toy_models import LinearOscillator
-from slipfold.errors import InputError
+from slipfold import InputError, PeriodicOrbit, SlidingOscillator, find_spectrum
 from slipfold.flow.simulate import simulate
-from slipfold.long_term.spectrum import find_spectrum
-from slipfold.models import SlidingOscillator
-from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 ORDERS = (0, 0.5, 1, 1.5)
 REFERENCE = {

@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from helpers.dry_friction import den_hartog
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.long_term.classification import repeats_of
 from slipfold.plots.trajectories import dots_of
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.measured.measurement import csv_of, read_measurement
+from slipfold import read_measurement
+from slipfold.measured.measurement import csv_of
 
 MODEL = sf.SlidingOscillator()
 

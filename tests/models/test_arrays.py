@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.models.evaluation import evaluation_of
 
 CHAIN = """

@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
-from slipfold.errors import InputError
-from slipfold.models import built_in_models, model_named
+from slipfold import InputError, built_in_models
+from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.registry import built_in_text
 

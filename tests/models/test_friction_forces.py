@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from slipfold.models.friction import (
+from slipfold import (
     BoucWen,
     Coulomb,
     CoulombViscous,

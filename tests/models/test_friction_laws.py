@@ -8,23 +8,22 @@ import heyoka as hy
 import numpy as np
 import pytest
 
-from slipfold.errors import InputError
-from slipfold.models.friction import (
+from slipfold import (
     BoucWen,
     Coulomb,
     CoulombViscous,
     CubicStribeck,
     Dahl,
     FrictionLaw,
+    InputError,
     Iwan,
     Jenkins,
     LuGre,
     RationalStribeck,
     Regularised,
     Stribeck,
-    law_from_record,
-    law_record,
 )
+from slipfold.models.friction import law_from_record, law_record
 
 LAWS = [
     Coulomb(mu_s=0.6, mu_k=0.4),

@@ -8,25 +8,25 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, rhs
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.friction import (
+from slipfold import (
     BoucWen,
     Coulomb,
     CoulombViscous,
     CubicStribeck,
     Dahl,
     FrictionLaw,
+    InputError,
     Iwan,
     Jenkins,
     LuGre,
+    Parameter,
     RationalStribeck,
     Regularised,
+    SlidingOscillator,
     Stribeck,
 )
+from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction.quantities import described
-from slipfold.models.parameter import Parameter
 
 SINGLE = sf.Settings(largest_period=1)
 RNG = np.random.default_rng(20260105)

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from helpers.toy_models import LinearOscillator
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator, built_in_models, model_named
+from slipfold import InputError, SlidingOscillator, built_in_models
+from slipfold.models import model_named
 
 MODELS = st.builds(
     SlidingOscillator,

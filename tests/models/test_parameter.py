@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipfold.errors import InputError
-from slipfold.models import Parameter, SlidingOscillator
+from slipfold import InputError, Parameter, SlidingOscillator
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.models.quantity import parse_quantity
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)

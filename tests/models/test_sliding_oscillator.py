@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helpers.by_hand.sliding import BASE, rhs
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator
 from slipfold.models.evaluation import evaluation_of
 
 RNG = np.random.default_rng(20260101)

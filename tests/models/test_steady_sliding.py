@@ -7,8 +7,8 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, rhs
-from slipfold.errors import InputError
-from slipfold.models import Coulomb, LuGre, SlidingOscillator, Stribeck, Unforced, model_named
+from slipfold import Coulomb, InputError, LuGre, SlidingOscillator, Stribeck, Unforced
+from slipfold.models import model_named
 from slipfold.models.evaluation import evaluation_of
 
 SINGLE = sf.Settings(largest_period=1)

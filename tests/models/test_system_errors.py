@@ -7,7 +7,7 @@ import pytest
 import slipfold as sf
 import slipfold.branches.settings
 from helpers.duffing_text import TEXT
-from slipfold.errors import InputError
+from slipfold import InputError
 
 OF_TEXT = {
     "unknown name": ("force - ", "farce - ", "farce - 0.05", ["'farce'", "did you mean force?"]),

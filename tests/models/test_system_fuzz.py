@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from helpers.spoilt_files import check_made, fuzzed, spoilt_files
+from slipfold import built_in_models
 from slipfold.models.formulas.functions import FUNCTIONS
 from slipfold.models.formulas.grammar import FormulaError, format_tree, parse_formula
-from slipfold.models.registry import built_in_models, built_in_text, model_named
+from slipfold.models.registry import built_in_text, model_named
 
 FEW = 80
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold import Settings
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
 from slipfold.models import model_named
 
 FORCED = [

@@ -6,11 +6,8 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.toy_models import LinearOscillator
+from slipfold import Settings, SlidingOscillator, Steps, periodic_orbit
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.continuation.settings import Steps
-from slipfold.models import SlidingOscillator
-from slipfold.orbits.find import periodic_orbit
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),

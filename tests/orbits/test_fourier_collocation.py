@@ -5,10 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 from helpers.fourier_collocation import FourierOrbit
+from slipfold import Settings, SlidingOscillator, periodic_orbit
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.models import SlidingOscillator
-from slipfold.orbits.find import periodic_orbit
 
 SETS = [
     ({"f": 12.5, "Nd": 0.05}, 1, 65),

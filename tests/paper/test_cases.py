@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator
 from slipfold.paper.cases import Curve, read_cases
 
 CASES = read_cases()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator
 from slipfold.paper import reproduce
 from slipfold.paper.cases import (
     BasinCase,

@@ -16,7 +16,7 @@ from helpers.hand_drawn_loci_plots import (
     locus_diagram,
     valley,
 )
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator
 from slipfold.paper import reproduce
 from slipfold.paper.cases import Cases, Plane, PlaneFigure, read_cases
 from slipfold.paper.drawing import draw_plane

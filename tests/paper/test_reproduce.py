@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.paper import reproduce
 from slipfold.paper.cases import read_cases
 from slipfold.paper.reproduce import Tasks

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.flow.modes import Status
 from slipfold.long_term.contacts import find_contacts
 from slipfold.plots import (

@@ -9,9 +9,8 @@ from helpers.hand_drawn import (
     drawn_branch,
     threshold_diagram,
 )
-from slipfold.errors import InputError
+from slipfold import InputError, find_spectrum
 from slipfold.flow.simulate import simulate
-from slipfold.long_term.spectrum import find_spectrum
 from slipfold.plots import (
     draw_family,
     draw_phase,

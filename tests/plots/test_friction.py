@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from slipfold.errors import InputError
-from slipfold.models.friction import Coulomb, LuGre, Stribeck
+from slipfold import Coulomb, InputError, LuGre, Stribeck
 from slipfold.plots.contacts import draw_friction
 
 

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from helpers.hand_drawn_loci_plots import WINDOW, drawn_regions, locus_diagram, valley
+from slipfold import Region, RegionMap
 from slipfold.lines import locus_segments
-from slipfold.loci.region_map import Region, RegionMap
 from slipfold.plots.labels import place_labels
 from slipfold.plots.loci import legend_options
 from slipfold.plots.regions import (

@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from helpers.studies import CHEAP
-from slipfold.errors import InputError
+from slipfold import InputError
 
 SPEEDS = [0.7, 0.5, 0.6]
 

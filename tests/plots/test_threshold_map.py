@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from slipfold.models import SlidingOscillator
+from slipfold import SlidingOscillator
 from slipfold.plots import draw_threshold_map
 from slipfold.plots.maps import HATCHES
 from slipfold.thresholds.threshold_map import GridThresholds

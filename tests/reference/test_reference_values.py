@@ -5,10 +5,8 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 from helpers.reference import CASES, DATA, PRINTED, model_values, specials, traced
+from slipfold import Settings, SlidingOscillator, periodic_orbit
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.models import SlidingOscillator
-from slipfold.orbits.find import periodic_orbit
 
 SINGLE = Settings(largest_period=1)
 

@@ -9,9 +9,8 @@ import pytest
 import xarray
 
 from helpers.all_results import MADE
-from slipfold.errors import InputError
+from slipfold import InputError, load
 from slipfold.results import result as load_module
-from slipfold.results.result import load
 from slipfold.results.tables import LabelledTable, read_netcdf
 
 

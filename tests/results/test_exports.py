@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 
 from helpers.diagrams import made_diagram, response_branch, special_point
-from slipfold.computations.long_term import simulate
-from slipfold.continuation.end import End
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
+from slipfold import End, InputError, SlidingOscillator, simulate
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.results.result import load
+from slipfold import load
 
 TINY = sf.System(
     name="micrometres",

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 from helpers.locus_diagrams import assert_same
-from slipfold.branches.settings import Event, Settings
-from slipfold.computations.loci import bifurcation_set, locus
-from slipfold.computations.response import response
-from slipfold.continuation.settings import Steps
-from slipfold.errors import InputError
+from slipfold import (
+    Event,
+    InputError,
+    Settings,
+    SlidingOscillator,
+    Steps,
+    bifurcation_set,
+    locus,
+    response,
+)
 from slipfold.loci import isolated
-from slipfold.models import SlidingOscillator
 
 PLANE = ("f", "Nd")
 WINDOW = ((12.3, 12.6), (0.0, 0.1))

@@ -10,7 +10,7 @@ from helpers.locus_diagrams import (
     made_locus_diagram,
     torus_locus,
 )
-from slipfold.loci.locus import LocusEnd
+from slipfold import LocusEnd
 from slipfold.models import model_named
 from slipfold.results.locus_diagram import criticalities
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
+from slipfold import InputError, SlidingOscillator
 from slipfold.computations.loci import corner_model, parse_plane
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
 
 MODEL = SlidingOscillator()
 DEGREE = np.pi / 180

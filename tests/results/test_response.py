@@ -3,11 +3,8 @@
 import numpy as np
 import pytest
 
-from slipfold.branches.settings import Event, Settings
-from slipfold.computations.response import response
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator, model_named
-from slipfold.results.result import load
+from slipfold import Event, InputError, Settings, SlidingOscillator, load, response
+from slipfold.models import model_named
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,7 @@ import xarray
 from helpers.diagrams import (
     made_diagram,
 )
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
-from slipfold.models.friction import RationalStribeck
-from slipfold.results.result import load
+from slipfold import InputError, RationalStribeck, SlidingOscillator, load
 
 
 class OtherModel(SlidingOscillator):

@@ -10,11 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
 from helpers.threshold_maps import REASON, made_map
-from slipfold.computations.thresholds import threshold_map
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
-from slipfold.results.result import load
-from slipfold.results.thresholds import ThresholdMap
+from slipfold import InputError, SlidingOscillator, ThresholdMap, load, threshold_map
 
 
 def assert_same(one, other):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from helpers.studies import files_of_at_most
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.results import writing
 from slipfold.results.tables import LabelledTable, Variable
 from slipfold.results.writing import check_writable, write_file

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from slipfold.computations.response import response
-from slipfold.errors import InputError
-from slipfold.models.friction import BoucWen, Coulomb, Regularised
-from slipfold.models.structures import (
+from slipfold import (
     BaseMotion,
+    BoucWen,
     ContactLoad,
+    Coulomb,
     CraigBampton,
     CubicSpring,
     FrictionContact,
     GapSpring,
     GeometricSpring,
     HarmonicForce,
+    InputError,
     LinearSpring,
     ModalDamping,
     ModalReduction,
@@ -23,8 +23,10 @@ from slipfold.models.structures import (
     MultiHarmonicForce,
     PolynomialSpring,
     ProportionalDamping,
+    Regularised,
     Structure,
     TabulatedForce,
+    response,
 )
 
 I2, K2 = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]])

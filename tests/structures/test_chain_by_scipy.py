@@ -4,24 +4,27 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from slipfold.flow.simulate import simulate
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.friction import BoucWen, Coulomb, LuGre, Stribeck
-from slipfold.models.structures import (
+from slipfold import (
+    BoucWen,
     ConstantLoad,
     ContactLoad,
+    Coulomb,
     CubicSpring,
     FrictionContact,
     GapSpring,
     GeometricSpring,
     HarmonicForce,
     LinearSpring,
+    LuGre,
     ModulatedLoad,
     PolynomialSpring,
     ProportionalDamping,
+    Stribeck,
     Structure,
+    periodic_orbit,
 )
-from slipfold.orbits.find import periodic_orbit
+from slipfold.flow.simulate import simulate
+from slipfold.models.evaluation import evaluation_of
 
 
 def chain(size):

@@ -6,9 +6,8 @@ import random
 import numpy as np
 import pytest
 
-from slipfold.errors import InputError
+from slipfold import Coulomb, InputError
 from slipfold.models import structures
-from slipfold.models.friction import Coulomb
 
 JUNK = [
     *(None, 3, -1, 0, 1.5, np.nan, True, 1 + 2j, 10**400, "x", "q1", "5 mm", b"z", object()),

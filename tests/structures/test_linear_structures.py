@@ -5,15 +5,15 @@ import pytest
 from scipy import sparse
 from scipy.linalg import eigh
 
-from slipfold.models.structures import (
+from slipfold import (
     CraigBampton,
     HarmonicForce,
     ModalDamping,
     ModalReduction,
     ProportionalDamping,
     Structure,
+    periodic_orbit,
 )
-from slipfold.orbits.find import periodic_orbit
 
 RNG = np.random.default_rng(20260103)
 ROOT = RNG.normal(size=(3, 3))

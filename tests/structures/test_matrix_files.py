@@ -5,8 +5,7 @@ import pytest
 from scipy import sparse
 from scipy.io import mmwrite, savemat
 
-from slipfold.errors import InputError
-from slipfold.models.structures import Structure
+from slipfold import InputError, Structure
 
 M = np.diag([1.0, 2.0])
 K = np.array([[2.0, -1.0], [-1.0, 1.0]])

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from slipfold.models.friction import Stribeck
-from slipfold.models.structures import CubicSpring, FrictionContact, HarmonicForce, Structure
+from slipfold import CubicSpring, FrictionContact, HarmonicForce, Stribeck, Structure
 
 M, K = np.eye(2), np.array([[2.0, -1.0], [-1.0, 1.0]])
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from slipfold.branches.response import trace_response
-from slipfold.models import SlidingOscillator
-from slipfold.models.friction import Coulomb
-from slipfold.models.structures import (
+from slipfold import (
+    Coulomb,
     FrictionContact,
     GeometricSpring,
     ModulatedLoad,
+    SlidingOscillator,
     Structure,
 )
+from slipfold.branches.response import trace_response
 
 RNG = np.random.default_rng(20260102)
 STATES = RNG.normal(size=(20, 4)) * [0.4, 0.4, 30.0, 30.0]

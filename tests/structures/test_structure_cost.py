@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from slipfold import CubicSpring, HarmonicForce, ProportionalDamping, Structure
 from slipfold.flow.flow import flow_of
-from slipfold.models.structures import CubicSpring, HarmonicForce, ProportionalDamping, Structure
 
 
 def chain(size):

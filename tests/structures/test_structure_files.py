@@ -8,7 +8,7 @@ import pytest
 from scipy import io, sparse
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import InputError
 
 TEXT = """\
 name = "frame"

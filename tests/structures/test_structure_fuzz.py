@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from helpers.spoilt_files import check_made, fuzzed, spoilt_files
-from slipfold.models.registry import built_in_models, built_in_text, model_named
+from slipfold import built_in_models
+from slipfold.models.registry import built_in_text, model_named
 
 FEW = 60
 

@@ -10,7 +10,7 @@ import pytest
 
 import slipfold as sf
 from helpers.studies import CHEAP, content
-from slipfold.errors import InputError
+from slipfold import InputError
 
 distributed = pytest.importorskip("distributed", reason="clusters are the extra 'cluster'")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import InputError
 
 LINEAR = {
     "model": "duffing",

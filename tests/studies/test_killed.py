@@ -16,7 +16,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from helpers.studies import CHEAP, CHEAP_FILE, content
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.studies.store import Store
 
 HELPER = Path(__file__).parents[1] / "helpers" / "killed_study.py"

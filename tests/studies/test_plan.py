@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
+from slipfold import InputError, SlidingOscillator
 from slipfold.studies.plan import read_plan
 
 THRESHOLD = {"what": "threshold", "vary": "Nd", "span": [0, 0.9]}

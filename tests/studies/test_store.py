@@ -4,7 +4,7 @@ import pytest
 
 import slipfold as sf
 from helpers.studies import CHEAP, content, files_of_at_most
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.studies.store import Store
 
 HEAD = {"compute": "something", "cases": [1, 2, 3]}

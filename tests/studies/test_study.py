@@ -8,8 +8,8 @@ import xarray as xr
 
 import slipfold as sf
 from helpers.studies import CHEAP, content
+from slipfold import InputError
 from slipfold.design_space.sampling import drawn
-from slipfold.errors import InputError
 from slipfold.results import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan

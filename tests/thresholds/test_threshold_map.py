@@ -7,10 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from helpers.textbook_models import Duffing, Mathieu, Torus
+from slipfold import InputError, Settings, SlidingOscillator
 from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.errors import InputError
-from slipfold.models import SlidingOscillator
 from slipfold.thresholds.threshold_map import find_threshold_map
 
 ALONE = Settings(largest_period=1)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.continuation.settings import Stepping, Steps
+from slipfold import Steps
+from slipfold.continuation.settings import Stepping
 from slipfold.tori.circles import resampled, slopes, tail, turned, turning
 from slipfold.tori.follow import follow_tori
 from slipfold.tori.start import first_circle

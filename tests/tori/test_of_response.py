@@ -10,7 +10,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from helpers.tori import of_the_sliding_oscillator, of_van_der_pol
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.lines import torus_segments
 from slipfold.tori.follow import INVARIANT

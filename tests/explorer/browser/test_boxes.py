@@ -6,8 +6,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
-from slipfold.errors import InputError
-from slipfold.models.parameter import Parameter
+from slipfold import InputError, Parameter
 from slipfold.models.quantity import parse_quantity, units_of, wanted_text
 
 UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m", "1/s")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.errors import InputError
+from slipfold import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.simulate import simulate, simulate_smooth_or_switched
 
