@@ -53,7 +53,7 @@ HOPELESS = 1e-5
 however steep the formulas are."""
 
 STOPPED = hy.taylor_outcome.step_limit
-STEP_LIMIT = int(STOPPED)
+STEP_LIMIT, ARRIVED = int(STOPPED), int(hy.taylor_outcome.time_limit)
 
 
 class Rest(Protocol):

@@ -10,7 +10,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import OPTIMISATION, TOLERANCE
+from slipfold.flow.batches import ARRIVED, OPTIMISATION, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import cached
 from slipfold.flow.contact_state import Slopes
 from slipfold.flow.equations import Constants, Scaled
@@ -203,9 +203,6 @@ def _powers(
 
 STEPS = 20_000
 """Steps of the integrator between two changes at most."""
-
-ARRIVED = int(hy.taylor_outcome.time_limit)
-STEP_LIMIT = int(hy.taylor_outcome.step_limit)
 
 
 class ReadyMode:

@@ -13,7 +13,16 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import CALL, LONGEST, OPTIMISATION, STEEP, STEP_LIMIT, TOLERANCE, go_on
+from slipfold.flow.batches import (
+    ARRIVED,
+    CALL,
+    LONGEST,
+    OPTIMISATION,
+    STEEP,
+    STEP_LIMIT,
+    TOLERANCE,
+    go_on,
+)
 from slipfold.flow.compiled_code import OwnCopies, cached
 from slipfold.flow.equations import Constants, Scaled, build_equations
 from slipfold.flow.flow import Flow, flow_of
@@ -25,8 +34,6 @@ from slipfold.models.turns import without_turns
 CHUNK = 16
 """Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
 
-
-ARRIVED = int(hy.taylor_outcome.time_limit)
 
 STANDSTILL = 1e-9
 """A last step shorter than this fraction of a period is one before a singularity."""

@@ -10,6 +10,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.batches import STEP_LIMIT
 
 UNIT = 64.0
 """Logarithms are integrated in this unit: an integrator's errors go with what is largest."""
@@ -67,7 +68,7 @@ class StepPolynomials:
         return np.einsum("ink,ipk->ipn", self.tcs, powers), times, lengths + np.zeros_like(times)
 
 
-SUCCESS, STEP_LIMIT = int(hy.taylor_outcome.success), int(hy.taylor_outcome.step_limit)
+SUCCESS = int(hy.taylor_outcome.success)
 
 
 def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomials]:

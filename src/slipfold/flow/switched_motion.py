@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import ROUNDING
-from slipfold.flow.compiled_mode import ARRIVED, STEPS
+from slipfold.flow.batches import ARRIVED, ROUNDING
+from slipfold.flow.compiled_mode import STEPS
 from slipfold.flow.contact_state import Numbers, Undecided, next_mode
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.modes import (

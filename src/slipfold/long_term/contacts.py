@@ -21,6 +21,10 @@ UNSETTLED = 32
 """Periods at the end of a trajectory that has not settled, or has come to rest."""
 
 
+Start = tuple[NDArray[np.float64], Mode | None]
+"""A state, and the mode of its contacts where that is known."""
+
+
 @dataclass(frozen=True, eq=False)
 class ShownContacts:
     """Contacts over some rounds; times in forcing periods, of an autonomous model in s."""
@@ -57,34 +61,21 @@ def find_contacts(
     if rounds < 1:
         raise InputError(f"rounds = {rounds} is less than 1; give 1 or more")
     _check(motion.model, contact)
-    part = _of_orbit(motion, rounds) if isinstance(motion, PeriodicOrbit) else _end(motion, rounds)
-    unit = 1.0 if part.model.forced else flow_of(part.model).constants_of(part.model).period
-    found = contact_motions(part.model, part.starts, part.length, per_period)
-    return ShownContacts(
-        part.model,
-        tuple(item for item in found if contact in (None, item.name)),
-        part.begin * unit,
-        unit,
-        part.repeats,
-    )
+    if isinstance(motion, PeriodicOrbit):
+        model, begin, repeats = motion.model, 0.0, True
+        starts: list[Start] = [(motion.state, None)] * rounds
+        length = float(motion.period)
+    else:
+        starts, begin, repeats = _end(motion, rounds)
+        model, length = motion.steady_model, 1.0
+    unit = 1.0 if model.forced else flow_of(model).constants_of(model).period
+    found = contact_motions(model, starts, length, per_period)
+    shown = tuple(item for item in found if contact in (None, item.name))
+    return ShownContacts(model, shown, begin * unit, unit, repeats)
 
 
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """The part of a trajectory that is shown, in phases."""
-
-    model: Model
-    starts: list[tuple[NDArray[np.float64], Mode | None]]  # each of the same length
-    length: float
-    begin: float
-    repeats: bool
-
-
-def _of_orbit(orbit: PeriodicOrbit, rounds: int) -> _Part:
-    return _Part(orbit.model, [(orbit.state, None)] * rounds, float(orbit.period), 0.0, True)
-
-
-def _end(motion: Trajectory, rounds: int) -> _Part:
+def _end(motion: Trajectory, rounds: int) -> tuple[list[Start], float, bool]:
+    """Return starts of the last rounds, the phase of the first, and whether all are alike."""
     settlement, sticking = motion.settlement, motion.sticking
     repeats = settlement.settled and settlement.kind != "equilibrium"
     if settlement.duration is not None:
@@ -96,8 +87,7 @@ def _end(motion: Trajectory, rounds: int) -> _Part:
     if not places:
         raise InputError("the motion ended within its first period; start elsewhere")
     modes = [None if sticking is None else sticking.mode(place) for place in places]
-    starts = [(motion.strobe[place], mode) for place, mode in zip(places, modes, strict=True)]
-    return _Part(motion.steady_model, starts, 1.0, begin, repeats)
+    return [*zip(motion.strobe[places], modes, strict=True)], begin, repeats
 
 
 def _check(model: Model, contact: str | None) -> None:
