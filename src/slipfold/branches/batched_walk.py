@@ -8,7 +8,7 @@ doublings and tori is left: it has to be followed individually.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -246,9 +246,7 @@ class Walk:
 
     def _hermite(self, active: Indices, target: Array) -> tuple[Array, Array]:
         guess, rows = np.empty((2, len(active), self._z.shape[2]))
-        counts = np.minimum(self._count[active], POINTS)
-        for count in np.unique(counts).tolist():
-            which = np.flatnonzero(counts == count)
+        for count, which in self._by_count(active, POINTS):
             here = active[which]
             guess[which], rows[which] = hermite_each(
                 self._arclengths[here, -count:],
@@ -258,6 +256,12 @@ class Walk:
             )
         return guess, rows
 
+    def _by_count(self, active: Indices, most: int) -> Iterator[tuple[int, Indices]]:
+        """Yield how many points are interpolated, and which branches have so many."""
+        counts = np.minimum(self._count[active], most)
+        for count in np.unique(counts).tolist():
+            yield count, np.flatnonzero(counts == count)
+
     def _is_beyond(self, values: Array, slack: float) -> Mask:
         return np.asarray((values < self._low - slack) | (values > self._high + slack))
 
@@ -266,9 +270,9 @@ class Walk:
     ) -> Measures:
         """Measure how well steps fitted."""
         drifted = np.zeros(len(active))
-        counts = np.minimum(self._count[active], POINTS)
-        for count in np.unique(counts[counts > 1]).tolist():
-            which = np.flatnonzero(counts == count)
+        for count, which in self._by_count(active, POINTS):
+            if count == 1:  # nothing is extrapolated from one point
+                continue
             here = active[which]
             values, actual = self._tests[here, -count:], found.tests[which]
             target = self._arclengths[here, -1] + length[which]
@@ -286,9 +290,8 @@ class Walk:
         """Return which test function changes its sign, -1 where none does, and what is in doubt."""
         leaves = self._leaves[active] & (self._count[active] == 1)
         doubt = np.zeros(len(active), bool)
-        counts = np.minimum(self._count[active], KNOTS - 1)
-        for count in np.unique(counts).tolist():
-            which = np.flatnonzero(fits & ~leaves & (counts == count))
+        for count, same in self._by_count(active, KNOTS - 1):
+            which = same[(fits & ~leaves)[same]]
             here = active[which]
             if not len(which):
                 continue
