@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import slipfold as sf
-from helpers.threshold_maps import REASON, made_map
+from helpers.threshold_maps import KINDS, REASON, made_map
 from slipfold import InputError, SlidingOscillator, ThresholdMap, load, threshold_map
 
 
@@ -89,6 +89,13 @@ def test_bad_input_is_refused(changes, message):
 
 
 # -- summary, JSON, spreadsheet ----------------------------------------------------------------
+
+
+def test_what_is_missing_is_null_in_records():
+    record = made_map().to_json()
+    assert record["values"] == [[0.1, None], [0.3, None], [None, 0.1 / 3]]
+    assert record["kinds"] == [[kind or None for kind in row] for row in KINDS]
+    assert record["reasons"][0] == [None, REASON]
 
 
 def test_summary():
