@@ -38,6 +38,7 @@ from slipfold.models.system import System
 from slipfold.options import (
     Cases,
     Gradients,
+    Interval,
     ModelOrOrbit,
     Point,
     Search,
@@ -58,6 +59,7 @@ from slipfold.tori.torus_branch import TorusBranch
 
 if TYPE_CHECKING:
     from slipfold.branches.batched import BatchedCase
+    from slipfold.long_term.branch_search import BranchSearch
     from slipfold.results.responses import Responses
 
 SIMULTANEOUS = 256
@@ -123,10 +125,10 @@ def response(
     changed = model.replace(**parameters)
     watched = (*events, *own_events(changed, vary))
     ends = changed.values[vary], last
-    result: tuple[TorusBranch, ...] = ()
+    torus_set: tuple[TorusBranch, ...] = ()
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
     if orbit is None:
-        begin, result = _first(changed, vary, ends, start, settled, tori, chosen, on_progress)
+        begin, torus_set = _first(changed, vary, ends, start, settled, tori, chosen, on_progress)
     # An orbit that sticks has its own scales.
     if begin is None or not isinstance(begin.orbit, StickSlipOrbit):
         changed = measured_over(changed, vary, ends, begin)
@@ -140,26 +142,17 @@ def response(
         observer=on_progress,
         through_stick=True,
     )
-    branches, failure = _followed(follow, begin, bool(search)) if not result else ((), None)
-    searched = None
-    if search:  # imported late: its modules take longer to import than a branch to follow
-        from slipfold.long_term.coexisting import find_coexisting
-        from slipfold.long_term.search import checked_box
-
-        box = None if search is True else checked_box(changed, search)
-        branches, searched = find_coexisting(
-            changed, vary, ends, branches, follow, box, on_progress
-        )
-        if failure is not None and not branches:
-            raise failure
+    branches, searched = _followed(
+        follow, changed, vary, ends, begin, search, on_progress, torus_set
+    )
     stopped = any(branch.interrupted for branch in branches)
     stopped |= searched is not None and searched.interrupted
     complete = True
     if gradients and not stopped:
         branches, complete = with_gradients(branches, chosen, on_progress)
-    if tori and complete and not stopped and not result:
-        result = tori_of(branches, ends, chosen, on_progress)
-        complete = not any(item.interrupted for item in result)
+    if tori and complete and not stopped and not torus_set:
+        torus_set = tori_of(branches, ends, chosen, on_progress)
+        complete = not any(item.interrupted for item in torus_set)
     checked = check_branches(branches, on_progress) if complete else Checked((), interrupted=True)
     diagram = Diagram(
         changed,
@@ -171,7 +164,7 @@ def response(
         provenance(perf_counter() - started),
         checked,
         searched,
-        result,
+        torus_set,
     )
     return diagram if diagram.interrupted else finalised(diagram)
 
@@ -206,15 +199,36 @@ def _first(
 
 
 def _followed(
-    follow: Callable[..., tuple[Branch, ...]], begin: Begin | None, search: bool
-) -> tuple[tuple[Branch, ...], InputError | None]:
-    """Follow the branches; without a first one a search may find some elsewhere in the span."""
-    try:
-        return follow(begin=begin), None
-    except InputError as error:
-        if not search or begin is not None:
-            raise
-        return (), error
+    follow: Callable[..., tuple[Branch, ...]],
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    begin: Begin | None,
+    search: bool | Mapping[str, Interval],
+    on_progress: Observer | None,
+    tori: tuple[TorusBranch, ...],
+) -> tuple[tuple[Branch, ...], BranchSearch | None]:
+    """Return the branches, none where there are tori instead, and what a search added to them."""
+    branches: tuple[Branch, ...] = ()
+    failure = None
+    if not tori:
+        try:
+            branches = follow(begin=begin)
+        except InputError as error:
+            if not search or begin is not None:
+                raise
+            failure = error  # a search may find branches elsewhere in the span
+    if not search:
+        return branches, None
+    # Imported late: these modules take longer to import than a branch to follow.
+    from slipfold.long_term.coexisting import find_coexisting
+    from slipfold.long_term.search import checked_box
+
+    box = None if search is True else checked_box(model, search)
+    branches, searched = find_coexisting(model, vary, span, branches, follow, box, on_progress)
+    if failure is not None and not branches:
+        raise failure
+    return branches, searched
 
 
 def _model_of(
