@@ -21,11 +21,7 @@ from slipfold.models.definitions.declared_contacts import (
     declared_contacts,
 )
 from slipfold.models.definitions.definition import Definition, read_definition, write_definition
-from slipfold.models.definitions.equations import (
-    SystemEquations,
-    build_system_equations,
-    parse_formulas,
-)
+from slipfold.models.definitions.equations import SystemEquations, build_system_equations
 from slipfold.models.definitions.source import Source, source_of_text
 from slipfold.models.formulas.grammar import Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
@@ -197,7 +193,7 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
     """Read a definition and check all of it."""
     source = without_arrays(source)
     definition = read_definition(source, default_name)
-    equations = build_system_equations(definition, parse_formulas(definition, source), source)
+    equations = build_system_equations(definition, source)
     defaults = {item.name: item.default for item in (*definition.parameters, DURATION)}
     entry = find_unrepeated(definition, equations, defaults)
     if entry is not None:
