@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, Self
@@ -59,25 +59,41 @@ class _TipState:
         self.pulsing = c["Nd"] * hy.cos(2 * math.pi * phase)
         self.slip = (c["L"] * (c["plate_x"] - q["vx"]), c["L"] * (c["plate_y"] - q["vy"]))
         self.given = normal_name(TIP) in q
-        self.normal = q[normal_name(TIP)] if self.given else c["Ns"] + self.pulsing
+        self.N = q[normal_name(TIP)] if self.given else c["Ns"] + self.pulsing
 
     @property
-    def speed(self) -> Expression:
+    def Vrel(self) -> Expression:
         x, y = self.slip
         return hy.sqrt(x * x + y * y)
+
+    @property
+    def Vrel_ratio(self) -> Expression:
+        return self.Vrel / self.c["Vd"]
+
+    @property
+    def l(self) -> Expression:  # noqa: E743 (the name of the output)
+        return hy.sqrt(spring_length_squared(self.q))
 
     @property
     def force(self) -> tuple[Expression, ...]:
         if self.given:
             return self.q[friction_name(TIP, 0)], self.q[friction_name(TIP, 1)]
         if self.law is None:
-            size, speed = self.c["mu"] * self.normal, self.speed
+            size, speed = self.c["mu"] * self.N, self.Vrel
             return tuple(size * part / speed for part in self.slip)
         memory = [self.q[state.name] for state in self.law.memory(2)]
-        return self.law.force(self.slip, self.normal, memory, law_parameters(self.law, self.c))
+        return self.law.force(self.slip, self.N, memory, law_parameters(self.law, self.c))
 
     @property
-    def direction(self) -> Expression:
+    def Fx(self) -> Expression:
+        return self.force[0]
+
+    @property
+    def Fy(self) -> Expression:
+        return self.force[1]
+
+    @property
+    def friction_direction(self) -> Expression:
         # Without memory the force lies along the slip, which takes less to compute.
         remembers = self.law is not None and self.law.memory(2)
         x, y = self.force if self.given or remembers else self.slip
@@ -85,20 +101,22 @@ class _TipState:
 
     @property
     def power_plate(self) -> Expression:
-        x, y = self.force
-        return self.c["L"] * (x * self.c["plate_x"] + y * self.c["plate_y"])
+        return self.c["L"] * (self.Fx * self.c["plate_x"] + self.Fy * self.c["plate_y"])
 
     @property
     def power_friction(self) -> Expression:
         if self.law is None and not self.given:
-            return self.c["mu"] * self.normal * self.speed
+            return self.c["mu"] * self.N * self.Vrel
         (x, y), (slip_x, slip_y) = self.force, self.slip
         return x * slip_x + y * slip_y
 
     @property
     def power_structure(self) -> Expression:
-        x, y = self.force
-        return self.c["L"] * (x * self.q["vx"] + y * self.q["vy"])
+        return self.c["L"] * (self.Fx * self.q["vx"] + self.Fy * self.q["vy"])
+
+    @property
+    def power_pulsation(self) -> Expression:
+        return self.power_structure * self.pulsing / self.N
 
     @property
     def power_damping(self) -> Expression:
@@ -108,92 +126,45 @@ class _TipState:
         return c["L"] * c["L"] * (lost_x + lost_y)
 
 
+_DIRECTION = "direction of the friction force from the x axis"
+_PULSATION = "share of power_structure due to the pulsing part of the normal force"
+
+_OUTPUTS = (
+    ("N", "N", "normal force", "$N$ (N)"),
+    ("Vrel", "m/s", "speed of the plate relative to the tip", "$V_{rel}$ (m/s)"),
+    ("Vrel_ratio", "", "relative speed over plate speed", "$V_{rel}/V_d$"),
+    ("l", "", "length of the spring over L", "$l/L$"),
+    ("Fx", "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
+    ("Fy", "N", "friction force on the tip, vertical", "$F_y$ (N)"),
+    ("friction_direction", "rad", _DIRECTION, r"$\arg F$ (rad)"),
+    ("power_plate", "W", "power put in by the plate's drive", "$P$ (W)"),
+    ("power_friction", "W", "power lost to friction heat", "$P$ (W)"),
+    ("power_structure", "W", "power friction puts into the structure: plate less heat", "$P$ (W)"),
+    ("power_pulsation", "W", _PULSATION, "$P$ (W)"),
+    ("power_damping", "W", "power lost to structural damping", "$P$ (W)"),
+)
+"""Name, which `_TipState` has as well, unit, meaning and label of each output."""
+
+
 def sliding_outputs(law: FrictionLaw | None = None) -> tuple[Output, ...]:
     """Return the outputs of the oscillator under a friction law."""
-    stored = " and stored in the contact" if law is not None and law.memory(2) else ""
-    pulsation = "share of power_structure due to the pulsing part of the normal force"
-    rows: tuple[tuple[str, Callable[[_TipState], Expression], str, str, str], ...] = (
-        ("N", lambda tip: tip.normal, "N", "normal force", "$N$ (N)"),
-        (
-            "Vrel",
-            lambda tip: tip.speed,
-            "m/s",
-            "speed of the plate relative to the tip",
-            "$V_{rel}$ (m/s)",
-        ),
-        (
-            "Vrel_ratio",
-            lambda tip: tip.speed / tip.c["Vd"],
-            "",
-            "relative speed over plate speed",
-            "$V_{rel}/V_d$",
-        ),
-        (
-            "l",
-            lambda tip: hy.sqrt(spring_length_squared(tip.q)),
-            "",
-            "length of the spring over L",
-            "$l/L$",
-        ),
-        ("Fx", lambda tip: tip.force[0], "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
-        ("Fy", lambda tip: tip.force[1], "N", "friction force on the tip, vertical", "$F_y$ (N)"),
-        (
-            "friction_direction",
-            lambda tip: tip.direction,
-            "rad",
-            "direction of the friction force from the x axis",
-            r"$\arg F$ (rad)",
-        ),
-        (
-            "power_plate",
-            lambda tip: tip.power_plate,
-            "W",
-            "power put in by the plate's drive",
-            "$P$ (W)",
-        ),
-        (
-            "power_friction",
-            lambda tip: tip.power_friction,
-            "W",
-            f"power lost to friction heat{stored}",
-            "$P$ (W)",
-        ),
-        (
-            "power_structure",
-            lambda tip: tip.power_structure,
-            "W",
-            "power friction puts into the structure: plate less heat",
-            "$P$ (W)",
-        ),
-        (
-            "power_pulsation",
-            lambda tip: tip.power_structure * tip.pulsing / tip.normal,
-            "W",
-            pulsation,
-            "$P$ (W)",
-        ),
-        (
-            "power_damping",
-            lambda tip: tip.power_damping,
-            "W",
-            "power lost to structural damping",
-            "$P$ (W)",
-        ),
-    )
+    stores = law is not None and law.memory(2)
     return tuple(
-        Output(name, partial(_output, value, law), unit, doc, label)
-        for name, value, unit, doc, label in rows
+        Output(
+            name,
+            partial(_output, name, law),
+            unit,
+            f"{doc} and stored in the contact" if stores and name == "power_friction" else doc,
+            label,
+        )
+        for name, unit, doc, label in _OUTPUTS
     )
 
 
 def _output(
-    value: Callable[[_TipState], Expression],
-    law: FrictionLaw | None,
-    q: Symbols,
-    c: Symbols,
-    phase: Expression,
+    name: str, law: FrictionLaw | None, q: Symbols, c: Symbols, phase: Expression
 ) -> Expression:
-    return value(_TipState(law, q, c, phase))
+    return getattr(_TipState(law, q, c, phase), name)
 
 
 class SlidingOscillator(Model):

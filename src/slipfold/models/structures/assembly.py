@@ -172,20 +172,9 @@ class Assembly:
         return self._amplitudes[0] if self._amplitudes else None
 
     @property
-    def speeds(self) -> tuple[str, ...]:
-        """Names of the parameters that are speeds of moving surfaces."""
-        return tuple(
-            item.component.called(name) for item in self.placed for name in item.component.speeds
-        )
-
-    @property
-    def sliding_speeds(self) -> tuple[str, ...]:
-        """Those of moving surfaces on which nothing can slide steadily while they are at rest."""
-        return tuple(
-            item.component.called(name)
-            for item in self.placed
-            for name in item.component.sliding_speeds
-        )
+    def speeds(self) -> dict[str, bool]:
+        """Names of the speeds of moving surfaces, and whether something sticks to a resting one."""
+        return {item.called("Vd"): item.law.sticks for item in self.definition.contacts}
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

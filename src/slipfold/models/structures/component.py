@@ -303,20 +303,13 @@ class Component(Parametric, ABC):
         """
         return {parameter.name: p[parameter.name] for parameter in self.own_parameters}
 
+    amplitude: ClassVar[str | None] = None
+    """Name of the parameter that switches off what is periodic in time, if it is one."""
+
     @property
     def amplitudes(self) -> tuple[str, ...]:
         """Names of the parameters that switch off what is periodic in time."""
-        return ()
-
-    @property
-    def speeds(self) -> tuple[str, ...]:
-        """Names of the parameters that are speeds of a moving surface."""
-        return ()
-
-    @property
-    def sliding_speeds(self) -> tuple[str, ...]:
-        """Names of those on which nothing can slide steadily while they are zero."""
-        return ()
+        return () if self.amplitude is None else (self.amplitude,)
 
     def memory(self) -> tuple[State, ...]:
         """Return the component's own states."""

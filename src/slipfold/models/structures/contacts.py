@@ -385,16 +385,6 @@ class FrictionContact(Component):
         """That of the load."""
         return tuple(self.load.amplitudes)
 
-    @property
-    def speeds(self) -> tuple[str, ...]:
-        """That of the moving surface."""
-        return ("Vd",)
-
-    @property
-    def sliding_speeds(self) -> tuple[str, ...]:
-        """That of the moving surface, if the law sticks where it is at rest."""
-        return self.speeds if self.law.sticks else ()
-
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parameters of load and law, and the velocity of the moving surface."""
         result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}

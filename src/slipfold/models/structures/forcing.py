@@ -57,6 +57,7 @@ class HarmonicForce(OneDirection):
     """
 
     title: ClassVar[str] = "harmonic force"
+    amplitude: ClassVar[str | None] = "F"
 
     F: float = described(Parameter("F", 0.0, "N", "amplitude of a force", symbol="$F$"))
     phi: float = described(_PHASE)
@@ -66,11 +67,6 @@ class HarmonicForce(OneDirection):
         """Read the direction and the harmonic."""
         super().prepare()
         object.__setattr__(self, "harmonic", checked_harmonic(self.harmonic, self.title))
-
-    @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """``F``."""
-        return ("F",)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts in phase and out of phase."""
@@ -214,6 +210,7 @@ class BaseMotion(Component):
     """
 
     title: ClassVar[str] = "base motion"
+    amplitude: ClassVar[str | None] = "A"
     inertial: ClassVar[bool] = True
 
     along: Any = None
@@ -231,11 +228,6 @@ class BaseMotion(Component):
     def directions(self) -> tuple[Direction | None, ...]:
         """The one direction."""
         return (self.along,)
-
-    @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """``A``."""
-        return ("A",)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts of minus the acceleration in phase and out of phase, in m/s^2."""
@@ -287,6 +279,7 @@ class TabulatedForce(OneDirection):
     """
 
     title: ClassVar[str] = "tabulated force"
+    amplitude: ClassVar[str | None] = "factor"
 
     samples: Any
     factor: float = described(Parameter("factor", 1.0, "", "factor of a tabulated force"))
@@ -331,11 +324,6 @@ class TabulatedForce(OneDirection):
         for h, a, b in self.series:
             found += a * np.cos(h * angle) + b * np.sin(h * angle)
         return float(np.abs(found - samples).max() / np.abs(samples).max())
-
-    @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """``factor``."""
-        return ("factor",)
 
     def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
         """Return the Fourier series times the factor."""

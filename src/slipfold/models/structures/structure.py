@@ -46,9 +46,9 @@ class LinearStructure(Model):
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
         """Those that may be varied; what slides stays in slip, so above a speed of zero."""
-        sliding = self._assembly.sliding_speeds
+        speeds = self._assembly.speeds
         return tuple(
-            replace(item, lower_open=True) if item.name in sliding else item
+            replace(item, lower_open=True) if speeds.get(item.name) else item
             for item in super().variable_parameters
         )
 
