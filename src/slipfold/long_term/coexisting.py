@@ -38,7 +38,7 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
     One at which a limit of the model is passed is none. Shapes: starts (k, n).
     """
     functions, scales = evaluation_of(model), model.state_scales()
-    states = damped_newton(functions.linear_of(model), starts, scales, HALVINGS)
+    states = damped_newton(functions.linear_of(model), starts, scales, halvings=HALVINGS)
     found: list[Array] = []
     for state in states[np.isfinite(states).all(axis=1)]:
         values = dict(

@@ -11,7 +11,6 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.evaluation import evaluation_of
 from slipfold.models.model import Model
-from slipfold.models.system import System
 from slipfold.models.turns import without_turns
 
 
@@ -29,33 +28,29 @@ def check_followed(model: Model) -> None:
             item.check(model.values[item.name])
         except InputError as error:
             raise InputError(f"{error} but to simulate") from None
-    for name in model.resting if isinstance(model, System) else ():
+    for name in model.resting:
         raise InputError(
             f"the moving surface of the contact {name} is at rest or swings, so nothing slides on "
             "it steadily; let it move at a constant speed, or simulate"
         )
 
 
-ITERATIONS = 60
-HALVINGS = 30
-
-TOLERANCE = 1e-13
-"""Newton step, relative to the states or their scales, at which only rounding is left."""
-
-FULL_STEP = 1e-8
-"""A step below this is taken whole: the rates may no longer shrink for rounding alone."""
-
-
 def damped_newton(
     linear: Callable[[Array], tuple[Array, Array]],
     starts: Array,
     scales: Array,
-    halvings: int = HALVINGS,
+    *,
+    iterations: int = 60,
+    halvings: int = 30,
+    tolerance: float = 1e-13,
+    rounding: float = 1e-8,
 ) -> Array:
     """Find states at which all rates vanish, going downhill from each start; NaN where none is.
 
     A step is halved until the scaled rates shrink, which keeps the search on the side of a
-    singularity on which the structure itself would stay. `linear` gives rates and Jacobians.
+    singularity on which the structure itself would stay. `linear` gives rates and Jacobians. A step
+    is compared with the states, or their scales: at `tolerance` only rounding is left, and below
+    `rounding` a step is taken in full, since the rates may no longer shrink.
 
     Shapes: linear (a, n) -> (a, n), (a, n, n); starts (k, n); scales (n,); returns (k, n).
 
@@ -66,23 +61,23 @@ def damped_newton(
     """
     states, found = starts.copy(), np.full_like(starts, np.nan)
     active, before = np.arange(len(starts)), np.full(len(starts), np.inf)
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         if not len(active):
             break
         at = states[active]
         rates, jacobians = linear(at)
         steps = _newton_steps(jacobians, rates)
         lengths = np.max(np.abs(steps) / np.maximum(scales, np.abs(at)), axis=1)
-        shares = np.where(lengths <= FULL_STEP, 1.0, 0.0)
-        far = np.flatnonzero(lengths > FULL_STEP)
+        fractions = np.where(lengths <= rounding, 1.0, 0.0)
+        far = np.flatnonzero(lengths > rounding)
         with np.errstate(over="ignore"):  # what is tried may be anywhere
-            shares[far] = _shares(linear, at[far], rates[far], steps[far], scales, halvings)
-        states[active] = at + shares[:, None] * steps
+            fractions[far] = _fractions(linear, at[far], rates[far], steps[far], scales, halvings)
+        states[active] = at + fractions[:, None] * steps
         # With fast modes rounding alone may make a longer step: then it does not shrink.
-        done = (lengths <= TOLERANCE) | ((lengths <= FULL_STEP) & (lengths > 0.5 * before[active]))
+        done = (lengths <= tolerance) | ((lengths <= rounding) & (lengths > 0.5 * before[active]))
         before[active] = lengths
         found[active[done]] = states[active[done]]
-        active = active[~done & (shares > 0)]
+        active = active[~done & (fractions > 0)]
     return found
 
 
@@ -101,7 +96,7 @@ def _newton_steps(jacobians: Array, rates: Array) -> Array:
     return steps
 
 
-def _shares(
+def _fractions(
     linear: Callable[[Array], tuple[Array, Array]],
     states: Array,
     rates: Array,
@@ -110,20 +105,16 @@ def _shares(
     halvings: int,
 ) -> Array:
     """Return the largest of 1, 1/2, 1/4 ... of each step that lessens the scaled rates, else 0."""
-    shares, before = np.zeros(len(states)), np.linalg.norm(rates / scales, axis=1)
-    left, share = np.arange(len(states)), 1.0
+    fractions, before = np.zeros(len(states)), np.linalg.norm(rates / scales, axis=1)
+    left, fraction = np.arange(len(states)), 1.0
     for _ in range(halvings):
         if not len(left):
             break
-        tried = linear(states[left] + share * steps[left])[0]
+        tried = linear(states[left] + fraction * steps[left])[0]
         less = np.linalg.norm(tried / scales, axis=1) < before[left]
-        shares[left[less]] = share
-        left, share = left[~less], share / 2
-    return shares
-
-
-NEARLY_ZERO = 1e-12
-"""A static point smaller than this, in scaled states, may be zero but for rounding."""
+        fractions[left[less]] = fraction
+        left, fraction = left[~less], fraction / 2
+    return fractions
 
 
 def find_static_point(model: Model) -> NDArray[np.float64]:
@@ -143,7 +134,8 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
     linear = functions.linear_of(quiet)
     state = damped_newton(linear, quiet.start[None], scales)[0]
     size = float(np.max(np.abs(state) / scales))
-    if NEARLY_ZERO < size < 1:  # it may be known to few digits yet
+    # It may have few digits yet; a smaller one may be zero but for rounding.
+    if 1e-12 < size < 1:
         finer = damped_newton(linear, state[None], size * scales)[0]
         state = state if np.isnan(finer).any() else finer
     if np.isnan(state).any():
@@ -152,16 +144,6 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
             "the structure, lower it or stiffen the structure"
         )
     return state
-
-
-REACHES = (0.1, 1.0, 10.0, 100.0)
-"""How far around the start is searched, in scaled states, one after the other."""
-
-TRIES = 24
-"""Starts within each of these distances."""
-
-FEW_HALVINGS = 12
-"""Times a step is halved before a start is given up: there are others."""
 
 
 def search_equilibrium(model: Model, start: Array) -> Array | None:
@@ -183,9 +165,10 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     if not np.isnan(found).any():
         return without_turns(found, model.whole_turns)
     around = np.random.default_rng(0)
-    for reach in REACHES:
-        places = start + reach * scales * around.uniform(-1.0, 1.0, (TRIES, len(start)))
-        states = damped_newton(linear, places, scales, FEW_HALVINGS)
+    for reach in (0.1, 1.0, 10.0, 100.0):  # in scaled states
+        starts = start + reach * scales * around.uniform(-1.0, 1.0, (24, len(start)))
+        # There are other starts, so none is worth many halvings.
+        states = damped_newton(linear, starts, scales, halvings=12)
         reached = [state for state in states if _within_limits(model, state)]
         if reached:
             nearest = min(reached, key=lambda at: float(np.abs((at - start) / scales).max()))

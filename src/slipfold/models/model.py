@@ -123,6 +123,11 @@ class Model(ABC):
         """
         return ()
 
+    @property
+    def resting(self) -> tuple[str, ...]:
+        """Names of the contacts whose moving surfaces are at rest or swing."""
+        return ()
+
     def declared_scales(self) -> NDArray[np.float64]:
         """Typical sizes of the states, shape (n_states,); NaN where they are to be found."""
         return np.full(len(self.states), np.nan)

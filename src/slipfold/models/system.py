@@ -223,7 +223,7 @@ class System(Model):
 
     @property
     def resting(self) -> tuple[str, ...]:
-        """Names of the contacts whose moving surfaces are at rest."""
+        """Names of the contacts whose moving surfaces are at rest or swing."""
         return tuple(i.own.name for i in self._built.contacts if i.rests(self._values))
 
     def period(self, p: Symbols) -> Expression:

@@ -9,7 +9,7 @@ from numbers import Real
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.source import DEEPEST, Keys, Source
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import not_supported, suggest
@@ -120,13 +120,6 @@ def type_name(value: object) -> str:
 Reader = Callable[[Source, Keys, Any], Any]
 """What makes an argument of an entry: of where it was written, the path to it and its value."""
 
-DEEPEST = 8
-"""Tables and arrays in each other that an entry may have."""
-
-
-EXACT = 2**53
-"""Largest whole number up to which a float holds all of them."""
-
 
 def read_part(
     source: Source,
@@ -224,7 +217,7 @@ def plain(source: Source, path: Keys, value: Any) -> Any:
             path, f"{_item_name(path)} is {type_name(value)}; give a number or a text"
         )
     # A whole number beyond what a float holds exactly is no count.
-    number = value if abs(value) <= EXACT else _float(value)
+    number = value if abs(value) <= 2**53 else _float(value)
     if not math.isfinite(number):
         raise source.error(path, f"{_item_name(path)} is {number}; give a finite number")
     return number
