@@ -22,7 +22,7 @@ from slipfold.models.definitions.declared_contacts import (
 )
 from slipfold.models.definitions.definition import Definition, read_definition, write_definition
 from slipfold.models.definitions.equations import SystemEquations, build_system_equations
-from slipfold.models.definitions.source import Source, source_of_text
+from slipfold.models.definitions.source import Keys, Source, source_of_text
 from slipfold.models.formulas.grammar import Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.output import Expression, Limit, Output, Symbols
@@ -42,34 +42,33 @@ CHANGE = 0.2
 """How far parameters are moved, as a share of their size."""
 
 
-def find_unrepeated(
-    definition: Definition, equations: SystemEquations, values: Mapping[str, float]
-) -> tuple[str, str] | None:
-    """Return table and name of a rate or output that differs one period later."""
-    return _changed(definition, equations, values, equations.timed, {}, 1.0)
+def why_not_repeated(
+    definition: Definition, equations: SystemEquations, values: Mapping[str, float], at: str = ""
+) -> tuple[Keys, str] | None:
+    """Return the entry that differs a period or a whole turn of an angle later, and what to say."""
 
-
-def find_unturned(
-    definition: Definition, equations: SystemEquations, values: Mapping[str, float]
-) -> tuple[str, str, tuple[str, ...]] | None:
-    """Return an angle, the state whose rate differs after a whole turn of it, and its partners.
-
-    Partners are states that make all rates repeat if they turn with the angle.
-    """
-    rates = [("states", name) for name in equations.rates]
-
-    def changed(*turned: str) -> tuple[str, str] | None:
+    def changed(entries: Sequence[tuple[str, str]], *turned: str) -> tuple[str, str] | None:
         moved = dict.fromkeys(turned, TURN)
-        return _changed(definition, equations, values, rates, moved, 0.0)
+        return _changed(definition, equations, values, entries, moved, 0.0 if turned else 1.0)
 
+    entry = changed(equations.timed)
+    if entry is not None:
+        what = f"the rate of {entry[1]}" if entry[0] == "states" else f"the output {entry[1]}"
+        period = float(equations.period(values))
+        return entry, (
+            f"{what} does not repeat after the forcing period {definition.period}, {period:.6g} s"
+            f"{at}; give a period after which every term with t repeats"
+        )
+    rates = [("states", name) for name in equations.rates]
     angles = tuple(item.state.name for item in definition.states if item.state.angle)
     for angle in angles:
-        found = changed(angle)
+        found = changed(rates, angle)
         if found is not None:
+            # States with which all rates repeat if they turn with the angle.
             single = [(item.state.name,) for item in definition.states if item.state.name != angle]
             others = tuple(name for name in angles if name != angle)
-            together = (names for names in (*single, others) if changed(angle, *names) is None)
-            return angle, found[1], next(together, ())
+            turning = (names for names in (*single, others) if not changed(rates, angle, *names))
+            return ("states", angle), _unturned(angle, found[1], next(turning, ()), at)
     return None
 
 
@@ -113,11 +112,7 @@ def always_repeats(definition: Definition, equations: SystemEquations) -> bool:
         | {item.name: _moved(item, chance.uniform(-1, 1)) for item in definition.parameters}
         for _ in range(2)
     ]
-    return all(
-        find(definition, equations, values) is None
-        for values in sets
-        for find in (find_unrepeated, find_unturned)
-    )
+    return all(why_not_repeated(definition, equations, values) is None for values in sets)
 
 
 def _moved(parameter: Parameter, share: float) -> float:
@@ -181,12 +176,9 @@ class BuiltSystem:
                 "parameters in it"
             )
         if not self.repeats:
-            entry = find_unrepeated(self.definition, self.equations, values)
-            if entry is not None:
-                raise InputError(_unrepeated(self.definition, entry, period, _at(values)))
-            unturned = find_unturned(self.definition, self.equations, values)
-            if unturned is not None:
-                raise InputError(_unturned(*unturned, _at(values)))
+            found = why_not_repeated(self.definition, self.equations, values, _at(values))
+            if found is not None:
+                raise InputError(found[1])
 
 
 def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
@@ -195,13 +187,9 @@ def build_system(source: Source, default_name: str = "system") -> BuiltSystem:
     definition = read_definition(source, default_name)
     equations = build_system_equations(definition, source)
     defaults = {item.name: item.default for item in (*definition.parameters, DURATION)}
-    entry = find_unrepeated(definition, equations, defaults)
-    if entry is not None:
-        period = float(equations.period(defaults))
-        raise source.error(entry, _unrepeated(definition, entry, period, ""))
-    unturned = find_unturned(definition, equations, defaults)
-    if unturned is not None:
-        raise source.error(("states", unturned[0]), _unturned(*unturned, ""))
+    found = why_not_repeated(definition, equations, defaults)
+    if found is not None:
+        raise source.error(*found)
     check_contacts(definition, equations, source)
     outputs = tuple(
         Output(item.name, partial(_output, equations, item.name), item.unit, item.doc, item.label)
@@ -224,15 +212,6 @@ def _output(
     equations: SystemEquations, name: str, q: Symbols, c: Symbols, phase: Expression
 ) -> Expression:
     return as_symbol(equations.output(name, q, c, phase))
-
-
-def _unrepeated(definition: Definition, entry: tuple[str, str], period: float, at: str) -> str:
-    table, name = entry
-    what = f"the rate of {name}" if table == "states" else f"the output {name}"
-    return (
-        f"{what} does not repeat after the forcing period {definition.period}, {period:.6g} s{at}; "
-        "give a period after which every term with t repeats"
-    )
 
 
 def _unturned(angle: str, state: str, partners: tuple[str, ...], at: str) -> str:
