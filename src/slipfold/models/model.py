@@ -58,7 +58,7 @@ class Model(ABC):
         for key, value in values.items():
             parameter = known.get(key) or self.parameter(key)
             checked[key] = parameter.check(parse_quantity(value, parameter.unit, key))
-        object.__setattr__(self, "_values", MappingProxyType(checked))
+        self._take(_values=MappingProxyType(checked))
         self.check(checked)
 
     # -- what a subclass gives -----------------------------------------------------------------
@@ -324,6 +324,11 @@ class Model(ABC):
         values = functions.outputs(self, states, cycles - np.floor(cycles))
         result = values[functions.names.index(name)]
         return result if result.ndim else float(result)
+
+    def _take(self, **attributes: Any) -> None:
+        """Set attributes while the model is made; a finished one is immutable."""
+        for name, value in attributes.items():
+            object.__setattr__(self, name, value)
 
     def __setattr__(self, name: str, value: object) -> None:
         """Refuse: a model is immutable."""

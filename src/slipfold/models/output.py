@@ -33,7 +33,7 @@ class Output:
     """
 
     name: str
-    expression: Callable[[Symbols, Symbols, Expression], Expression]
+    expression: Callable[[Any, Symbols, Expression], Expression]
     unit: str = ""
     doc: str = ""
     label: str = ""

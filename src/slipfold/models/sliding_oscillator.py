@@ -247,7 +247,7 @@ class SlidingOscillator(Model):
     """The friction law with default values; None for Coulomb's with ``mu``."""
 
     def __init__(self, friction: FrictionLaw | None = None, **values: float | str) -> None:
-        object.__setattr__(self, "_law", None)
+        self._take(_law=None)
         if friction is not None:
             self._adopt(friction)
             values = {**friction.values, **values}
@@ -271,12 +271,11 @@ class SlidingOscillator(Model):
                     f"{type(law).__name__} calls something {name!r}, and so does {self.name}; "
                     "give the law another name for it"
                 )
-        object.__setattr__(self, "_law", law.kind)
-        object.__setattr__(self, "parameters", (*kept, *law.parameters))
-        object.__setattr__(self, "states", (*cls.states, *law.memory(2)))
+        states = (*cls.states, *law.memory(2))
+        self._take(_law=law.kind, parameters=(*kept, *law.parameters), states=states)
         if not law.sticks:
             limits = tuple(item for item in cls.limits if item.name != "stick")
-            object.__setattr__(self, "limits", limits)
+            self._take(limits=limits)
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:

@@ -129,23 +129,17 @@ class System(Model):
             "events": events,
         }
         given = {key: table for key, table in tables.items() if table is not None}
-        self._become(_built_of(definition, given))
+        built = _built_of(definition, given)
+        self._take(
+            _built=built,
+            name=built.definition.name,
+            title=built.definition.title,
+            states=tuple(item.state for item in built.definition.states),
+            parameters=built.parameters,
+            limits=built.limits,
+            quiet=built.definition.quiet,
+        )
         super().__init__(**values)
-
-    def _become(self, built: BuiltSystem) -> None:
-        """Take the names of a definition; a model has no other way of being changed."""
-        definition = built.definition
-        attributes = {
-            "_built": built,
-            "name": definition.name,
-            "title": definition.title,
-            "states": tuple(item.state for item in definition.states),
-            "parameters": built.parameters,
-            "limits": built.limits,
-            "quiet": definition.quiet,
-        }
-        for key, value in attributes.items():
-            object.__setattr__(self, key, value)
 
     @classmethod
     def from_toml(cls, source: str | Path) -> System:

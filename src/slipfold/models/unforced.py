@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from inspect import signature
 from typing import Any, Self
 
@@ -62,17 +62,15 @@ class Unforced(Model):
         terms = _terms_of(model.kind, quiet)
         kept = {item.name for item in terms.parameters}
         taken = {name: value for name, value in model.values.items() if name in kept}
-        attributes = {
-            "_base": model.kind.make(**{quiet: 0.0}),
-            "_terms": terms,
-            "name": f"steady-{model.name}",
-            "title": f"{model.title}; without forcing, autonomous".removeprefix("; "),
-            "states": model.states,
-            "parameters": terms.parameters,
-            "limits": model.limits,
-        }
-        for key, value in attributes.items():
-            object.__setattr__(self, key, value)
+        self._take(
+            _base=model.kind.make(**{quiet: 0.0}),
+            _terms=terms,
+            name=f"steady-{model.name}",
+            title=f"{model.title}; without forcing, autonomous".removeprefix("; "),
+            states=model.states,
+            parameters=terms.parameters,
+            limits=model.limits,
+        )
         super().__init__(**{**taken, **values})
 
     @property
@@ -136,8 +134,9 @@ class Unforced(Model):
 
     def outputs(self) -> tuple[Output, ...]:
         """Those of the forced model."""
+        others = self._terms.others
         return tuple(
-            Output(item.name, _Quiet(item, self._terms.others), item.unit, item.doc, item.label)
+            Output(item.name, partial(_quiet, item, others), item.unit, item.doc, item.label)
             for item in self._base.outputs()
         )
 
@@ -172,15 +171,11 @@ class Unforced(Model):
         return f"{self.forced_model!r}.steady({given})"
 
 
-@dataclass(frozen=True)
-class _Quiet:
-    """An output's expression at phase zero, with the coefficients that are no longer any."""
-
-    output: Output
-    others: Symbols
-
-    def __call__(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        return self.output.expression(q, {**self.others, **c}, _REST)
+def _quiet(
+    output: Output, others: Symbols, q: Symbols, c: Symbols, phase: Expression
+) -> Expression:
+    """Return an output at phase zero, with the coefficients that are constants now."""
+    return output.expression(q, {**others, **c}, _REST)
 
 
 @dataclass(frozen=True, eq=False)

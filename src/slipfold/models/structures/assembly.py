@@ -23,7 +23,6 @@ from slipfold.models.parameter import DURATION, Parameter, State, positive
 from slipfold.models.structures.component import (
     Component,
     Direction,
-    Measure,
     Motion,
     total,
     weighted_sum,
@@ -465,7 +464,7 @@ def _displacement(
     return assembly.displacement(row, q)
 
 
-def _measure(assembly: Assembly, item: Placed, measure: Measure) -> Output:
+def _measure(assembly: Assembly, item: Placed, measure: Output) -> Output:
     component = item.component
     doc = f"{measure.doc} ({component.name})" if component.name else measure.doc
     function = partial(_measured, assembly, item, measure)
@@ -473,7 +472,7 @@ def _measure(assembly: Assembly, item: Placed, measure: Measure) -> Output:
 
 
 def _measured(
-    assembly: Assembly, item: Placed, measure: Measure, q: Symbols, c: Symbols, phase: Expression
+    assembly: Assembly, item: Placed, measure: Output, q: Symbols, c: Symbols, phase: Expression
 ) -> Expression:
     own = assembly.own_coefficients(item, c)
     return measure.expression(assembly.motion(item, q), own, phase)

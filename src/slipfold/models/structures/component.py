@@ -6,7 +6,7 @@ import dataclasses
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.friction.quantities import declared, is_symbolic
-from slipfold.models.output import Expression, Limit, Symbols
+from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import suggest
@@ -231,18 +231,6 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Measure:
-    """A quantity of a component that is of interest."""
-
-    name: str  # name among the outputs, e.g. ``"Vrel"``
-    # ``expression(motion, c, phase)`` with the component's coefficients by their own names
-    expression: Callable[[Motion, Symbols, Expression], Expression]
-    unit: str  # SI unit as text
-    doc: str  # one line that says what it is
-    label: str  # axis label in mathtext
-
-
-@dataclass(frozen=True)
 class Component(Parametric, ABC):
     """A part of a structure that exerts forces on it.
 
@@ -373,8 +361,8 @@ class Component(Parametric, ABC):
         """
         return None
 
-    def measures(self) -> tuple[Measure, ...]:
-        """Return quantities of interest."""
+    def measures(self) -> tuple[Output, ...]:
+        """Return quantities of interest, as functions of how the structure moves there."""
         return ()
 
     def limits(self) -> tuple[Limit, ...]:

@@ -14,13 +14,20 @@ from slipfold.errors import InputError
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.quantities import declared, described
 from slipfold.models.friction.without_memory import Coulomb
-from slipfold.models.output import PULSATING_LIMIT, STICK_LIMIT, Contact, Expression, Limit, Symbols
+from slipfold.models.output import (
+    PULSATING_LIMIT,
+    STICK_LIMIT,
+    Contact,
+    Expression,
+    Limit,
+    Output,
+    Symbols,
+)
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.structures.component import (
     Component,
     Direction,
     Forces,
-    Measure,
     Motion,
     Parametric,
     as_direction,
@@ -510,25 +517,25 @@ class FrictionContact(Component):
         pairs = zip(self._friction(motion, c, phase), self._slip(motion, c), strict=True)
         return total([force * speed for force, speed in pairs])
 
-    def measures(self) -> tuple[Measure, ...]:
+    def measures(self) -> tuple[Output, ...]:
         """Return normal force, slip speed, friction force and powers."""
         moved = "$V_{rel}$ (m/s)"
         found = [
-            Measure("N", self._normal, "N", "normal force of a contact", "$N$ (N)"),
-            Measure("Vrel", self._speed, "m/s", "slip speed of a contact", moved),
-            Measure("Fx", self._friction_x, "N", "friction force on the structure", "$F_x$ (N)"),
+            Output("N", self._normal, "N", "normal force of a contact", "$N$ (N)"),
+            Output("Vrel", self._speed, "m/s", "slip speed of a contact", moved),
+            Output("Fx", self._friction_x, "N", "friction force on the structure", "$F_x$ (N)"),
         ]
         if self.planar:
             doc = "friction force on the structure along the second direction"
-            found.append(Measure("Fy", self._friction_y, "N", doc, "$F_y$ (N)"))
+            found.append(Output("Fy", self._friction_y, "N", doc, "$F_y$ (N)"))
         if self.law.sticks:
             doc = "slip speed over the moving surface's speed"
-            found.append(Measure("Vrel_ratio", self._speed_ratio, "", doc, "$V_{rel}/V_d$"))
+            found.append(Output("Vrel_ratio", self._speed_ratio, "", doc, "$V_{rel}/V_d$"))
         doc = "power put in by the moving surface's drive"
-        found.append(Measure("power_plate", self._power_plate, "W", doc, "$P$ (W)"))
+        found.append(Output("power_plate", self._power_plate, "W", doc, "$P$ (W)"))
         stored = " and stored in the contact" if self.memory() else ""
         doc = f"power lost to friction heat{stored}"
-        found.append(Measure("power_friction", self._power_friction, "W", doc, "$P$ (W)"))
+        found.append(Output("power_friction", self._power_friction, "W", doc, "$P$ (W)"))
         return tuple(found)
 
     def limits(self) -> tuple[Limit, ...]:

@@ -12,14 +12,13 @@ import heyoka as hy
 from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
 from slipfold.models.friction.quantities import described
-from slipfold.models.output import COLLAPSE_LIMIT, Expression, Limit, Symbols
+from slipfold.models.output import COLLAPSE_LIMIT, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, nonnegative, positive
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
     Component,
     Direction,
     Forces,
-    Measure,
     Motion,
     OneDirection,
     as_directions,
@@ -384,9 +383,9 @@ class GeometricSpring(Component):
         change = self._length(motion, c, hy.expression(0.0)) - 1.0
         return 0.5 * c["force"] * c["L"] * change * change
 
-    def measures(self) -> tuple[Measure, ...]:
+    def measures(self) -> tuple[Output, ...]:
         """Return the length."""
-        return (Measure("l", self._length, "", "length of a spring over L", "$l/L$"),)
+        return (Output("l", self._length, "", "length of a spring over L", "$l/L$"),)
 
     def limits(self) -> tuple[Limit, ...]:
         """Return the limit at which the spring collapses."""

@@ -219,18 +219,16 @@ class Structure(LinearStructure):
         self._become(assemble(definition), {**given, **values})
 
     def _become(self, assembly: Assembly, values: Mapping[str, float | str]) -> None:
-        """Take the names of an assembly; a model has no other way of being changed."""
-        attributes = {
-            "_assembly": assembly,
-            "name": assembly.definition.name,
-            "title": assembly.definition.title,
-            "states": assembly.states,
-            "parameters": assembly.parameters,
-            "limits": assembly.limits,
-            "quiet": assembly.quiet,
-        }
-        for key, value in attributes.items():
-            object.__setattr__(self, key, value)
+        """Take the names of an assembly."""
+        self._take(
+            _assembly=assembly,
+            name=assembly.definition.name,
+            title=assembly.definition.title,
+            states=assembly.states,
+            parameters=assembly.parameters,
+            limits=assembly.limits,
+            quiet=assembly.quiet,
+        )
         super().__init__(**values)
 
     @classmethod
