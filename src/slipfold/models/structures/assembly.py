@@ -391,13 +391,9 @@ def _given_forces(component: Component, q: Symbols) -> dict[str, Any]:
     return {"normal": q[normal_name(component.key)], "friction": tuple(friction)}
 
 
+@lru_cache(maxsize=64)
 def assemble(definition: Definition) -> Assembly:
     """Put a structure together; equal definitions share the result."""
-    return _assembled(definition)
-
-
-@lru_cache(maxsize=64)
-def _assembled(definition: Definition) -> Assembly:
     assembly = Assembly(definition)
     _refuse_doubles(assembly)
     return assembly

@@ -32,80 +32,6 @@ from slipfold.models.structures.files import read_structure, read_values, struct
 from slipfold.models.structures.reduction import ReductionReport
 from slipfold.models.unforced import Unforced
 
-
-class LinearStructure(Model):
-    """A model that is put together of matrices, and what they are."""
-
-    _assembly: Assembly
-
-    @property
-    def varied_first(self) -> str | None:
-        """What switches the forcing off; where nothing does, the speed of a moving surface."""
-        return self.quiet or next(iter(self._assembly.speeds), None)
-
-    @property
-    def variable_parameters(self) -> tuple[Parameter, ...]:
-        """Those that may be varied; what slides stays in slip, so above a speed of zero."""
-        speeds = self._assembly.speeds
-        return tuple(
-            replace(item, lower_open=True) if speeds.get(item.name) else item
-            for item in super().variable_parameters
-        )
-
-    @property
-    def mass_matrix(self) -> Array:
-        """Mass matrix of the kept coordinates in kg, shape (n_kept, n_kept)."""
-        return self._assembly.mass.copy()
-
-    @property
-    def stiffness_matrix(self) -> Array:
-        """Stiffness matrix of the kept coordinates without elements in N/m."""
-        return self._assembly.stiffness.copy()
-
-    @property
-    def damping_matrix(self) -> Array:
-        """Damping matrix of the kept coordinates without elements in N s/m."""
-        result = np.zeros_like(self._assembly.mass)
-        for key, matrix in self._assembly.damping:
-            result += matrix if key is None else self._values[key] * matrix
-        return result
-
-    @property
-    def natural_frequencies(self) -> Array:
-        """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
-        return self._assembly.frequencies.copy()
-
-    @property
-    def reduction_report(self) -> ReductionReport | None:
-        """How well the reduction keeps the natural frequencies; None without one."""
-        reduced = self._assembly.reduced
-        return None if reduced is None else reduced.report
-
-    @property
-    def basis(self) -> Array:
-        """Displacements of all n degrees of freedom by kept coordinate, shape (n, n_kept)."""
-        reduced = self._assembly.reduced
-        return np.eye(self._assembly.size) if reduced is None else reduced.basis.copy()
-
-    def cost(self) -> Cost:
-        """Estimate what the flow of the structure will cost, before it is compiled.
-
-        Returns
-        -------
-        Cost
-            Times to compile and to run; it prints as a sentence.
-        """
-        assembly = self._assembly
-        period = 1 / self._values["f"] if self.forced else self._values["duration"]
-        return estimate_cost(
-            states=len(self.states),
-            linear=assembly.nonzeros,
-            coupled=sum(int(np.count_nonzero(item.rows)) for item in assembly.placed),
-            directions=sum(len(item.rows) for item in assembly.placed),
-            cycles=float(assembly.frequencies[-1]) * period,
-        )
-
-
 _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
     *("length_scale", "watch", "name", "title"),
@@ -116,7 +42,7 @@ MOST_PRODUCTS = 2_000_000
 """Products in the equations with derivatives at which compiling takes minutes and much memory."""
 
 
-class Structure(LinearStructure):
+class Structure(Model):
     r"""A structure from matrices, with elements, friction contacts and periodic forcing.
 
     .. math::
@@ -193,6 +119,8 @@ class Structure(LinearStructure):
     >>> [round(float(f), 4) for f in model.natural_frequencies]
     [0.9836, 2.5752]
     """
+
+    _assembly: Assembly
 
     def __init__(
         self,
@@ -434,6 +362,75 @@ class Structure(LinearStructure):
         names = self._assembly.names
         shown = " ".join(names) if len(names) <= 6 else f"{len(names)} displacements"
         return self._call(shown)
+
+    # -- what it is without elements and contacts -------------------------------------------------
+
+    @property
+    def varied_first(self) -> str | None:
+        """What switches the forcing off; where nothing does, the speed of a moving surface."""
+        return self.quiet or next(iter(self._assembly.speeds), None)
+
+    @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """Those that may be varied; what slides stays in slip, so above a speed of zero."""
+        speeds = self._assembly.speeds
+        return tuple(
+            replace(item, lower_open=True) if speeds.get(item.name) else item
+            for item in super().variable_parameters
+        )
+
+    @property
+    def mass_matrix(self) -> Array:
+        """Mass matrix of the kept coordinates in kg, shape (n_kept, n_kept)."""
+        return self._assembly.mass.copy()
+
+    @property
+    def stiffness_matrix(self) -> Array:
+        """Stiffness matrix of the kept coordinates without elements in N/m."""
+        return self._assembly.stiffness.copy()
+
+    @property
+    def damping_matrix(self) -> Array:
+        """Damping matrix of the kept coordinates without elements in N s/m."""
+        result = np.zeros_like(self._assembly.mass)
+        for key, matrix in self._assembly.damping:
+            result += matrix if key is None else self._values[key] * matrix
+        return result
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Undamped natural frequencies of the matrices without elements in Hz, ascending."""
+        return self._assembly.frequencies.copy()
+
+    @property
+    def reduction_report(self) -> ReductionReport | None:
+        """How well the reduction keeps the natural frequencies; None without one."""
+        reduced = self._assembly.reduced
+        return None if reduced is None else reduced.report
+
+    @property
+    def basis(self) -> Array:
+        """Displacements of all n degrees of freedom by kept coordinate, shape (n, n_kept)."""
+        reduced = self._assembly.reduced
+        return np.eye(self._assembly.size) if reduced is None else reduced.basis.copy()
+
+    def cost(self) -> Cost:
+        """Estimate what the flow of the structure will cost, before it is compiled.
+
+        Returns
+        -------
+        Cost
+            Times to compile and to run; it prints as a sentence.
+        """
+        assembly = self._assembly
+        period = 1 / self._values["f"] if self.forced else self._values["duration"]
+        return estimate_cost(
+            states=len(self.states),
+            linear=assembly.nonzeros,
+            coupled=sum(int(np.count_nonzero(item.rows)) for item in assembly.placed),
+            directions=sum(len(item.rows) for item in assembly.placed),
+            cycles=float(assembly.frequencies[-1]) * period,
+        )
 
     def static_point(self) -> Array:
         """Return the state in which the structure rests without what is periodic in time.
