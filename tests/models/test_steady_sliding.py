@@ -150,7 +150,7 @@ def test_onset_of_squeal_under_friction_with_memory():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Unforced(0.3), "0.3 is no model"),
+        (lambda: Unforced(0.3), "0.3 is not a model"),
         (lambda: Unforced(model_named("lorenz")), "lorenz is autonomous already"),
         (lambda: Unforced(SlidingOscillator().steady()), "steady-sliding is autonomous already"),
         (lambda: SlidingOscillator().steady(Nd=0.1), "steady-sliding has no parameter 'Nd'"),

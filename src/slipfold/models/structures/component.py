@@ -427,13 +427,7 @@ class Component(Parametric, ABC):
 
 @dataclass(frozen=True)
 class OneDirection(Component):
-    """A component along one direction.
-
-    Parameters
-    ----------
-    at
-        Degree of freedom, or weights by name.
-    """
+    """A component along one direction: a degree of freedom, or weights by name."""
 
     at: Any
 

@@ -44,14 +44,7 @@ _STATIC = positive("Ns", 1.0, "N", "static normal force", "$N_s$")
 
 @dataclass(frozen=True)
 class NormalLoad(Parametric, ABC):
-    """The normal force of a contact.
-
-    Parameters
-    ----------
-    normal
-        Degree of freedom, or weights by name, along which the force pushes the structure away from
-        the moving surface; None if the structure cannot move that way.
-    """
+    """The normal force of a contact, which may push the structure along a direction `normal`."""
 
     title: ClassVar[str] = "normal load"
 
