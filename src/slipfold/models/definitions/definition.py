@@ -94,7 +94,7 @@ _TAKEN = frozenset(
             "span",
             "settings",
         ),
-        *("observer", "plane", "window", "types", "regions", "regimes", "periods", "state"),
+        *("on_progress", "plane", "window", "types", "regions", "regimes", "periods", "state"),
         *("tolerance", "settled", "search", "tori", "gradients", "duration"),
     )
 )
