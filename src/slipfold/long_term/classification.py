@@ -147,7 +147,7 @@ SHRUNK = 0.9
 to it; less where its exponent lets expect less."""
 
 RECENT = 48
-"""Periods in which a trajectory is seen to repeat."""
+"""Last periods, in which a trajectory is seen to repeat."""
 
 CLASSES = 24
 """States are averaged apart by their number modulo this: periods that divide it show."""
@@ -334,9 +334,6 @@ NOT_DONE = "not done"
 OPEN = "open"
 """Of a trajectory that is to be followed for longer."""
 
-KEPT = 48
-"""Periods after the transient in which a trajectory is seen to repeat."""
-
 STUCK = 32
 """Periods in which a contact stuck after which a trajectory is not followed any further."""
 
@@ -369,7 +366,7 @@ class TrajectoryGrid:
     @property
     def periods_of_a_motion(self) -> int:
         """Forcing periods after which each trajectory is judged."""
-        return self.transient + KEPT
+        return self.transient + RECENT
 
     def from_rest(self, run: int) -> None:
         """Follow a trajectory from the start in each place."""
@@ -401,7 +398,7 @@ class TrajectoryGrid:
         """Follow trajectories once."""
         models = [self.models[cell] for cell in cells]
         total = self.periods_of_a_motion
-        window = np.full((KEPT + 1, *starts.shape), np.nan)
+        window = np.full((RECENT + 1, *starts.shape), np.nan)
         stuck = np.zeros(len(cells), np.int64)
         sticks = np.zeros(len(cells), bool)
         with Ensemble(models, starts) as crowd:

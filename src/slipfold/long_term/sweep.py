@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.ensembles import SingleTrajectory, models_with, stroboscopic_samples
+from slipfold.flow.ensembles import TOGETHER, SingleTrajectory, models_with, stroboscopic_samples
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
@@ -17,10 +17,6 @@ UP, DOWN = "up", "down"
 
 NOT_DONE = "not done"
 """Why a run has no points where an interruption came before."""
-
-TOGETHER = 512
-"""Trajectories from starts that are followed together: between them an interruption loses
-nothing."""
 
 
 @dataclass(frozen=True, eq=False)

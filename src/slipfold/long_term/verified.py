@@ -307,16 +307,13 @@ CANDIDATES = 3
 
 NEARLY = 0.03
 """A trajectory that moves by less in a period of its own, in scaled states, has an orbit nearby,
-which Newton's method finds."""
+which Newton's method finds; so has one that comes back this near, over its extent."""
 
 NEAR = 10.0
 """Distance from it, in such movements, within which an orbit that is known is the one."""
 
 BESIDE = 3e-3
 """Distance from a cycle, in scaled states, within which it is the one."""
-
-CLOSED = 0.03
-"""A trajectory that comes back this near, over its extent, is near a cycle."""
 
 FINELY = 64
 """Samples in an interval in which that is seen."""
@@ -435,7 +432,7 @@ class Verified:
         away = np.linalg.norm(apart / self.model.state_scales(), axis=1)
         left = np.flatnonzero(away > 0.5 * away.max())
         near = (
-            left[0] + np.flatnonzero(away[left[0] :] < CLOSED * away.max()) if len(left) else left
+            left[0] + np.flatnonzero(away[left[0] :] < NEARLY * away.max()) if len(left) else left
         )
         if away.max() < POINT or not len(near):
             return None
