@@ -20,12 +20,12 @@ from slipfold.flow.guarded_flow import CHUNK
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import (
     Motion,
-    begun,
     ends_of,
     initial_state,
     reaches_stick_limit,
     settlement_of,
-    slips_at_first,
+    start_switched,
+    starts_in_slip,
     trajectory_of,
 )
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
@@ -143,7 +143,7 @@ def stream_simulation(
     """
     start = initial_state(model, start_of(model, request))
     every = _step_between_samples(request.periods)
-    again = not slips_at_first(model, start)
+    again = not starts_in_slip(model, start)
     if not again:
         motion = _smooth(timed(model, request), start, request.periods, every, emit)
         if reaches_stick_limit(motion.stopped, model):
@@ -182,7 +182,7 @@ def _smooth(
 def _switched(
     model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
 ) -> Trajectory:
-    motion = begun(model, start, paced=True)
+    motion = start_switched(model, start, paced=True)
     phases = np.arange(SAMPLES) / SAMPLES
     # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
     for end in ends_of(model, periods if model.forced else None):

@@ -46,7 +46,7 @@ def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> list[int]:
     ]
 
 
-def let_go(
+def released_at_limit(
     system: HybridSystem, mode: Mode, state: Array, phase: float, now: ContactsNow | None = None
 ) -> Mode:
     """Return the mode in which contacts slip that stick at their limit and soon beyond it.

@@ -189,7 +189,7 @@ class Motion:
     def _judged(self, tolerance: float) -> Settlement:
         model = self.model
         if self.stopped is not None:
-            return cut_short(self.stopped)
+            return ended_early(self.stopped)
         if model.forced:
             found = judge_settlement(
                 self.strobe, model.state_scales(), tolerance, model.whole_turns
@@ -280,7 +280,7 @@ def unbounded_at(time: float, size: float) -> Stop:
     return Stop("unbounded", reason, time)
 
 
-def cut_short(stop: Stop) -> Settlement:
+def ended_early(stop: Stop) -> Settlement:
     """Say of a trajectory that ended early that it has not settled."""
     return not_converged(f"not settled: ended after {stop.time:.6g} s, {stop.reason}")
 
@@ -307,7 +307,7 @@ def simulate_smooth_or_switched(
     A trajectory that always slips well is that of `slipfold.flow.simulate`.
     """
     start = initial_state(model, state)
-    if slips_at_first(model, start):
+    if starts_in_slip(model, start):
         found = simulate(model, periods, start, tolerance=tolerance, observer=observer)
         if not reaches_stick_limit(found.stopped, model):
             return found
@@ -322,7 +322,7 @@ def reaches_stick_limit(stopped: Stop | None, model: Model) -> bool:
     return stopped is not None and stopped.kind in beyond
 
 
-def slips_at_first(model: Model, start: Array) -> bool:
+def starts_in_slip(model: Model, start: Array) -> bool:
     """Whether no contact is at one of its limits. Shapes: start (n,)."""
     if not contacts_of(model):
         return True
@@ -367,7 +367,7 @@ def simulate_switched(
     If `periods` is None an autonomous model is integrated until it converges. If it is observed, an
     interrupted trajectory is returned as far as it came. Shapes: start (n,).
     """
-    motion = begun(model, start, paced=periods is None)
+    motion = start_switched(model, start, paced=periods is None)
     settlement = partial(settlement_of, motion, tolerance)
     return trajectory_of(motion, integrate(motion, ends_of(model, periods), settlement, observer))
 
@@ -379,7 +379,7 @@ def ends_of(model: Model, periods: int | None) -> tuple[int, ...]:
     return (PERIODS,) if model.forced else SWITCHED_CHECKS
 
 
-def begun(model: Model, start: Array, *, paced: bool) -> SwitchedMotion:
+def start_switched(model: Model, start: Array, *, paced: bool) -> SwitchedMotion:
     """Begin a trajectory; if it is to be paced, an autonomous one in intervals that suit it.
 
     Shapes: start (n,).
@@ -439,7 +439,7 @@ def settlement_of(motion: SwitchedMotion, tolerance: float) -> Settlement:
     """Judge whether a trajectory has converged, and to what."""
     model, scales = motion.model, motion.model.state_scales()
     if motion.stopped is not None:
-        return cut_short(motion.stopped)
+        return ended_early(motion.stopped)
     if model.forced:
         return judge_settlement(motion.strobe, scales, tolerance)
     changes, mode, state = motion.recorder.changes, motion.modes[-1], motion.strobe[-1]

@@ -27,7 +27,7 @@ from slipfold.flow.modes import (
     shown,
     status_name,
 )
-from slipfold.flow.release import begins, let_go, release
+from slipfold.flow.release import begins, release, released_at_limit
 from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system
 from slipfold.models.model import Model
 
@@ -129,7 +129,7 @@ MAX_LEGS = 1_000
 """Smooth phases in a period of which none is looked at more closely."""
 
 
-def in_turn(
+def alternate(
     system: HybridSystem,
     mode: Mode,
     state: Array,
@@ -233,7 +233,7 @@ class SwitchedMotion:
             self.recorder.begun = done
             if self.flow.straight:
                 args = self.system, mode, state, phase, beyond, self.recorder, self._ended
-                mode, state, phase = in_turn(*args)
+                mode, state, phase = alternate(*args)
             closely: Iterable[tuple[Leg, Mode]] = ()
             if phase < 1:
                 closely = legs(self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond)
@@ -347,7 +347,7 @@ def _begun(
     """Return the mode in which a motion goes on, and its first pieces if slip begins at once."""
     first = list[tuple[Leg, Mode]]()
     try:
-        slips = let_go(system, mode, state, phase)
+        slips = released_at_limit(system, mode, state, phase)
         if slips != mode:
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
             slips = _one_slow(slips, [contact])
@@ -410,7 +410,7 @@ def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
         elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -BACKWARDS:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
-    after = _one_slow(let_go(system, after, leg.state, leg.end, now), rest)
+    after = _one_slow(released_at_limit(system, after, leg.state, leg.end, now), rest)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )

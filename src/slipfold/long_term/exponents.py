@@ -16,7 +16,13 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.linearised_motion import linearised_motion
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.simulate import Motion, begun, reaches_stick_limit, settlement_of, slips_at_first
+from slipfold.flow.simulate import (
+    Motion,
+    reaches_stick_limit,
+    settlement_of,
+    start_switched,
+    starts_in_slip,
+)
 from slipfold.flow.switched_motion import SwitchedMotion, legs
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
@@ -297,14 +303,14 @@ class _SwitchedGrowth(Growth):
 
 def growth_from(model: Model, start: Array) -> Growth:
     """Begin a trajectory with the growth of its perturbations. Shapes: start (n,)."""
-    if not slips_at_first(model, start):
+    if not starts_in_slip(model, start):
         return growth_through_stick(model, start)
     return _SmoothGrowth(model if model.forced else paced(model, start, None)[0], start)
 
 
 def growth_through_stick(model: Model, start: Array) -> Growth:
     """Begin a trajectory that sticks, or will. Shapes: start (n,)."""
-    return _SwitchedGrowth(begun(model, start, paced=True))
+    return _SwitchedGrowth(start_switched(model, start, paced=True))
 
 
 FIRST = 250
