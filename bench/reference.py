@@ -25,7 +25,7 @@ LOCUS = {
 }
 """f in Hz: Nd in N of the period doubling of period 1.
 
-By Fourier collocation (tests/helpers/loci_by_hand.py); 61 and 71 instants agree to 1e-13.
+By Fourier collocation (bench/by_hand/loci.py); 61 and 71 instants agree to 1e-13.
 """
 
 NAMED = {

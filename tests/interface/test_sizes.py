@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 82_500, "tests": 34_500}
+TOTAL = {"src": 82_500, "tests": 34_000}
 """Lines of Python. A budget that falls: lower it whenever code is deleted, never raise it."""
 
 FILE_LINES = 600

@@ -1,6 +1,6 @@
 """Every value of loci.json and, on loci, of sliding.json; both by methods that share no code.
 
-The first is by Fourier collocation (helpers.by_hand.loci), the second was handed over.
+The first is by Fourier collocation (bench/by_hand/loci.py), the second was handed over.
 """
 
 import json

@@ -5,6 +5,7 @@ spring nearly collapses, are found by multiple shooting. Nothing of the package 
 """
 
 import json
+import sys
 from contextlib import suppress
 from functools import partial
 from itertools import pairwise
@@ -14,7 +15,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import root_scalar
 
-from helpers.by_hand.critical_orbits import (
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+
+from critical_orbits import (
     Locus,
     coordinate,
     doubled,
@@ -29,9 +32,10 @@ from helpers.by_hand.critical_orbits import (
     torus_coefficient,
     walk,
 )
+
 from helpers.by_hand.sliding import BASE, rhs
 
-FILE = Path(__file__).parents[1] / "reference" / "loci.json"
+FILE = Path(__file__).parents[2] / "tests" / "reference" / "loci.json"
 
 TINY = 1e-30
 SEGMENTS = 8
