@@ -82,7 +82,7 @@ def measure(
     parameter = changed.variable_parameter(vary)
     rising = np.unique(checked_values(parameter, values)).tolist()
     if sweep not in DIRECTIONS:
-        raise InputError(f"sweep = {sweep!r} is no direction; give {', '.join(DIRECTIONS)}")
+        raise InputError(f"sweep = {sweep!r} is not a direction; give {', '.join(DIRECTIONS)}")
     ways = ["up", "down"] if sweep == "both" else [sweep]
     order = [value for way in ways for value in (rising if way == "up" else rising[::-1])]
     each = [way for way in ways for _ in rising]

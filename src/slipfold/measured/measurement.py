@@ -360,7 +360,7 @@ def _way(cell: str, place: str) -> str:
     word = cell.strip().lower()
     if word not in SWEEPS:
         raise InputError(
-            f"{place}: {cell.strip()!r} is no direction of a sweep; give up, down or nothing"
+            f"{place}: {cell.strip()!r} is not a direction of a sweep; give up, down or nothing"
         )
     return word
 
