@@ -11,7 +11,7 @@ import pytest
 
 import slipfold as sf
 from slipfold import System
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 from slipfold.models.registry import model_named
 
 BENCH = Path(__file__).parents[2] / "bench"

@@ -22,7 +22,7 @@ from slipfold.flow.settlement import Settlement
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 STEEP = """
 name = "steep"

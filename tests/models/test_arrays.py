@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from slipfold import InputError
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 CHAIN = """
 name = "chain"

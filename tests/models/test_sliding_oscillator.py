@@ -5,7 +5,7 @@ import pytest
 
 from helpers.by_hand.sliding import BASE, rhs
 from slipfold import SlidingOscillator
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 RNG = np.random.default_rng(20260101)
 STATES = RNG.normal(size=(20, 4)) * [0.4, 0.4, 30.0, 30.0]

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from slipfold.models import model_named
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 SINGLE = sf.Settings(largest_period=1)
 UNDAMPED = model_named("pin-on-disc", c=0, C=0)

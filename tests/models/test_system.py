@@ -13,7 +13,7 @@ import slipfold.branches.settings
 from helpers.duffing_text import TEXT
 from helpers.textbook_models import Duffing
 from slipfold.models.definitions.definition import _TAKEN
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 
 @pytest.fixture(scope="module")

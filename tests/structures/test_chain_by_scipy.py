@@ -24,7 +24,7 @@ from slipfold import (
     periodic_orbit,
 )
 from slipfold.flow.simulate import simulate
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 
 def chain(size):

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.models.evaluation import evaluation_of
+from slipfold.models.model import evaluation_of
 
 LAW = sf.Jenkins(mu_k=0.5, kt=20.0, exponent=4, e=1e-3)
 

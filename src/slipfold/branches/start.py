@@ -15,8 +15,7 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.equilibria import search_equilibrium
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.collocation import INTERVALS, Collocation
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.discretisation import Cut, scheme_for

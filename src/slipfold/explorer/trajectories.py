@@ -31,8 +31,7 @@ from slipfold.flow.simulate import (
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.turns import TURN
 from slipfold.orbits.eigenvalues import eigenvalues_of

@@ -31,7 +31,7 @@ from slipfold.flow.equations import (
     with_tangent,
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.evaluation import COLUMNS, compiled_function
+from slipfold.models.model import COLUMNS, compiled_function
 
 
 class OwnCopies:

@@ -17,7 +17,7 @@ from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.modes import Mode, Status, rate_along, rate_of_phase
-from slipfold.models.evaluation import compiled_function
+from slipfold.models.model import compiled_function
 from slipfold.models.output import Contact, Expression, normal_name
 
 

@@ -11,8 +11,7 @@ from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.sharp_turns import unfed_groups
 from slipfold.models.equilibria import damped_newton
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.parameter import DURATION
 
 

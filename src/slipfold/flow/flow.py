@@ -36,8 +36,7 @@ from slipfold.flow.equations import (
 )
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseMotion
-from slipfold.models.evaluation import COLUMNS, carried_whole
-from slipfold.models.model import Kind, Model
+from slipfold.models.model import COLUMNS, Kind, Model, carried_whole
 
 MANY = 8_000
 """Steps of a trajectory that is not stiff in its first period, at most."""

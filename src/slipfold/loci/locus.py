@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.continuation.end import End
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly

@@ -11,8 +11,7 @@ from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import simulate_smooth_or_switched
 from slipfold.long_term.exponents import Exponents
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 SHOWN, PER_PERIOD = 400, 64

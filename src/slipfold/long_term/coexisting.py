@@ -18,8 +18,7 @@ from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.search import Box, box_around, search
 from slipfold.long_term.verified import CycleLine
 from slipfold.models.equilibria import damped_newton
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.turns import without_turns
 
 

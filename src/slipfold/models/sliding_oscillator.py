@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.equilibria import find_static_point
-from slipfold.models.evaluation import evaluation_of
 from slipfold.models.friction import Coulomb, FrictionLaw
 from slipfold.models.linear_modes import Modes, find_modes
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.output import (
     COLLAPSE_LIMIT,
     PULSATING_LIMIT,

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import correct
 from slipfold.flow.flow import flow_of
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import LARGEST, Collocation

@@ -19,8 +19,7 @@ from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseMotion
 from slipfold.flow.scales import linear_response, measured
 from slipfold.flow.simulate import simulate
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.turns import TURN, without_turns
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.collocation import Collocation

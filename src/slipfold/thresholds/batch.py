@@ -20,8 +20,7 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import linearised_steps_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
-from slipfold.models.evaluation import carried_whole
-from slipfold.models.model import Model
+from slipfold.models.model import Model, carried_whole
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part

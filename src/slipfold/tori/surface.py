@@ -14,8 +14,7 @@ from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.rotation import Average, average
 from slipfold.long_term.spectrum import SpectralLines
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import number_text
 from slipfold.text.printed_table import PrintedTable

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.continuation.end import End
-from slipfold.models.evaluation import evaluation_of
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.parameter import DURATION
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly

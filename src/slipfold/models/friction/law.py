@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
-from slipfold.models.evaluation import compiled_function
 from slipfold.models.friction.quantities import declared, is_symbolic, sqrt
+from slipfold.models.model import compiled_function
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.quantity import parse_quantity

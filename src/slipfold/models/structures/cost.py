@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from slipfold.models.evaluation import COLUMNS, carried_whole
+from slipfold.models.model import COLUMNS, carried_whole
 
 # Fitted to chains of 1 to 40 masses with a cubic spring and a friction contact, tridiagonal and
 # full matrices, on a core of an AMD EPYC at about 3 GHz.

@@ -19,9 +19,8 @@ from slipfold.models.definitions.source import (
     source_of_text,
 )
 from slipfold.models.equilibria import find_static_point
-from slipfold.models.evaluation import evaluation_of
 from slipfold.models.linear_modes import Modes, find_modes
-from slipfold.models.model import Model
+from slipfold.models.model import Model, evaluation_of
 from slipfold.models.output import Contact, Expression, Output, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.structures.assembly import Assembly, assemble, structure_outputs
