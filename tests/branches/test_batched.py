@@ -83,6 +83,20 @@ def test_whole_branches_are_those_of_each_response_alone():
         assert branches[0].stable.argmin() > 0
 
 
+def test_a_result_does_not_depend_on_its_batch():
+    def reported(responses):
+        return [
+            [(p.type, p.value, p.uncertainty, p.coefficient) for p in branch.special]
+            for response in responses
+            for branch in response.branches
+        ]
+
+    models = scattered(7, seed=3)
+    together = batched(models, span=(0.0, 0.2))
+    assert reported(batched(models[2:3], span=(0.0, 0.2))) == reported(together[2:3])
+    assert reported(batched(models[1:6], span=(0.0, 0.2))) == reported(together[1:6])
+
+
 def test_folds_but_none_beyond_a_limit():
     model = sf.SlidingOscillator(f=12.36, mu=0.595, alpha=1.4475, Vd=0.7108)
     (found,) = branches_of([model])
