@@ -96,7 +96,7 @@ test long thrown portable portable-quick: export OMP_NUM_THREADS = 1
 test long thrown portable portable-quick: export OPENBLAS_NUM_THREADS = 1
 
 # What runs long runs as it does for users.
-long thrown portable: export SLIPFOLD_OPTIMISATION = 3
+long thrown portable: export SLIPFOLD_OPTIMIZATION = 3
 
 lint: $(SETUP) ## check style and formatting
 	$(BIN)/ruff check .

@@ -20,7 +20,7 @@ for variable, value in {
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
     # Most tests integrate a model of their own, and not for long: half of their time was compiling.
-    "SLIPFOLD_OPTIMISATION": "0",
+    "SLIPFOLD_OPTIMIZATION": "0",
 }.items():
     os.environ.setdefault(variable, value)
 

@@ -29,7 +29,7 @@ By Fourier collocation (bench/by_hand/loci.py); 61 and 71 instants agree to 1e-1
 """
 
 NAMED = {
-    "generalised period doubling": (12.436208469546, 0.042015324815),
+    "generalized period doubling": (12.436208469546, 0.042015324815),
     "smallest Nd": (12.462906976920, 0.040083977292),
 }
 """(f, Nd) of points on that locus, by Fourier collocation (tests/reference/loci.json)."""

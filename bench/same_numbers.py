@@ -134,7 +134,7 @@ def smooth_responses() -> Iterator[tuple[str, Callable[[], Any]]]:
                 lambda case=case, method=method: case.response(method),
             )
     for method in ("shooting", "collocation"):
-        settings = sf.Settings(discretisation=method)
+        settings = sf.Settings(discretization=method)
         yield (
             f"response-sliding-{method}",
             lambda settings=settings: sf.response(

@@ -1,4 +1,4 @@
-"""What a linearised orbit costs, and its compilation, by the number of degrees of freedom.
+"""What a linearized orbit costs, and its compilation, by the number of degrees of freedom.
 
     OMP_NUM_THREADS=1 SLIPFOLD_CACHE_DIR=$(mktemp -d) python bench/size.py --repeat 5
 
@@ -60,7 +60,7 @@ def measure(size: int, repeat: int) -> dict[str, Any]:
     along = constants.rates[:, [model.parameter_index("f")]]
 
     def orbit() -> None:
-        flow.linearise(states, edges[:-1], edges[1:], constants, along)
+        flow.linearize(states, edges[:-1], edges[1:], constants, along)
 
     first = used(orbit)
     runs = [used(orbit) for _ in range(repeat)]

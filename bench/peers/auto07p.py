@@ -8,7 +8,7 @@ stable unit circle give cos(2 pi f t). The Jacobian is exact, derived by bifpy.
 
 bifpy compiles on every call, so it is called once and the executable it leaves behind is run again
 in a fresh directory for each timing: `seconds` is that process, its start and files included,
-`solver_seconds` the "Total Time" AUTO prints. bifpy compiles the equations without optimisation;
+`solver_seconds` the "Total Time" AUTO prints. bifpy compiles the equations without optimization;
 with -O3 the times did not change measurably, nor with a differenced Jacobian, nor without the
 diagnostics file (IID=0, used here).
 

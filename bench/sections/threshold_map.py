@@ -74,7 +74,7 @@ def section(records: Records) -> list[str]:
         f"{size} of alpha from 20 to 80 degrees; many at a time, one thread.",
         table(["", "s", "ms a threshold", "processor ms a threshold"], list(rows(record))),
         f"Thresholds: {record['thresholds']:,}; {failures(record)}. {record['followed']} by the "
-        "whole response, the others guessed between neighbours, corrected and checked. The largest "
+        "whole response, the others guessed between neighbors, corrected and checked. The largest "
         f"residual is {record['largest_residual']:.0e}. {record['sample']} picked at random differ "
         f"by at most {record['largest_difference']:.0e} N from the response of each alone, which "
         f"takes {milliseconds(record['response_ms_each'] / 1000)} ms. First ever: no compiled "

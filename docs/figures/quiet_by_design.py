@@ -74,8 +74,8 @@ def draw_designs(ax, model, doubling, found):
     for row, alpha in enumerate(ANGLES):
         if row % 2:
             continue
-        colour = "0.35" if row in (0, len(ANGLES) - 1) else "0.75"
-        ax.plot(*reached[row].T, color=colour, linewidth=0.8, zorder=1)
+        color = "0.35" if row in (0, len(ANGLES) - 1) else "0.75"
+        ax.plot(*reached[row].T, color=color, linewidth=0.8, zorder=1)
         if row % 8 == 0:
             labels.append(Label(f"{np.degrees(alpha):.0f}°", reached[row, -1:]))
     for column in (0, 4, 14):

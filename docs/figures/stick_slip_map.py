@@ -32,7 +32,7 @@ PERIODS, TOLERANCE = 150, 1e-4
 """Forcing periods that a motion is given to settle, and how far from settled it may be."""
 
 LONGER = 400
-"""Forcing periods after which motions under exact and regularised friction are compared."""
+"""Forcing periods after which motions under exact and regularized friction are compared."""
 
 SMOOTHED = (1e-2, 1e-3)
 """Slip speed below which friction is smooth, over the speed of the plate."""
@@ -109,7 +109,7 @@ def outcome(name: str, speed: float, pulsation: float) -> dict[str, float | str 
 
 
 def off(speed: float, pulsation: float) -> list[float | None]:
-    """Return by how much the largest x/L under regularised friction is off, smoothed less and less.
+    """Return by how much the largest x/L under regularized friction is off, smoothed less and less.
 
     None where a motion has not settled, or on another period.
     """
@@ -117,7 +117,7 @@ def off(speed: float, pulsation: float) -> list[float | None]:
     exact = sf.simulate(sf.SlidingOscillator(friction=LAWS["coulomb"]), LONGER, **place)
     found = list[float | None]()
     for share in SMOOTHED:
-        law = sf.Regularised(LAWS["coulomb"], "sqrt", e=share * speed)
+        law = sf.Regularized(LAWS["coulomb"], "sqrt", e=share * speed)
         smooth = sf.simulate(sf.SlidingOscillator(friction=law), LONGER, **place)
         alike = exact.settlement.period is not None is not smooth.settlement.period
         alike = alike and exact.settlement.period == smooth.settlement.period

@@ -60,7 +60,7 @@ def said(place: dict[str, Any]) -> str:
 
 
 def smoothed(place: dict[str, Any]) -> str:
-    """Return by how much motions under regularised friction are off."""
+    """Return by how much motions under regularized friction are off."""
     return ", ".join("-" if item is None else f"{item:.0e}" for item in place["off"])
 
 

@@ -20,7 +20,7 @@ damping = 0.05 * np.eye(n) + 0.0005 * stiffness
 belt = sf.FrictionContact("q10", sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.4), load=10.0, Vd=3.0)
 chain = sf.Structure(np.eye(n), damping, stiffness, contacts=belt)
 # By shooting, which ends where the last mass would begin to stick: branches are long beyond.
-settings = sf.Settings(largest_period=1, discretisation="shooting")
+settings = sf.Settings(largest_period=1, discretization="shooting")
 diagram = sf.response(chain, vary="Vd", span=(3, 0.8), settings=settings)
 diagram.plot("q10")
 print(diagram.summary())

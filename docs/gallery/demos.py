@@ -48,7 +48,7 @@ DEMOS = {
         "lambda",
         (-1.6, -1.86),
         {"x": -1.25, "y": -1.25, "z": -1.25},
-        options=ONE | {"discretisation": "collocation"},
+        options=ONE | {"discretization": "collocation"},
     ),
     "lor": Demo("rho", (280, 200), settled=True, options={"largest_period": 4}),
     "pp2": Demo("quota", (0, 1)),

@@ -11,7 +11,7 @@ slip speed :math:`V` in direction :math:`e`, small motions feel the damping matr
     N \left[\mu'(V)\, e e^T + \frac{\mu(V)}{V} (I - e e^T)\right].
 
 Across the slip it is always positive, and large where sliding is slow: this is what an oscillator
-regularised component by component would miss.
+regularized component by component would miss.
 """
 
 import math

@@ -87,7 +87,7 @@ if TYPE_CHECKING:
     from slipfold.models import ProportionalDamping as ProportionalDamping
     from slipfold.models import RationalStribeck as RationalStribeck
     from slipfold.models import ReductionReport as ReductionReport
-    from slipfold.models import Regularised as Regularised
+    from slipfold.models import Regularized as Regularized
     from slipfold.models import SlidingOscillator as SlidingOscillator
     from slipfold.models import State as State
     from slipfold.models import Stribeck as Stribeck
@@ -190,7 +190,7 @@ _HOMES = {
         "ProportionalDamping",
         "RationalStribeck",
         "ReductionReport",
-        "Regularised",
+        "Regularized",
         "SlidingOscillator",
         "State",
         "Stribeck",

@@ -122,14 +122,14 @@ def test_an_equilibrium_that_does_not_exist_is_refused():
         sf.response(model, vary="a", span=(1, 2))
 
 
-def test_van_der_pol_from_its_rest_over_the_centres_to_the_relaxation_cycle():
+def test_van_der_pol_from_its_rest_over_the_centers_to_the_relaxation_cycle():
     # At mu = 0 every circle is a cycle; that of radius 2 is where the limit cycle crosses.
     diagram = sf.response(model_named("vanderpol-free"), vary="mu", span=(-0.5, 1))
-    still, centres, relaxing = diagram.branches
-    assert [(item.type, item.leads_to) for item in still.special] == [("HB", centres.id)]
-    assert centres.stopped.kind == "family"
-    assert centres.durations == pytest.approx(2 * math.pi, rel=1e-9)
-    (crossing,) = [item for item in centres.special if item.type == "BP"]
+    still, centers, relaxing = diagram.branches
+    assert [(item.type, item.leads_to) for item in still.special] == [("HB", centers.id)]
+    assert centers.stopped.kind == "family"
+    assert centers.durations == pytest.approx(2 * math.pi, rel=1e-9)
+    (crossing,) = [item for item in centers.special if item.type == "BP"]
     assert crossing.leads_to == relaxing.id
     assert crossing.orbit.extrema.of("x")[1][0] == pytest.approx(2, abs=1e-8)
     cycle = relaxing.orbit(-1)

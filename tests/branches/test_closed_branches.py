@@ -33,7 +33,7 @@ the same orbit begun a period later."""
 SETTINGS = [
     sf.Settings(),
     sf.Settings(steps=sf.Steps(largest=0.05)),
-    sf.Settings(discretisation="collocation"),
+    sf.Settings(discretization="collocation"),
 ]
 
 

@@ -63,8 +63,8 @@ def test_every_point_of_a_draft_is_an_orbit_with_its_multipliers(known):
             z = problem.pack(nodes, value)
             assert np.abs(problem.defect(z)).max() < 1e-7
             if branch.begun.kind == "born" and i == 0:
-                continue  # the parent's orbit passed twice, drawn in the style of its neighbour
-            expected = np.linalg.eigvals(problem.linearise(z).monodromy)
+                continue  # the parent's orbit passed twice, drawn in the style of its neighbor
+            expected = np.linalg.eigvals(problem.linearize(z).monodromy)
             np.testing.assert_allclose(
                 np.sort(np.abs(branch.multipliers[i])), np.sort(np.abs(expected)), rtol=1e-4
             )

@@ -100,9 +100,9 @@ def test_parameter_turns_at_a_fold_as_the_normal_form_says(case, near):
         model = item.model.replace(**{case.vary: item.value + shift})
         both = []
         for side in (-1, 1):
-            guess = (map_.centre + side * size * np.real(along)) * map_.scales
+            guess = (map_.center + side * size * np.real(along)) * map_.scales
             orbit = periodic_orbit(model, item.period, guess)
-            u = (orbit.state / map_.scales - map_.centre) @ np.real(p)
+            u = (orbit.state / map_.scales - map_.center) @ np.real(p)
             assert u * side > 0
             both.append(shift / u**2)
         # The curve's third order is odd in u and falls out of the mean.
@@ -120,7 +120,7 @@ def _with_clock(map_, item, vary, p):
         values = {**item.model.values, "f": item.value + side * 1e-5}
         other = StroboscopicByHand(values, item.period, item.state, 1.0)
         # Scaled by the same rates as at the fold.
-        start = map_.centre * map_.scales / other.scales
+        start = map_.center * map_.scales / other.scales
         ends.append(other.images(start[None])[0] * other.scales / map_.scales)
     return p @ (ends[1] - ends[0]) / 2e-5
 
@@ -134,7 +134,7 @@ TORI = [
 
 @pytest.mark.parametrize(("case", "near", "amplitude"), TORI, ids=str)
 def test_slow_drift_at_a_torus_bifurcation(case, near, amplitude):
-    # On the centre manifold |z| -> |z| + d |z|^3, so that 1/|z|^2 changes by -2 d an iteration,
+    # On the center manifold |z| -> |z| + d |z|^3, so that 1/|z|^2 changes by -2 d an iteration,
     # besides what oscillates with the rotation. The next order changes the slope by a multiple
     # of |z|^2, which two amplitudes eliminate.
     item = find(case, "NS", near)
@@ -143,13 +143,13 @@ def test_slow_drift_at_a_torus_bifurcation(case, near, amplitude):
     q, p = critical_vectors(map_.monodromy(), critical)
     turns = np.exp(2j * np.pi * np.arange(8) / 8)
     start = np.concatenate([amplitude * turns, 2 * amplitude * turns])
-    states = map_.centre + 2 * np.real(start[:, None] * q)
+    states = map_.center + 2 * np.real(start[:, None] * q)
     inverse = []
     for _ in range(80):
-        z = (states - map_.centre) @ p.conj()
+        z = (states - map_.center) @ p.conj()
         inverse.append(np.mean((1 / np.abs(z) ** 2).reshape(2, 8), axis=1))
         states = map_.images(states)
-    # The first iterations bring the states to the centre manifold.
+    # The first iterations bring the states to the center manifold.
     count = np.arange(40, 80)
     waves = np.exp(1j * np.angle(critical) * np.outer(count, [1, 2, 3, 4]))
     columns = np.column_stack([count, np.ones(40), waves.real, waves.imag])

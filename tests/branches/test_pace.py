@@ -89,7 +89,7 @@ def test_a_hopf_point_beside_fast_turning_that_decays():
 
 
 def test_the_swings_of_a_pendulum_up_to_near_its_separatrix():
-    # A family of centres: the duration is 4 K(sin^2(a/2)) at amplitude a, the parameter stands.
+    # A family of centers: the duration is 4 K(sin^2(a/2)) at amplitude a, the parameter stands.
     model = sf.System(
         name="pendulum", parameters={"c": 0.1}, states={"q": "v", "v": "c*v - sin(q)"}
     )

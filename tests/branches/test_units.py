@@ -9,7 +9,7 @@ import slipfold as sf
 from slipfold.flow.scales import measured
 
 UNITS = [(1e-9, 1e3), (1e6, 1e-5)]
-"""Metres and seconds in a unit of length and of time."""
+"""Meters and seconds in a unit of length and of time."""
 
 MORE = [(1e-6, 1.0), (1e-3, 1e-3), (7.0, 1e4)]
 

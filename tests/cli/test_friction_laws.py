@@ -48,10 +48,10 @@ def test_a_law_in_a_case_file(case):
     other = find_model(str(case), {"Nd": "0.2"}, "coulomb")
     assert other == sf.SlidingOscillator(friction=sf.Coulomb(), Nd=0.2)
     case.write_text(
-        'model = "steady-sliding"\n[friction]\nlaw = "Regularised"\ne = 0.01\n'
+        'model = "steady-sliding"\n[friction]\nlaw = "Regularized"\ne = 0.01\n'
         'of = { law = "RationalStribeck", d = 2 }\n'
     )
-    law = sf.Regularised(sf.RationalStribeck(d=2), e=0.01)
+    law = sf.Regularized(sf.RationalStribeck(d=2), e=0.01)
     assert find_model(str(case), {}) == sf.SlidingOscillator(friction=law).steady()
 
 
@@ -61,7 +61,7 @@ def test_a_law_in_a_case_file(case):
         (["models", "sliding", "--friction", "stribek"], "no law 'stribek'; did you mean Stribeck"),
         (["models", "duffing", "--friction", "dahl"], "duffing takes no friction law"),
         (["models", "--friction", "dahl"], "--friction dahl is for one model"),
-        (["models", "sliding", "--friction", "regularised"], "Regularised has no of; give it"),
+        (["models", "sliding", "--friction", "regularized"], "Regularized has no of; give it"),
         (["locus", "x.nc", "--friction", "dahl", "--vary", "f=1:2"], "--friction dahl is for a mo"),
         (["simulate", "sliding", "--friction", "stribeck", "--set", "mu=1"], "no parameter 'mu'"),
     ],

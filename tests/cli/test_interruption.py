@@ -46,7 +46,7 @@ def test_a_point_that_takes_too_long_ends_the_branch_and_what_was_found_is_kept(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(interruption, "GRACE", 0.01)
-    sound, seen = Flow.linearise, list[object]()
+    sound, seen = Flow.linearize, list[object]()
 
     def without_end(self: Flow, *arguments: object) -> object:
         if len(seen) == 4:
@@ -54,7 +54,7 @@ def test_a_point_that_takes_too_long_ends_the_branch_and_what_was_found_is_kept(
             search_without_end()
         return sound(self, *arguments)
 
-    monkeypatch.setattr(Flow, "linearise", without_end)
+    monkeypatch.setattr(Flow, "linearize", without_end)
     with deferred_interrupts() as check:
 
         def observe(progress: object) -> None:

@@ -16,7 +16,7 @@ from slipfold.orbits import check
 from slipfold.orbits.check import collocate
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme
+from slipfold.orbits.discretization import GAUSS, STAGES, Scheme
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.multipliers import product_eigenvalues
 
@@ -46,7 +46,7 @@ def test_states_at_mesh_points_and_multipliers_converge_at_twice_the_degree(degr
     errors = []
     for count in counts:
         orbits, z = on_uniform_mesh(orbit, count, degree)
-        values = product_eigenvalues(orbits.linearise(z).factors)
+        values = product_eigenvalues(orbits.linearize(z).factors)
         multipliers = np.abs(values[:, None] - orbit.multipliers).min(axis=1)
         nodes = orbits.nodes(z)[:: count // 8]
         errors.append([np.abs(nodes - orbit.nodes).max(), multipliers.max()])
@@ -142,7 +142,7 @@ def broken(points):
     return replace(points, weights=points.weights * (1 + 1e-7))
 
 
-def test_the_check_sees_an_orbit_by_a_broken_discretisation():
+def test_the_check_sees_an_orbit_by_a_broken_discretization():
     orbit = duffing()
     found = []
     for points in (GAUSS.points, broken(GAUSS.points)):
@@ -152,7 +152,7 @@ def test_the_check_sees_an_orbit_by_a_broken_discretisation():
         orbits = ForcedOrbits(orbit.model, {"W": 1.0}, by=lambda *_, by=by: by)
         z = orbits.unknown(orbit.sample(32)[1], orbit.model)
         z = correct(orbits, z, hold_parameter(len(z) - 1)).z
-        nodes, values = orbits.nodes(z)[::4], product_eigenvalues(orbits.linearise(z).factors)
+        nodes, values = orbits.nodes(z)[::4], product_eigenvalues(orbits.linearize(z).factors)
         found.append(replace(orbit, nodes=nodes, multipliers=values).check().passed)
     assert found == [True, False]
 

@@ -11,7 +11,7 @@ from slipfold.continuation.newton import correct
 from slipfold.loci import start as given_point
 from slipfold.orbits import continued
 from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.discretisation import GAUSS, STAGES, Scheme
+from slipfold.orbits.discretization import GAUSS, STAGES, Scheme
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.shooting import Shooting
 
@@ -36,7 +36,7 @@ def solved(model, count, scheme):
     samples = orbit.sample(orbits.segments)[1]
     found = correct(orbits, orbits.join(samples, [model.values["F"]]), row)
     assert found.converged
-    return orbits.nodes(found.z), np.linalg.eigvals(found.linearisation.product), orbit
+    return orbits.nodes(found.z), np.linalg.eigvals(found.linearization.product), orbit
 
 
 def test_errors_at_the_nodes_are_of_order_eleven():
@@ -65,7 +65,7 @@ def test_a_fast_mode_that_decays_has_a_multiplier_of_nothing():
 def test_stiff_forced_orbits_begin_by_collocation_where_what_is_fast_decays(damping, begun):
     model = forced({"x": "v", "v": "F*cos(t) - v - x", "y": "w", "w": f"x - {damping}*w - 1e6*y"})
     assert type(forced_orbits(model, "F", 1.0, Settings()).by) is begun
-    chosen = Settings(discretisation="shooting")
+    chosen = Settings(discretization="shooting")
     assert type(forced_orbits(model, "F", 1.0, chosen).by) is Shooting
 
 

@@ -121,7 +121,7 @@ def test_a_file_that_has_changed_is_not_copied(of_file, tmp_path):
             of_file(BRAKES, form)
 
 
-STEADY = 'model = "steady-sliding"\nfriction = { law = "Regularised", of = "Coulomb", e = 0.01 }\n'
+STEADY = 'model = "steady-sliding"\nfriction = { law = "Regularized", of = "Coulomb", e = 0.01 }\n'
 
 
 def test_a_case_with_a_friction_law_is_copied(tmp_path, monkeypatch, capsys):

@@ -68,7 +68,7 @@ def test_lines_are_whole_and_marks_lie_on_them(client):
     assert all(math.isfinite(number) for number in numbers_in(answer))
 
 
-def test_a_draft_comes_before_the_diagram_of_a_neighbour_and_agrees_with_it(client):
+def test_a_draft_comes_before_the_diagram_of_a_neighbor_and_agrees_with_it(client):
     client.ask(diagram(1))
     draft, *_, exact = ask_all(client, diagram(2, parameters={"f": 12.5, "Vd": 0.61}))
     assert (draft["draft"], exact["draft"]) == (True, False)

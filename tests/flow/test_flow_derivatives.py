@@ -45,7 +45,7 @@ def test_derivatives_of_the_coefficients():
 
 
 def test_monodromy_matrix():
-    ends, matrices, _ = FLOW.linearise(
+    ends, matrices, _ = FLOW.linearize(
         STATE[None], np.zeros(1), np.ones(1), CONSTANTS, CONSTANTS.rates[:, [0]]
     )
     expected = np.transpose(
@@ -59,7 +59,7 @@ def test_monodromy_matrix():
 @pytest.mark.parametrize("name", [parameter.name for parameter in MODEL.parameters])
 def test_derivative_with_respect_to_a_parameter(name):
     direction = CONSTANTS.rates[:, [MODEL.parameter_index(name)]]
-    _, _, vectors = FLOW.linearise(STATE[None], np.zeros(1), np.ones(1), CONSTANTS, direction)
+    _, _, vectors = FLOW.linearize(STATE[None], np.zeros(1), np.ones(1), CONSTANTS, direction)
     expected = integrate(STATE, {**P, name: P[name] + 1j * TINY}).imag / TINY
     size = np.max(np.abs(expected) / SCALE) + 1e-3
     assert np.max(np.abs(vectors[0, :, 0] - expected) / SCALE) / size < 1e-8
@@ -71,7 +71,7 @@ def test_linear_flow_has_an_exact_monodromy_matrix():
     constants = flow.constants(model.vector)
     w0 = 2 * np.pi * model.f0
     matrix = np.array([[0, 1], [-(w0**2), -2 * model.zeta * w0]])
-    _, found, along = flow.linearise(
+    _, found, along = flow.linearize(
         RNG.normal(size=(3, 2)),
         np.zeros(3),
         np.array([0.5, 1, 3]),
@@ -109,14 +109,14 @@ def test_every_trajectory_may_have_parameters_of_its_own():
     states = STATE + RNG.normal(size=(9, 4)) * [0.01, 0.01, 0.5, 0.5]
     zero, one = np.zeros(9), np.ones(9)
     together = FLOW.constants(vectors)
-    found = FLOW.linearise(states, zero, one, together, together.rates[:, :, columns])
+    found = FLOW.linearize(states, zero, one, together, together.rates[:, :, columns])
     ends = FLOW.advance(states, zero, one, together)
     rates = FLOW.rates(states, zero, together)
     for i, vector in enumerate(vectors):
         alone = FLOW.constants(vector)
         some = slice(i, i + 1)
         assert np.array_equal(together.values[i], alone.values)
-        expected = FLOW.linearise(
+        expected = FLOW.linearize(
             states[some], zero[some], one[some], alone, alone.rates[:, columns]
         )
         for part, exact in zip(found, expected, strict=True):

@@ -11,7 +11,7 @@ PHASES = np.zeros(3), np.full(3, 1.7)
 
 
 def duffing(unit: float) -> System:
-    """Duffing's oscillator with its length in a unit of so many metres; all else stays."""
+    """Duffing's oscillator with its length in a unit of so many meters; all else stays."""
     return System(
         parameters={"W": 0.9, "F": 0.8, "unit": unit},
         states={"q": "v", "v": "unit*F*cos(W*t) - 0.1*v - q - q^3/unit^2"},
@@ -30,8 +30,8 @@ def test_powers_of_two_change_no_digit(exponent):
     unit = 2.0**exponent
     (flow, ours), (_, one) = known(unit), known(1.0)
     at = ours.rates[:, [1]], one.rates[:, [1]]
-    ends, matrices, along = flow.linearise(unit * START, *PHASES, ours, at[0])
-    expected = flow.linearise(START, *PHASES, one, at[1])
+    ends, matrices, along = flow.linearize(unit * START, *PHASES, ours, at[0])
+    expected = flow.linearize(START, *PHASES, one, at[1])
     assert np.array_equal(ends / unit, expected[0])
     assert np.array_equal(matrices, expected[1])
     assert np.array_equal(along / unit, expected[2])

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import erf, ive
 
 import slipfold as sf
-from slipfold import Coulomb, InputError, Regularised
+from slipfold import Coulomb, InputError, Regularized
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import simulate
 
@@ -61,7 +61,7 @@ def test_their_derivatives_are_exact():
     first = -(r**2) / (1 + r**2) ** 1.5
     second = r**2 * (2 * r**2 - 1) / (1 + r**2) ** 2.5
     third = r**4 * (9 - 6 * r**2) / (1 + r**2) ** 3.5
-    _, matrices, vectors = flow.linearise(*path, along)
+    _, matrices, vectors = flow.linearize(*path, along)
     assert matrices[:, 2, 0] == pytest.approx(first, rel=1e-11)
     assert vectors[:, 2, 0] == pytest.approx(-first * r, rel=1e-11)
     bent, _ = flow.curve(*path, along, np.tile([1.0, 0.0, 0.0], (len(r), 1)))
@@ -113,9 +113,9 @@ def test_switching_laws_agree_with_an_implicit_method(law, steepness):
 
 
 @pytest.mark.parametrize("shape", ["tanh", "atan", "sqrt"])
-def test_regularised_contact_whose_slip_reverses(shape):
+def test_regularized_contact_whose_slip_reverses(shape):
     """A mass that is dragged to and fro: Coulomb's law to within the width of its rise."""
-    law = Regularised(Coulomb(mu_s=0.5, mu_k=0.5), shape, e=1e-6)
+    law = Regularized(Coulomb(mu_s=0.5, mu_k=0.5), shape, e=1e-6)
     model = sf.Structure(
         np.eye(1),
         0.05 * np.eye(1),

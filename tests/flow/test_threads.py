@@ -41,7 +41,7 @@ def test_every_kind_of_integration():
             found += [
                 flow.advance(*path),
                 flow.sample(*path[:3], 5, constants),
-                *flow.linearise(*path, along),
+                *flow.linearize(*path, along),
                 *flow.curve(*path, along, vectors),
                 flow.jet(states[0], 0.0, 0.5, constants, vectors),
                 flow.trajectory(states[0], constants, np.linspace(0, 1, 5)),

@@ -124,7 +124,7 @@ def test_how_far_the_tip_moves_does_not_depend_on_the_elements(count):
     model = sliding(count, name="beam")
     sizes = measured_over(model, "Vd", (1.5, 0.5)).state_scales()
     of = dict(zip([state.name for state in model.states], sizes, strict=True))
-    # It slides with a metre a second, at 18 Hz; the highest mode has up to 450 kHz.
+    # It slides with a meter a second, at 18 Hz; the highest mode has up to 450 kHz.
     assert 1e-4 < of[f"w{count}"] < 1e-2
     assert 0.5 < of[f"vw{count}"] < 32
 

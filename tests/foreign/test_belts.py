@@ -9,11 +9,11 @@ from slipfold import PeriodicOrbit
 
 STRIBECK = sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2)
 LAWS = {
-    "tanh": sf.Regularised(STRIBECK, "tanh"),
-    "atan": sf.Regularised(STRIBECK, "atan"),
-    "sqrt": sf.Regularised(STRIBECK, "sqrt"),
-    "rational": sf.Regularised(sf.RationalStribeck(mu_s=0.5, d=3.0)),
-    "cubic": sf.Regularised(sf.CubicStribeck(mu_s=0.5, mu_m=0.3, vm=0.5)),
+    "tanh": sf.Regularized(STRIBECK, "tanh"),
+    "atan": sf.Regularized(STRIBECK, "atan"),
+    "sqrt": sf.Regularized(STRIBECK, "sqrt"),
+    "rational": sf.Regularized(sf.RationalStribeck(mu_s=0.5, d=3.0)),
+    "cubic": sf.Regularized(sf.CubicStribeck(mu_s=0.5, mu_m=0.3, vm=0.5)),
     "LuGre": sf.LuGre(mu_s=0.5, mu_k=0.3, vs=0.2),
 }
 RISES = {"tanh": np.tanh, "atan": lambda s: 2 / np.pi * np.arctan(s)}

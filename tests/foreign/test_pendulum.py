@@ -95,7 +95,7 @@ def test_a_driven_pendulum_turns_round_once_in_each_period():
 
 @pytest.mark.parametrize("method", ["automatic", "collocation"])
 def test_rotations_double_where_scipy_says(method):
-    settings = Settings(discretisation=method, largest_period=2)
+    settings = Settings(discretization=method, largest_period=2)
     diagram = response(driven(), vary="g", span=(1.35, 1.465), start=ROTATING, settings=settings)
     first, second = diagram.branches
     (point,), (doubled,) = first.special, second.special
@@ -145,7 +145,7 @@ def test_an_overdamped_junction_runs_as_long_as_known():
     assert cycle.multipliers.tolist() == [1]
     assert cycle.check().passed
     for method in ("automatic", "collocation"):
-        settings = Settings(discretisation=method)
+        settings = Settings(discretization=method)
         diagram = response(model, vary="I", span=(1.5, 0.5), settled=True, settings=settings)
         (branch,) = diagram.branches
         exact = 2 * np.pi / np.sqrt(branch.parameter**2 - 1)

@@ -7,7 +7,7 @@ import slipfold as sf
 from slipfold.continuation import search
 from slipfold.flow.scales import measured
 
-BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=1)
+BY_COLLOCATION = sf.Settings(discretization="collocation", largest_period=1)
 
 
 def fitzhugh_nagumo(eps):
@@ -169,7 +169,7 @@ def test_what_follows_a_neuron_and_feeds_nothing_has_no_say_in_how_large_it_beco
 
 
 @pytest.mark.long
-def test_van_der_pol_from_a_centre_to_a_thousand():
+def test_van_der_pol_from_a_center_to_a_thousand():
     """The duration by Radau's method, from a state of the cycle to its next maximum.
 
     Asymptotically (3 - 2 log 2) mu + 7.014 mu^(-1/3) (Dorodnitsyn 1947).
@@ -233,7 +233,7 @@ def test_hodgkin_and_huxley_from_rest_to_block():
     )
     found = []
     for how in ("automatic", "collocation"):
-        settings = sf.Settings(discretisation=how, largest_period=1)
+        settings = sf.Settings(discretization=how, largest_period=1)
         diagram = sf.response(model, vary="I", span=(0, 200), settings=settings)
         rest, cycles = diagram.branches
         assert [item.type for item in rest.special] == ["HB", "HB"]

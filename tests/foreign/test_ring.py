@@ -1,8 +1,8 @@
-"""Brusselators in a ring, coupled to their neighbours: 50 states, symmetric, all known exactly.
+"""Brusselators in a ring, coupled to their neighbors: 50 states, symmetric, all known exactly.
 
 Nicolis and Prigogine, Self-Organization in Nonequilibrium Systems (Wiley 1977), section 7; of Hopf
 bifurcations in rings, Golubitsky, Stewart and Schaeffer, Singularities and Groups in Bifurcation
-Theory II (Springer 1988), chapter XVIII. With wave k along n cells the equations linearised about
+Theory II (Springer 1988), chapter XVIII. With wave k along n cells the equations linearized about
 rest are those of one cell with its diagonal less D lambda, lambda = 4 sin^2(pi k/n). With equal
 diffusion D of both so are those about the cycle on which all cells swing alike: its multipliers are
 those of one cell, here by SciPy, times exp(-D lambda T).

@@ -1,4 +1,4 @@
-"""Systems of other fields, in both discretisations, against points that SciPy found.
+"""Systems of other fields, in both discretizations, against points that SciPy found.
 
 `systems/` has the equations, each with its source; `points.json` is written by `write_points.py`,
 which shares no code with what is tested. A system that shows a defect is added here.

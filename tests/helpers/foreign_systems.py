@@ -35,9 +35,9 @@ class Case:
     def methods(self):
         return self.table.get("methods", ["automatic", "collocation"])
 
-    def response(self, discretisation="automatic", **steps):
+    def response(self, discretization="automatic", **steps):
         settings = sf.Settings(
-            discretisation=discretisation,
+            discretization=discretization,
             largest_period=self.table.get("largest_period", 8),
             **steps,
         )

@@ -30,7 +30,7 @@ ON_LP = np.array([1, 0.5, 0.3, 0.2], dtype=complex)
 def locus_point(kind="GPD", **changes):
     given = {
         "type": kind,
-        "name": "generalised period doubling",
+        "name": "generalized period doubling",
         "vary": VARY,
         "values": (12.43620847, 0.04201532481),
         "uncertainty": (1e-12, 2e-13),

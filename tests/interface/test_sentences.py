@@ -3,7 +3,7 @@
 import pytest
 
 from slipfold.models.parameter import Parameter
-from slipfold.text.one_line import capitalised
+from slipfold.text.one_line import capitalized
 
 NAMED = [Parameter("c", 1.0, "N s/m", "damping"), Parameter("mu", 0.3, "", "friction")]
 
@@ -15,5 +15,5 @@ NAMED = [Parameter("c", 1.0, "N s/m", "damping"), Parameter("mu", 0.3, "", "fric
     ("settled on a cycle", "Settled on a cycle"),
     ("", ""),
 ])  # fmt: skip
-def test_the_name_of_a_parameter_is_not_capitalised(text, expected):
-    assert capitalised(text, NAMED) == expected
+def test_the_name_of_a_parameter_is_not_capitalized(text, expected):
+    assert capitalized(text, NAMED) == expected

@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 
-BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=1)
+BY_COLLOCATION = sf.Settings(discretization="collocation", largest_period=1)
 
 
 def neuron(eps=0.08, **more):

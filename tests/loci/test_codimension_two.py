@@ -130,7 +130,7 @@ def test_folds_of_the_reaction_end_at_its_bautin_point():
     assert named([hopf], "GH") == [pytest.approx((0.2789854, 11.0158491), abs=1e-7)]
     end = next(end for end in (cycles.begun, cycles.stopped) if end.kind == "codimension-2")
     assert end.values == pytest.approx((0.2789854, 11.0158491), abs=1e-7)
-    assert end.reason.startswith("the locus ends at GH, generalised Hopf")
+    assert end.reason.startswith("the locus ends at GH, generalized Hopf")
     assert cycles.special == ()
     assert next(item for item in hopf.special if item.type == "GH").leads_to == (cycles.id,)
     assert not of_type(found, "BP")

@@ -118,7 +118,7 @@ def test_touch_of_stick_by_another_integrator():
 
 
 def test_collocation_finds_the_same(sliding):
-    settings = sf.Settings(discretisation="collocation", largest_period=1)
+    settings = sf.Settings(discretization="collocation", largest_period=1)
     model = sf.SlidingOscillator(f=12.5)
     diagram = sf.response(model, "Nd", (0, 0.05), settings=settings, gradients=True)
     expected = sliding[0].point.gradients

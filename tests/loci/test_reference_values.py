@@ -103,7 +103,7 @@ def test_doubling():
     check_special([found], "GPD", LOCI["GPD"][0]["points"])
 
 
-def test_criticality_changes_at_generalised_period_doublings_alone():
+def test_criticality_changes_at_generalized_period_doublings_alone():
     found = locus("PD", 1)
     places = [p.arclength for p in found.special if p.type == "GPD"]
     inside = np.searchsorted(places, found.arclength) == 1
@@ -112,7 +112,7 @@ def test_criticality_changes_at_generalised_period_doublings_alone():
 
 
 @pytest.mark.parametrize("given", LOCI["GPD"][1:], ids=lambda item: f"{item['plane']},{item['f']}")
-def test_generalised_period_doublings_in_other_planes(given):
+def test_generalized_period_doublings_in_other_planes(given):
     plane, (_, low, high) = tuple(given["plane"]), given["searched"]
     window = ((low, high), (0.0, 0.98))
     found = followed(plane, window, "PD", 1, (("f", given["f"]),))

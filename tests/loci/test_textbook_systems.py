@@ -115,7 +115,7 @@ def test_doubling_of_the_mathieu_equation():
         (crossing,) = locus_crossings(found, 0, w)
         assert crossing.values[1] == pytest.approx(h, abs=1e-11)
     assert sorted(item.name for item in found.special) == [
-        "generalised period doubling",
+        "generalized period doubling",
         "smallest h",
     ]
     for item in found.special:

@@ -36,15 +36,15 @@ def test_the_boundary_is_the_unstable_cycle(circle):
 
 
 def test_cells_that_the_boundary_crosses_are_uncertain(circle):
-    # It is the circle of radius 1: a cell is crossed if it lies between its corners and its centre.
+    # It is the circle of radius 1: a cell is crossed if it lies between its corners and its center.
     corners = [
         np.concatenate([axis[:1], 0.5 * (axis[1:] + axis[:-1]), axis[-1:]])
         for axis in (circle.first, circle.second)
     ]
     inside = np.hypot(*np.meshgrid(*corners)) < 1
     at_corners = inside[1:, 1:] + 0 + inside[1:, :-1] + inside[:-1, 1:] + inside[:-1, :-1]
-    centre = np.hypot(*np.meshgrid(circle.first, circle.second)) < 1
-    crossed = (at_corners + centre > 0) & (at_corners + centre < 5)
+    center = np.hypot(*np.meshgrid(circle.first, circle.second)) < 1
+    crossed = (at_corners + center > 0) & (at_corners + center < 5)
     assert np.array_equal(circle.uncertain == 1, crossed)
     assert not (circle.uncertain == 2).any()
     assert circle.uncertain_share() == crossed.mean()
@@ -102,13 +102,13 @@ def test_a_hundred_starts_at_random_are_where_long_motions_end():
         assert motion.settlement.period == found[found.labels[row, column] - 1].period
 
 
-def test_the_picture_has_a_colour_for_each_and_its_share(circle):
+def test_the_picture_has_a_color_for_each_and_its_share(circle):
     from matplotlib.figure import Figure
 
     ax = circle.plot(ax=Figure().add_subplot())
     image, marks = ax.images
-    colours = image.cmap(image.norm(image.get_array()))
-    assert len(np.unique(colours.reshape(-1, 4), axis=0)) == 2
+    colors = image.cmap(image.norm(image.get_array()))
+    assert len(np.unique(colors.reshape(-1, 4), axis=0)) == 2
     assert np.array_equal(marks.get_array()[..., 3] > 0, circle.uncertain > 0)
     assert ax.get_xlabel() == "$x$"
     texts = sorted(text.get_text() for text in ax.get_legend().get_texts())

@@ -11,7 +11,7 @@ from helpers.command_line import run
 from slipfold import InputError
 from slipfold.flow.ensembles import models_with
 from slipfold.long_term.classification import classify_open
-from slipfold.plots.regions import COLOURS
+from slipfold.plots.regions import COLORS
 
 OSCILLATOR = sf.SlidingOscillator()
 
@@ -78,7 +78,7 @@ def test_motions_of_one_cell_are_continued_to_all_beside_it():
     assert bool(cell.coexist)
 
 
-def test_responses_that_only_neighbours_lead_to_repeat_under_another_integrator():
+def test_responses_that_only_neighbors_lead_to_repeat_under_another_integrator():
     # Ueda's oscillator: from rest each cell of this plane has one motion.
     ueda = sf.System(
         name="ueda",
@@ -209,7 +209,7 @@ def test_a_map_is_drawn_with_its_hatches(folds):
 
     ax = folds.plot(run="up", ax=Figure().subplots())
     hatches = [patch for patch in ax.patches if patch.get_hatch()]
-    assert [to_hex(patch.get_edgecolor()) for patch in hatches] == [COLOURS["period 2"]]
+    assert [to_hex(patch.get_edgecolor()) for patch in hatches] == [COLORS["period 2"]]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["period 1", "period 2", "coexisting, in the other's color"]
 

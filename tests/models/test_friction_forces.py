@@ -19,7 +19,7 @@ from slipfold import (
     Jenkins,
     LuGre,
     RationalStribeck,
-    Regularised,
+    Regularized,
     Stribeck,
 )
 
@@ -33,7 +33,7 @@ PLAIN = [
     CubicStribeck(vm=2.0),
 ]
 SMOOTH = [
-    Regularised(law, shape, e=0.05)
+    Regularized(law, shape, e=0.05)
     for law in (Coulomb(), Stribeck())
     for shape in ("tanh", "atan", "sqrt")
 ]
@@ -123,11 +123,11 @@ def test_slip_gives_no_less_than_the_contact_stores(law):
 
 @pytest.mark.parametrize("shape", ["tanh", "atan", "sqrt"])
 @pytest.mark.parametrize("law", PLAIN, ids=repr)
-def test_regularised_law_tends_to_the_law(law, shape):
+def test_regularized_law_tends_to_the_law(law, shape):
     slip = (0.06, -0.08)
     exact = np.array(law.force(slip))
     errors = [
-        np.abs(np.array(Regularised(law, shape, e=e).force(slip)) - exact).max()
+        np.abs(np.array(Regularized(law, shape, e=e).force(slip)) - exact).max()
         for e in (1e-2, 1e-3, 1e-4)
     ]
     order = {"atan": 1, "sqrt": 2}.get(shape)
@@ -140,7 +140,7 @@ def test_regularised_law_tends_to_the_law(law, shape):
 
 @pytest.mark.parametrize("law", SMOOTH, ids=repr)
 @pytest.mark.parametrize("dimensions", [1, 2])
-def test_regularised_law_is_smooth_at_rest(law, dimensions):
+def test_regularized_law_is_smooth_at_rest(law, dimensions):
     rest = (0.0,) * dimensions
     assert law.force(rest) == rest
     slip = [hy.expression(f"v{i}") for i in range(dimensions)]

@@ -20,7 +20,7 @@ from slipfold import (
     Jenkins,
     LuGre,
     RationalStribeck,
-    Regularised,
+    Regularized,
     Stribeck,
 )
 from slipfold.models.friction import law_from_record, law_record
@@ -32,9 +32,9 @@ LAWS = [
     Stribeck(mu_s=0.6, mu_k=0.35, vs=0.3, s2=0.05, exponent=2),
     RationalStribeck(mu_s=0.6, d=1.7),
     CubicStribeck(mu_s=0.6, mu_m=0.4, vm=0.8),
-    Regularised(Coulomb(mu_s=0.6, mu_k=0.4), "tanh", e=0.2),
-    Regularised(RationalStribeck(mu_s=0.6, d=1.7), "atan", e=0.2),
-    Regularised(Stribeck(mu_s=0.6, mu_k=0.35, vs=0.3), "sqrt", e=0.2),
+    Regularized(Coulomb(mu_s=0.6, mu_k=0.4), "tanh", e=0.2),
+    Regularized(RationalStribeck(mu_s=0.6, d=1.7), "atan", e=0.2),
+    Regularized(Stribeck(mu_s=0.6, mu_k=0.35, vs=0.3), "sqrt", e=0.2),
     Dahl(mu_k=0.4, s0=2e3, e=0.01),
     LuGre(mu_s=0.6, mu_k=0.35, vs=0.3, s0=2e3, s1=0.05, s2=0.05, e=0.01),
     BoucWen(A=1e3, b=3e3, c=1e3),
@@ -47,7 +47,7 @@ SPEEDS = np.array([0.01, 0.1, 0.5, 1.3])
 
 def by_hand(law, v):
     """Friction coefficient from the formulas of the textbook."""
-    if isinstance(law, Regularised):
+    if isinstance(law, Regularized):
         s = v / law.e
         rise = {"tanh": np.tanh(s), "atan": 2 / np.pi * np.arctan(s), "sqrt": s / np.hypot(s, 1)}
         return by_hand(law.law, v) * rise[law.shape]
@@ -138,8 +138,8 @@ def test_equality_needs_class_structure_and_values():
     assert Stribeck(vs=0.1) == Stribeck(vs="100 mm/s")
     assert Stribeck(exponent=1) != Stribeck(exponent=2)
     assert Stribeck(exponent=1).kind != Stribeck(exponent=2).kind
-    assert Regularised(Coulomb(), "tanh").kind != Regularised(Coulomb(), "sqrt").kind
-    assert Regularised(Coulomb(), "tanh").kind != Regularised(Stribeck(), "tanh").kind
+    assert Regularized(Coulomb(), "tanh").kind != Regularized(Coulomb(), "sqrt").kind
+    assert Regularized(Coulomb(), "tanh").kind != Regularized(Stribeck(), "tanh").kind
     assert Coulomb() != Jenkins()
     assert len({Stribeck(), Stribeck(), Stribeck(vs=0.2)}) == 2
 
@@ -152,7 +152,7 @@ def test_equality_needs_class_structure_and_values():
         (lambda: Stribeck(mu_s=0.2), "mu_s = 0.2 is below mu_k = 0.3"),
         (lambda: LuGre(mu_s=0.2), "mu_s = 0.2 is below mu_k = 0.3"),
         (lambda: CubicStribeck(mu_s=0.2), "mu_s = 0.2 is below mu_m = 0.3"),
-        (lambda: Regularised(Stribeck()).replace(mu_s=0.2), "give mu_s >= mu_k"),
+        (lambda: Regularized(Stribeck()).replace(mu_s=0.2), "give mu_s >= mu_k"),
         (lambda: Stribeck(vs=0), "vs = 0 is outside its bounds; vs must be > 0 m/s"),
         (lambda: Stribeck(vs=-0.1), "vs must be > 0 m/s"),
         (lambda: Stribeck(vs="1 N"), "vs = '1 N' has the unit 'N'"),
@@ -161,11 +161,11 @@ def test_equality_needs_class_structure_and_values():
         (lambda: RationalStribeck(d=-1), "d must be >= 0 s/m"),
         (lambda: CubicStribeck(vm=0), "vm must be > 0 m/s"),
         (lambda: Coulomb(mu_s=np.nan), "mu_s = nan is not a finite number"),
-        (lambda: Regularised(Coulomb(), e=0), "e = 0 is outside its bounds; e must be > 0 m/s"),
-        (lambda: Regularised(Coulomb(), e=-1e-3), "e must be > 0 m/s"),
-        (lambda: Regularised(Coulomb(), "tan"), "shape = 'tan' is not known; did you mean"),
-        (lambda: Regularised(LuGre()), "LuGre does not jump at zero slip"),
-        (lambda: Regularised(0.3), "0.3 is not a friction law"),
+        (lambda: Regularized(Coulomb(), e=0), "e = 0 is outside its bounds; e must be > 0 m/s"),
+        (lambda: Regularized(Coulomb(), e=-1e-3), "e must be > 0 m/s"),
+        (lambda: Regularized(Coulomb(), "tan"), "shape = 'tan' is not known; did you mean"),
+        (lambda: Regularized(LuGre()), "LuGre does not jump at zero slip"),
+        (lambda: Regularized(0.3), "0.3 is not a friction law"),
         (lambda: Dahl(mu_k=0), "mu_k must be > 0"),
         (lambda: LuGre(e=0), "e must be > 0 m/s"),
         (lambda: LuGre(s0=0), "s0 must be > 0 1/m"),
@@ -194,7 +194,7 @@ def test_equality_needs_class_structure_and_values():
         (lambda: law_from_record({"law": "Stribek"}), "there is no law 'Stribek'; did you mean"),
         (lambda: law_from_record({"vs": 0.1}), "the table friction has no law; give one of"),
         (lambda: law_from_record({"law": "Dahl", "vs": 0.1}), "Dahl has no entry 'vs'"),
-        (lambda: law_from_record({"law": "Regularised"}), "Regularised has no of; give it"),
+        (lambda: law_from_record({"law": "Regularized"}), "Regularized has no of; give it"),
         (lambda: Stribeck().replace(v_s=0.1), "no parameter 'v_s'; did you mean vs?"),
     ],
 )

@@ -21,7 +21,7 @@ from slipfold import (
     LuGre,
     Parameter,
     RationalStribeck,
-    Regularised,
+    Regularized,
     SlidingOscillator,
     Stribeck,
 )
@@ -38,9 +38,9 @@ PLAIN = [
     Stribeck(mu_s=0.6, mu_k=0.35, vs=0.4, s2=0.05, exponent=2),
     RationalStribeck(mu_s=0.6, d=0.8),
     CubicStribeck(mu_s=0.6, mu_m=0.4, vm=0.8),
-    Regularised(Coulomb(mu_s=0.6, mu_k=0.35), "tanh", e=0.3),
-    Regularised(Stribeck(mu_s=0.6, mu_k=0.35, vs=0.4), "atan", e=0.3),
-    Regularised(RationalStribeck(mu_s=0.6, d=0.8), "sqrt", e=0.3),
+    Regularized(Coulomb(mu_s=0.6, mu_k=0.35), "tanh", e=0.3),
+    Regularized(Stribeck(mu_s=0.6, mu_k=0.35, vs=0.4), "atan", e=0.3),
+    Regularized(RationalStribeck(mu_s=0.6, d=0.8), "sqrt", e=0.3),
 ]
 MEMORY = [
     Dahl(mu_k=0.4, s0=1e3),

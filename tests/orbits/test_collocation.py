@@ -1,4 +1,4 @@
-"""Collocation as a discretisation of orbits: its order, its derivatives, and the same branches."""
+"""Collocation as a discretization of orbits: its order, its derivatives, and the same branches."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from slipfold.models import model_named
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.kinds import ForcedOrbits
 
-BY_COLLOCATION = sf.Settings(discretisation="collocation", largest_period=2)
+BY_COLLOCATION = sf.Settings(discretization="collocation", largest_period=2)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def test_orbit_and_multipliers_are_those_of_shooting(forced):
     orbits, correction = collocated(forced, 32)
     scales = orbits.scales
     assert np.abs((orbits.nodes(correction.z)[0] - forced.nodes[0]) / scales).max() < 1e-11
-    found = np.linalg.eigvals(correction.linearisation.product)
+    found = np.linalg.eigvals(correction.linearization.product)
     nearest = np.abs(found[:, None] - forced.multipliers).min(axis=0)
     assert nearest.max() < 1e-11
     even = orbits.evenly(correction.z)
@@ -74,7 +74,7 @@ def test_second_and_third_derivatives_are_those_of_differences(forced):
     def blocks(direction, step):
         moved = z.copy()
         moved[: m * n] += step * direction.ravel() / np.sqrt(m)
-        return np.einsum("jab,jb->ja", orbits.linearise(moved).blocks, vector)
+        return np.einsum("jab,jb->ja", orbits.linearize(moved).blocks, vector)
 
     bent, pulled = orbits.by.curvatures(nodes, constants, vector[None])
     step = 1e-5
@@ -83,7 +83,7 @@ def test_second_and_third_derivatives_are_those_of_differences(forced):
     after, before = z.copy(), z.copy()
     after[-1] += step
     before[-1] -= step
-    change = (orbits.linearise(after).blocks - orbits.linearise(before).blocks) / (2 * step)
+    change = (orbits.linearize(after).blocks - orbits.linearize(before).blocks) / (2 * step)
     assert np.abs(pulled[0][..., 0] - np.einsum("jab,jb->ja", change, vector)).max() < 1e-6
     cubes = orbits.by.cubes(nodes, constants, vector[None])[0]
     step = 1e-3

@@ -30,9 +30,9 @@ def difference(function, z, direction, h):
 
 
 def check_jacobian(problem, z, h, rel):
-    linearisation = problem.linearise(z)
-    assert np.abs(linearisation.defect).max() < 1e-8
-    matrix = linearisation.bordered(np.zeros(len(z))).matrix[:-1]
+    linearization = problem.linearize(z)
+    assert np.abs(linearization.defect).max() < 1e-8
+    matrix = linearization.bordered(np.zeros(len(z))).matrix[:-1]
     assert matrix.shape == (len(z) - 1, len(z))
     # The condition on the phase is met by every unknown; it only says which way steps go.
     kept = np.ones(len(z) - 1, dtype=bool)

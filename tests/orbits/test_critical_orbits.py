@@ -48,9 +48,9 @@ def difference(function, z, direction, h):
 
 
 def check_jacobian(problem, z, h=1e-4, rel=1e-6):
-    linearisation = problem.linearise(z)
-    assert np.abs(linearisation.defect).max() < 1e-8
-    matrix = linearisation.bordered(np.zeros(len(z))).matrix[:-1]
+    linearization = problem.linearize(z)
+    assert np.abs(linearization.defect).max() < 1e-8
+    matrix = linearization.bordered(np.zeros(len(z))).matrix[:-1]
     size = problem.orbits.size
     assert matrix.shape == (size + 1, size + 2)
     random = RNG.normal(size=(3, len(z)))

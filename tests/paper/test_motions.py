@@ -60,16 +60,16 @@ def test_dots_lie_on_both_responses_between_fold_and_doubling(small):
         {
             round(float(x), 3): y
             for line in dots
-            if line.get_color() == colour
+            if line.get_color() == color
             for x, y in line.get_xydata()
         }
-        for colour in ("#2166ac", "#c0392b")
+        for color in ("#2166ac", "#c0392b")
     )
     assert down[0.1] - up[0.1] > 0.1
     assert down[0.06] == pytest.approx(up[0.06], abs=1e-6)
 
 
-def test_basins_have_the_same_colours_in_all_panels(small):
+def test_basins_have_the_same_colors_in_all_panels(small):
     (_, hysteresis), found = small
     with figure_style():
         canvas = draw_motions(hysteresis, found)

@@ -128,10 +128,10 @@ def test_timeline_has_a_row_for_each_contact(ax):
     motion = sf.simulate(two_masses())
     draw_timeline(motion, ax=ax, rounds=1)
     assert [text.get_text() for text in ax.get_yticklabels()] == ["first", "second"]
-    colour = BANDS[Status.STICK][1]
+    color = BANDS[Status.STICK][1]
     for row, times in enumerate([(2.72270329, 4.07266075), (1.56790351, 5.00842914)]):
         bars = [bar for bar in ax.patches if abs(bar.get_y() + bar.get_height() / 2 - row) < 0.1]
-        stuck = sum(bar.get_width() for bar in bars if to_hex(bar.get_facecolor()) == colour)
+        stuck = sum(bar.get_width() for bar in bars if to_hex(bar.get_facecolor()) == color)
         assert stuck == pytest.approx(sum(times), abs=1e-7)
     assert ax.get_xlabel() == "time (s)"
     draw_timeline(motion, "second", ax=Figure().add_subplot())

@@ -13,7 +13,7 @@ from helpers.hand_drawn_loci_plots import (
     valley,
 )
 from slipfold.plots import draw_loci
-from slipfold.plots.loci import LOCUS_COLOURS
+from slipfold.plots.loci import LOCUS_COLORS
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def test_types_criticalities_and_periods_differ(ax):
         for line in curves(ax)
     ]
     fold, torus, below, above = drawn  # PD on top
-    assert [item[0] for item in drawn] == [LOCUS_COLOURS[name] for name in ("LP", "NS", "PD", "PD")]
+    assert [item[0] for item in drawn] == [LOCUS_COLORS[name] for name in ("LP", "NS", "PD", "PD")]
     assert [torus[1], below[1], above[1]] == ["-", "--", "-"]
     assert len({str(line._unscaled_dash_pattern) for line in curves(ax)}) == 3
     assert fold[2] == torus[2] < below[2] == above[2]

@@ -45,14 +45,14 @@ def test_borders_follow_lines_and_not_cells(view):
 def test_a_wedge_narrower_than_a_cell_has_its_own_label():
     # Between two lines that meet at the left; cells are 0.02 wide and high. Those of the wedge are
     # lost where it is narrower than three of them, as they may be in a map.
-    centres = np.linspace(0, 1, 101)[1::2]
-    x, y = np.meshgrid(centres, centres)
+    centers = np.linspace(0, 1, 101)[1::2]
+    x, y = np.meshgrid(centers, centers)
     labels = np.where(y < 0.5 - 0.2 * x, 1, np.where(y < 0.5 + 0.2 * x, 2, 3)).astype(np.int64)
     labels[(labels == 2) & (x < 0.15)] = 1
     places = tuple(Region(i, (i,), 0.3, (0.5, 0.5)) for i in (1, 2, 3))
     lines = [np.array([[0.0, 0.5], [1.0, 0.5 + slope]]) for slope in (-0.2, 0.2)]
     window = ((0.0, 1.0), (0.0, 1.0))
-    sharp = sharpen(RegionMap(centres, centres, labels, places), lines, window)
+    sharp = sharpen(RegionMap(centers, centers, labels, places), lines, window)
     u, v = pixels(window)
     inside = (np.abs(v - 0.5) < 0.2 * u - 0.005) & (u > 0.05)
     assert np.mean(sharp[inside] == 2) == 1.0

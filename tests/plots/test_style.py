@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from slipfold.plots.loci import LOCUS_COLOURS
-from slipfold.plots.regions import OTHERS, PALE, region_colour
+from slipfold.plots.loci import LOCUS_COLORS
+from slipfold.plots.regions import OTHERS, PALE, region_color
 from slipfold.plots.style import figure_style, palette
 
 # Machado, Oliveira & Fernandes 2009, doi:10.1109/TVCG.2009.113, severity 1, in linear RGB.
@@ -29,8 +29,8 @@ BLINDNESS = {
 }
 
 
-def linear(colour):
-    rgb = np.array(to_rgb(colour))
+def linear(color):
+    rgb = np.array(to_rgb(color))
     return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
 
 
@@ -42,9 +42,9 @@ def lightness(rgb):
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 @pytest.mark.parametrize("sight", [None, *BLINDNESS])
-def test_colours_differ_in_lightness_for_everyone(count, sight):
+def test_colors_differ_in_lightness_for_everyone(count, sight):
     matrix = np.eye(3) if sight is None else np.array(BLINDNESS[sight])
-    values = [lightness(matrix @ linear(colour)) for colour in palette(count)]
+    values = [lightness(matrix @ linear(color)) for color in palette(count)]
     assert np.all(np.diff(values) > (15 if sight is None else 10))
     assert values[-1] < 80  # still seen on white
 
@@ -56,17 +56,17 @@ def combinations(most):
 @pytest.mark.parametrize("sight", [None, *BLINDNESS])
 def test_every_line_is_seen_on_every_area(sight):
     matrix = np.eye(3) if sight is None else np.array(BLINDNESS[sight])
-    darkest = max(lightness(matrix @ linear(colour)) for colour in LOCUS_COLOURS.values())
-    areas = [region_colour(stable) for stable in [*combinations(9), (4,), (1, 4), (1, 1, 8)]]
-    assert min(lightness(matrix @ linear(colour)) for colour in areas) > darkest + 10
+    darkest = max(lightness(matrix @ linear(color)) for color in LOCUS_COLORS.values())
+    areas = [region_color(stable) for stable in [*combinations(9), (4,), (1, 4), (1, 1, 8)]]
+    assert min(lightness(matrix @ linear(color)) for color in areas) > darkest + 10
 
 
-def test_no_two_kinds_of_regions_share_a_colour():
+def test_no_two_kinds_of_regions_share_a_color():
     kinds = [*combinations(6), (3,), (4,), (1, 4), (4, 4), (8,)]
-    assert len({region_colour(stable) for stable in kinds}) == len(kinds)
-    shown = [np.array(to_rgb(region_colour(stable))) for stable in combinations(4)]
+    assert len({region_color(stable) for stable in kinds}) == len(kinds)
+    shown = [np.array(to_rgb(region_color(stable))) for stable in combinations(4)]
     assert min(np.abs(a - b).max() for a, b in itertools.combinations(shown, 2)) > 0.05
-    assert {*PALE.values(), *OTHERS} > {region_colour(stable) for stable in combinations(4)}
+    assert {*PALE.values(), *OTHERS} > {region_color(stable) for stable in combinations(4)}
 
 
 def test_style_ends_with_its_context():

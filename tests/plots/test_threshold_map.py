@@ -72,7 +72,7 @@ def test_axes_have_symbols_units_and_the_grid(ax):
     assert ax.get_legend() is None
 
 
-def test_every_point_colours_its_neighbourhood(ax):
+def test_every_point_colors_its_neighborhood(ax):
     found = made_map()
     draw_threshold_map(found, ax)
     assert mesh(ax).get_array().tolist() == found.values.T.tolist()
@@ -81,7 +81,7 @@ def test_every_point_colours_its_neighbourhood(ax):
     assert mesh(ax).get_clim() == (found.values.min(), found.values.max())
 
 
-def test_contour_lines_lie_at_the_ticks_of_the_colour_bar(ax):
+def test_contour_lines_lie_at_the_ticks_of_the_color_bar(ax):
     found = made_map()
     draw_threshold_map(found, ax)
     levels = lines(ax).levels

@@ -28,7 +28,7 @@ ENVIRONMENTS = {
     "loose": {"SLIPFOLD_TOLERANCE": "3e-13"},
     "looser": {"SLIPFOLD_TOLERANCE": "1e-12"},
     "four lanes": {"SLIPFOLD_LANES": "4"},
-    "not optimised": {"SLIPFOLD_OPTIMISATION": "0"},
+    "not optimized": {"SLIPFOLD_OPTIMIZATION": "0"},
 }
 
 
@@ -45,7 +45,7 @@ def located(environment):
     """Special points by case and branch, computed by a process of its own."""
     run = subprocess.run(
         [sys.executable, "-W", "error", str(SCRIPT)],
-        env={**os.environ, "SLIPFOLD_OPTIMISATION": "3", **ENVIRONMENTS[environment]},
+        env={**os.environ, "SLIPFOLD_OPTIMIZATION": "3", **ENVIRONMENTS[environment]},
         capture_output=True,
         text=True,
         check=False,

@@ -1,4 +1,4 @@
-"""Every result is saved, read back, exported, pickled and labelled alike; damage is seen."""
+"""Every result is saved, read back, exported, pickled and labeled alike; damage is seen."""
 
 import csv
 import json
@@ -11,7 +11,7 @@ import xarray
 from helpers.all_results import MADE
 from slipfold import InputError, load
 from slipfold.results import result as load_module
-from slipfold.results.tables import LabelledTable, read_netcdf
+from slipfold.results.tables import LabeledTable, read_netcdf
 
 
 @pytest.fixture(scope="module", params=list(MADE))
@@ -97,13 +97,13 @@ def damaged(table):
     """Yield a table without one of its variables or attributes, or with a spoilt one, at a time."""
     for name in table.variables:
         left = {key: item for key, item in table.variables.items() if key != name}
-        yield name, LabelledTable(left, table.attributes)
+        yield name, LabeledTable(left, table.attributes)
     for name in table.attributes:
         if name not in ("title", "model", "checked", "seconds"):
             left = {key: item for key, item in table.attributes.items() if key != name}
-            yield name, LabelledTable(table.variables, left)
+            yield name, LabeledTable(table.variables, left)
         if name not in ("title", "model"):
-            yield name, LabelledTable(table.variables, {**table.attributes, name: "[nothing"})
+            yield name, LabeledTable(table.variables, {**table.attributes, name: "[nothing"})
 
 
 def test_a_damaged_file_is_refused_or_nothing_is_lost(result, file, monkeypatch):

@@ -48,7 +48,7 @@ def test_summary_has_ends_and_special_points(diagram):
     assert [row[5] for row in rows] == [str(label) for label in range(1, 10)]
     assert rows[1][6:8] == ["12.43620847", "0.04201532481"]
     assert " ".join(rows[1][8:]) == (
-        "l2 = -0.0333333, b = 0 generalised period doubling, to loci 2, 3"
+        "l2 = -0.0333333, b = 0 generalized period doubling, to loci 2, 3"
     )
     assert " ".join(rows[2][8:]) == "supercritical b = 47.0487 smallest Nd"
     assert rows[0][8:] == ["subcritical"]

@@ -31,7 +31,7 @@ def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupt
             if told[-1][:2] == (1, 5):
                 raise KeyboardInterrupt
 
-    settings = Settings(discretisation="collocation")
+    settings = Settings(discretization="collocation")
     span = (0.03, 0.05)  # whose period doubling leads to another branch
     diagram = response(SlidingOscillator(), "Nd", span, settings=settings, on_progress=observer)
     (branch,) = diagram.branches

@@ -13,7 +13,7 @@ import pytest
 from helpers.studies import files_of_at_most
 from slipfold import InputError
 from slipfold.results import writing
-from slipfold.results.tables import LabelledTable, Variable
+from slipfold.results.tables import LabeledTable, Variable
 from slipfold.results.writing import check_writable, write_file
 
 FULL = Path("/dev/full")
@@ -79,7 +79,7 @@ def test_disk_that_fills_up_half_way(tmp_path):
 @pytest.mark.parametrize("room", [100, 5_000, 60_000])
 def test_netcdf_on_a_disk_that_fills_up(tmp_path, room):
     values = np.arange(10_000.0)
-    table = LabelledTable({name: Variable(("row",), values) for name in "ab"}, {"title": "rows"})
+    table = LabeledTable({name: Variable(("row",), values) for name in "ab"}, {"title": "rows"})
     path = tmp_path / "a.nc"
     write_file(path, table.write_netcdf)
     whole = path.read_bytes()

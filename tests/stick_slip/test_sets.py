@@ -83,7 +83,7 @@ def test_motions_at_random_places_are_as_regions_say(found):
 
 
 def test_a_law_without_stick_has_no_such_loci():
-    smooth = sf.Regularised(sf.Coulomb(mu_s=1.0, mu_k=1.0), "sqrt", e=0.01)
+    smooth = sf.Regularized(sf.Coulomb(mu_s=1.0, mu_k=1.0), "sqrt", e=0.01)
     with pytest.raises(sf.InputError, match="none of whose contacts sticks"):
         sf.bifurcation_set(shaken(0.4, smooth), ("Vd", "f"), WINDOW, types="GRAZE", regions=False)
 

@@ -13,7 +13,7 @@ LAW = sf.Coulomb(mu_s=0.5, mu_k=0.25)
 
 
 def on_a_belt(Vd=0.25):
-    """A mass on a belt that lets go when the spring is stretched by half a metre."""
+    """A mass on a belt that lets go when the spring is stretched by half a meter."""
     contact = sf.FrictionContact("x", LAW, load=1.0, Vd=Vd)
     return sf.Structure([[1.0]], None, [[1.0]], names="x", contacts=contact, length_scale=1.0)
 

@@ -23,7 +23,7 @@ from slipfold import (
     MultiHarmonicForce,
     PolynomialSpring,
     ProportionalDamping,
-    Regularised,
+    Regularized,
     Structure,
     TabulatedForce,
     response,
@@ -208,8 +208,8 @@ def test_a_level_cannot_lift_the_contact():
         model.replace(level=2)
 
 
-def test_a_regularised_law_may_rest_and_a_memory_gives_states():
-    resting = FrictionContact("q1", Regularised(Coulomb()), Vd=0)
+def test_a_regularized_law_may_rest_and_a_memory_gives_states():
+    resting = FrictionContact("q1", Regularized(Coulomb()), Vd=0)
     assert make(contacts=resting).values["Vd"] == 0
     model = make(contacts=FrictionContact("q1", BoucWen(), name="pad"))
     assert [state.name for state in model.states] == ["q1", "q2", "vq1", "vq2", "z_pad"]

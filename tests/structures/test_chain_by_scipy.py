@@ -104,7 +104,7 @@ def full_house():
 
 def test_elements_by_hand():
     model = full_house()
-    a, b, c, d = 0.3, -0.2, 0.1, 0.25  # metres
+    a, b, c, d = 0.3, -0.2, 0.1, 0.25  # meters
     state = np.zeros(len(model.states))
     state[:4] = np.array([a, b, c, d]) / 0.5
 

@@ -1,4 +1,4 @@
-"""What a structure in metres is measured in: a pin vibrates by micrometres, a tower by more."""
+"""What a structure in meters is measured in: a pin vibrates by micrometres, a tower by more."""
 
 import math
 

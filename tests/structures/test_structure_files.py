@@ -108,7 +108,7 @@ def every_part():
         contacts=[
             sf.FrictionContact(
                 ("q1", "q2"),
-                sf.Regularised(sf.RationalStribeck(mu_s=0.4, d=2), shape="atan", e=0.01),
+                sf.Regularized(sf.RationalStribeck(mu_s=0.4, d=2), shape="atan", e=0.01),
                 sf.ContactLoad("q3", Ns=5, kn=7, cn=0.1),
                 Vd=2,
                 alpha="30deg",

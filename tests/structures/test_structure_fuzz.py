@@ -35,7 +35,7 @@ e = "1mm"
 [[contacts]]
 along = ["tip", "root"]
 alpha = "60deg"
-friction = { law = "Regularised", of = { law = "Stribeck", vs = "20 cm/s" }, e = 0.1 }
+friction = { law = "Regularized", of = { law = "Stribeck", vs = "20 cm/s" }, e = 0.1 }
 load = { type = "ContactLoad", normal = "root", kn = 3 }
 [[forcing]]
 type = "MultiHarmonicForce"
@@ -59,7 +59,7 @@ CLASSES = [
     *("LinearSpring", "CubicSpring", "PolynomialSpring", "GapSpring", "GeometricSpring"),
     *("FrictionContact", "HarmonicForce", "MultiHarmonicForce", "TabulatedForce", "BaseMotion"),
     *("ConstantLoad", "ModulatedLoad", "ContactLoad", "ModalDamping", "ProportionalDamping"),
-    *("ModalReduction", "CraigBampton", "Coulomb", "Stribeck", "Regularised", "LuGre", "Iwan"),
+    *("ModalReduction", "CraigBampton", "Coulomb", "Stribeck", "Regularized", "LuGre", "Iwan"),
 ]
 NAMES = st.sampled_from(["root", "tip", "q1", "mode1", "", "vtip", "phase", "μ", "a b", "f", "k"])
 KEYS = st.sampled_from(

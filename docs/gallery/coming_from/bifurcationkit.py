@@ -101,7 +101,7 @@ points = [special(cycles, "NS"), special(cycles, "LP")]
 curves = sf.locus(points, ("k8", "k7"), window, switch=False)
 curves.plot()
 table.add(
-    "Steinmetz-Larter: CH k7", named(curves, "CH")[1], "1.75735957381", "both discretisations"
+    "Steinmetz-Larter: CH k7", named(curves, "CH")[1], "1.75735957381", "both discretizations"
 )
 table.add("Steinmetz-Larter: R1 k7", named(curves, "R1", 0)[1], "1.85749669", page, 5e-4)
 table.add(

@@ -38,7 +38,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.search import Found
 from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow.explicit_steps import LinearisedSteps, linearised_steps_of
+from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
@@ -164,19 +164,19 @@ def follow_batch(
     return cases
 
 
-def _steps_for(model: Model, settings: Settings) -> LinearisedSteps | None:
+def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
     """Return the explicit steps for such models; None where these or settings do not allow it."""
     slips = all(contact.limits for contact in contacts_of(model))
     if not model.forced or not slips or np.any(model.whole_turns):
         return None
     steps = settings.steps
     allowed = (
-        settings.discretisation != "collocation"
+        settings.discretization != "collocation"
         and settings.newton.iterations >= ITERATIONS
         and steps.smallest <= SMALLEST
         and steps.largest * MAX_ROUNDS > 4  # several spans
     )
-    return linearised_steps_of(model) if allowed else None
+    return linearized_steps_of(model) if allowed else None
 
 
 # -- where branches begin --------------------------------------------------------------------------

@@ -70,7 +70,7 @@ class BatchStart:
 
 @dataclass(frozen=True, eq=False)
 class Bracket:
-    """Two neighbouring points between which a test function changes its sign."""
+    """Two neighboring points between which a test function changes its sign."""
 
     branch: int  # number of the branch among those walked
     case: int

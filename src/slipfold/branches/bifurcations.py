@@ -226,7 +226,7 @@ class Bifurcations(Zeros[OrbitPoint]):
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function is positive at one of two points only, beyond rounding.
 
-        Along a family of centres, which have one value of the parameter, it is zero throughout,
+        Along a family of centers, which have one value of the parameter, it is zero throughout,
         with a multiplier on the circle; without damping that of NS is so everywhere, with a pair
         whose product is one. A function alone may be small where none is: it is a product over all
         multipliers, which lie close together where fast decay sets the unit of time.
@@ -350,7 +350,7 @@ def _crossing(values: NDArray[np.complex128], place: int, count: int) -> bool:
 
 
 def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint] | None:
-    """Return the first two neighbours between two points between which there is a branch point.
+    """Return the first two neighbors between two points between which there is a branch point.
 
     None where one of the two was lost, as beside a branch point at the end of the span.
     """

@@ -9,7 +9,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import STILL
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers
 
@@ -91,18 +91,18 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
 
 
 def _as_point(curve: OrbitCurve, solved: _Solved, tangent: Array, arclength: float) -> OrbitPoint:
-    linearisation = solved.linearisation
-    multipliers = floquet_multipliers(linearisation.monodromy)
+    linearization = solved.linearization
+    multipliers = floquet_multipliers(linearization.monodromy)
     return OrbitPoint(
         solved.z,
         tangent,
         arclength,
-        curve.tests(solved.z, linearisation, multipliers, tangent),
+        curve.tests(solved.z, linearization, multipliers, tangent),
         0,  # the bordered determinant is zero
-        float(np.abs(linearisation.residual).max()),
+        float(np.abs(linearization.residual).max()),
         piece=curve.orbits.piece(solved.z),
         curve=curve,
-        monodromy=linearisation.monodromy,
+        monodromy=linearization.monodromy,
         multipliers=multipliers,
     )
 
@@ -139,7 +139,7 @@ class _Solved:
     remainder: float
     moves: Array
     slopes: Array
-    linearisation: Linearisation
+    linearization: Linearization
     rounding: float
 
 
@@ -149,7 +149,7 @@ class _Reduction:
     def __init__(self, curve: OrbitCurve, z: Array) -> None:
         self._curve = curve
         self._origin = z
-        jacobian = curve.linearise(z).jacobian
+        jacobian = curve.linearize(z).jacobian
         left, _, right = np.linalg.svd(jacobian)
         self._left = left[:, -1]
         self._kernel = right[-2:]
@@ -172,12 +172,12 @@ class _Reduction:
         remainder, n = 0.0, len(z)
         still = False
         for _ in range(ROUNDS):
-            linearisation = self._curve.linearise(z)
-            defect = linearisation.defect + remainder * self._left
+            linearization = self._curve.linearize(z)
+            defect = linearization.defect + remainder * self._left
             if not np.isfinite(defect).all():
                 return None
             matrix = np.zeros((n + 1, n + 1))
-            matrix[: n - 1, :n] = linearisation.jacobian
+            matrix[: n - 1, :n] = linearization.jacobian
             matrix[: n - 1, n] = self._left
             matrix[n - 1 :, :n] = self._kernel
             try:
@@ -190,7 +190,7 @@ class _Reduction:
             if still:
                 moves, slopes = inverse[:n, -2:], inverse[n, -2:]
                 rounding = float(np.finfo(float).eps * np.linalg.norm(inverse, 2))
-                return _Solved(z, remainder, moves, slopes, linearisation, rounding)
+                return _Solved(z, remainder, moves, slopes, linearization, rounding)
             # The derivatives are those before the step: they are taken once it is rounding.
             still = bool(np.linalg.norm(step) < STILL)
         return None

@@ -37,8 +37,8 @@ class Change:
     """Takes a branch up by other means, once, where shooting had to end it, if settings let it."""
 
     def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
-        self._through_stick = through_stick and settings.discretisation == "automatic"
-        self._automatic = settings.discretisation == "automatic"
+        self._through_stick = through_stick and settings.discretization == "automatic"
+        self._automatic = settings.discretization == "automatic"
         self._before: _Before | None = None
         self._slipped: _Before | None = None
 
@@ -101,7 +101,7 @@ class Growing:
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point from which on they do."""
-        part = interval.point.linearisation
+        part = interval.point.linearization
         if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:
             return MonitorResult()
         carried, largest = part.blocks[0], 0.0

@@ -239,7 +239,7 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
 
 def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Array:
     """Return by how much each multiplier changes along a branch, a unit of arclength."""
-    beside = orbits.linearise(point.z + DIFFERENCED * direction)
+    beside = orbits.linearize(point.z + DIFFERENCED * direction)
     others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
     return np.asarray(np.abs(others - point.multipliers) / DIFFERENCED, dtype=float)
 

@@ -1,6 +1,6 @@
-"""Drafts of a response: its branches at neighbouring parameter values, corrected all at once.
+"""Drafts of a response: its branches at neighboring parameter values, corrected all at once.
 
-A branch that is followed costs one orbit after the other. Where the branches at neighbouring
+A branch that is followed costs one orbit after the other. Where the branches at neighboring
 parameter values are known, all their orbits are good guesses, and Newton's method corrects them
 together. Bifurcations are located again, to the accuracy of a drawing. Where one appears or
 vanishes, or the criticality of a period doubling changes, there is no draft: the response has to be
@@ -38,13 +38,13 @@ DISTINCT = 1e-3
 error to which they are located, in one secant more than what a drawing shows."""
 
 SPREAD, CLOSE = 3.0, 0.05
-"""Neighbours that move this many times as far apart as they were are no longer neighbours, unless
+"""Neighbors that move this many times as far apart as they were are no longer neighbors, unless
 they are this close, in scaled variables."""
 
 DROPPED = 0.4
 """Largest fraction of the points that may be missing at the end of a branch."""
 
-REASON = "a draft, from neighbouring parameter values, as far as that is sure"
+REASON = "a draft, from neighboring parameter values, as far as that is sure"
 
 CHANGES = {"PD": 1, "NS": 2, "LP": 1}
 """Multipliers that cross the unit circle at each type of special point that a draft may have."""
@@ -200,7 +200,7 @@ def _sure(branch: Branch, orbits: ForcedOrbits, found: Corrected) -> int:
 
 
 def _forward(z: Array, tangents: Array, first: Array | None, last: Array | None) -> list[int]:
-    """Return the orbits in order, without those that have overtaken a neighbour or an end."""
+    """Return the orbits in order, without those that have overtaken a neighbor or an end."""
     chosen: list[int] = []
     for i in range(len(z)):
         before = first is None or (z[i] - first) @ tangents[i] > 0
@@ -214,7 +214,7 @@ def _forward(z: Array, tangents: Array, first: Array | None, last: Array | None)
 
 
 def _coherent(curve: _Curve, before: Array) -> bool:
-    """Whether neighbours are still neighbours."""
+    """Whether neighbors are still neighbors."""
     if len(curve.z) < 4:
         return False
     apart = np.linalg.norm(np.diff(curve.z, axis=0), axis=1)
@@ -261,7 +261,7 @@ def _with_ends(curve: _Curve, first: Array | None, last: Array | None) -> _Curve
         if z is None:
             continue
         at = 0 if end == 0 else len(curve.z)
-        # No test function changes its sign there: the orbit takes those of its neighbour.
+        # No test function changes its sign there: the orbit takes those of its neighbor.
         curve = replace(
             curve,
             z=np.insert(curve.z, at, z, axis=0),
@@ -373,7 +373,7 @@ def _normal_forms(
     """
     forms = []
     for item, at in zip(special, located, strict=True):
-        monodromy = orbits.linearise(at.z).monodromy
+        monodromy = orbits.linearize(at.z).monodromy
         point = orbits.derived_point(at.z, at.tangent, item.arclength, monodromy, np.nan)
         try:
             form = normal_form(orbits, point, item.type)

@@ -176,7 +176,7 @@ def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
     Beside a quotient 0/0 it is rounding which of the two ends the shortest steps.
     """
     try:
-        beyond = [orbits.linearise(last.z + step * last.tangent).defect for step in LOOKS]
+        beyond = [orbits.linearize(last.z + step * last.tangent).defect for step in LOOKS]
     except BREAKDOWNS:
         return True
     return not np.isfinite(beyond).all()

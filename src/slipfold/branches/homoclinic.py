@@ -140,7 +140,7 @@ def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
 def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
-    if _growth(orbits, points) < GROWN or np.ptp(values) < STANDS_STILL:  # a family of centres
+    if _growth(orbits, points) < GROWN or np.ptp(values) < STANDS_STILL:  # a family of centers
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])

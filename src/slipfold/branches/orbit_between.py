@@ -95,7 +95,7 @@ def _orbits(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
 
 
 def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
-    multipliers = floquet_multipliers(orbits.linearise(found.z).monodromy)
+    multipliers = floquet_multipliers(orbits.linearize(found.z).monodromy)
     return PeriodicOrbit(
         orbits.model_at(found.z),
         orbits.period,

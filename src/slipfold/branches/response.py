@@ -82,10 +82,10 @@ def trace_response(
         model = measured_over(model, vary, (first, last), begin)
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
-    through_stick = through_stick and settings.discretisation == "automatic"
+    through_stick = through_stick and settings.discretization == "automatic"
     given = model, vary, first, last, begin, settings, through_stick
     orbits, point, begun = _first(*given, searching(observer, first))
-    if settings.discretisation == "collocation" and orbits.kind == "periodic":
+    if settings.discretization == "collocation" and orbits.kind == "periodic":
         orbits, point = _by_collocation(orbits, point)
     elif isinstance(orbits.by, Collocation):
         orbits, point = by_collocation(orbits, point) or (orbits, point)
@@ -218,7 +218,7 @@ def _begin(
             return equilibrium_start(model, vary, first, last)
         orbits = forced_orbits(model, vary, abs(last - first), settings)
         forward = math.copysign(1.0, last - first)
-        may = settings.discretisation != "shooting"
+        may = settings.discretization != "shooting"
         return response_start(orbits, first, forward, implicitly=may, tell=tell)
     except InputError:
         raise

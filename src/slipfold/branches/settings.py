@@ -9,7 +9,7 @@ from numbers import Real
 from slipfold.continuation.settings import Stepping
 from slipfold.errors import InputError
 
-DISCRETISATIONS = ("automatic", "shooting", "collocation")
+DISCRETIZATIONS = ("automatic", "shooting", "collocation")
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,7 +33,7 @@ class Settings(Stepping):
         Near a homoclinic orbit the duration grows without bound; then eight segments of equal time
         are few, and there may be infinitely many bifurcations. So it does in slow relaxation.
 
-    discretisation
+    discretization
         By what periodic orbits are computed: ``"shooting"``, or ``"collocation"`` on a mesh that
         adapts itself, for stiff motion and for motion that grows and decays by many orders of
         magnitude within a period. Special points are the same. ``"automatic"`` is shooting, which
@@ -51,14 +51,14 @@ class Settings(Stepping):
     largest_period: int = 8
     snaking_period: int = 2
     largest_duration: float = 100.0
-    discretisation: str = "automatic"
+    discretization: str = "automatic"
 
     def __post_init__(self) -> None:
         """Refuse a period or a duration that no response has."""
-        if self.discretisation not in DISCRETISATIONS:
+        if self.discretization not in DISCRETIZATIONS:
             raise InputError(
-                f"discretisation = {self.discretisation!r} is not known; give one of "
-                f"{', '.join(DISCRETISATIONS)}"
+                f"discretization = {self.discretization!r} is not known; give one of "
+                f"{', '.join(DISCRETIZATIONS)}"
             )
         if not self.largest_duration > 1:
             raise InputError(

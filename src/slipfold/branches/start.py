@@ -18,7 +18,7 @@ from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.collocation import INTERVALS, Collocation
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.discretisation import Cut, scheme_for
+from slipfold.orbits.discretization import Cut, scheme_for
 from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.first_orbits import find_response
 from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
@@ -142,7 +142,7 @@ so for moments only."""
 
 def method_for(settings: Settings, jacobian: Array) -> Cut:
     """Return how cycles are to be cut, from the derivatives of the rates a period, shape (n, n)."""
-    chosen = settings.discretisation
+    chosen = settings.discretization
     if chosen == "collocation" or (chosen == "automatic" and _is_stiff(jacobian)):
         return partial(Collocation, scheme=scheme_for(jacobian[None]))
     return Shooting
@@ -165,7 +165,7 @@ def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> 
     jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
     scheme = scheme_for(jacobian[None])
     decays = scheme.points.damps and _is_stiff(jacobian)
-    chosen = settings.discretisation
+    chosen = settings.discretization
     if chosen == "collocation" or (chosen == "automatic" and decays):
         return ForcedOrbits(
             model, {vary: width}, 1, 4 * INTERVALS, partial(Collocation, scheme=scheme)

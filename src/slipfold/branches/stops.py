@@ -17,7 +17,7 @@ from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 FAMILY = 150
 """Orbits with one value of the parameter after which a family is followed no farther: round a
-centre they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""
+center they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""
 
 STANDS_STILL = 1e-9
 """Change of the parameter, in spans, that is none: special points are located to less, so all that
@@ -123,7 +123,7 @@ class Undetermined:
 
     def _moves(self, point: OrbitPoint) -> float:
         """Return by how much errors of the equations move an orbit; 0 if by little."""
-        orbits, part = self._orbits, point.linearisation
+        orbits, part = self._orbits, point.linearization
         if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > ONE:
             return 0.0
         bordered = part.bordered(point.tangent)
@@ -141,7 +141,7 @@ def _unit(place: int, size: int) -> NDArray[np.float64]:
 class Families:
     """Ends a branch along which the parameter stands still.
 
-    The cycles round a centre form such a family. It may be followed as far as one likes, and
+    The cycles round a center form such a family. It may be followed as far as one likes, and
     nothing new happens on it.
     """
 
@@ -160,7 +160,7 @@ class Families:
         shown = 0.0 if abs(value) < STANDS_STILL * orbits.width else value
         reason = (
             f"{FAMILY} orbits have the same {orbits.vary} = {shown:.9g}: they are a family, as "
-            "round a centre, that goes on; stop it at an amplitude by an event"
+            "round a center, that goes on; stop it at an amplitude by an event"
         )
         return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
 

@@ -137,7 +137,7 @@ STEP = 1e-6
 
 COARSE = 1e-6
 """Difference of multipliers from those of perturbed motions that is allowed: differences have no
-more digits, and in the plane nor has the linearisation."""
+more digits, and in the plane nor has the linearization."""
 
 
 def switched_difference(orbit: StickSlipOrbit) -> Difference:

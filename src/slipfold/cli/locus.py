@@ -106,7 +106,7 @@ def locus(
         response = load_response(model)
         plane, window = parse_window(vary, response.model)
         if label:
-            points = labelled_points(response, model, label)
+            points = labeled_points(response, model, label)
         else:
             points = matching_points(response, model, (plane, window), types, periods)
         compute = partial(follow, points, plane, window, switch=not only)
@@ -187,7 +187,7 @@ def load_response(path: str) -> Diagram:
     return found
 
 
-def labelled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
+def labeled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
     """Return the special points with these labels."""
     known = _bifurcations(diagram)
     chosen = []

@@ -230,8 +230,8 @@ def _read_settings(given: Values, values: Values) -> Settings:
     if given.get("largest_period") is not None:
         period = parse_whole(given["largest_period"], "--largest-period", least=0)
         settings = replace(settings, largest_period=period, snaking_period=period)
-    if given.get("discretisation") is not None:
-        settings = replace(settings, discretisation=given["discretisation"])
+    if given.get("discretization") is not None:
+        settings = replace(settings, discretization=given["discretization"])
     return replace(settings, newton=newton, steps=steps)
 
 
@@ -248,7 +248,7 @@ ResponseSettings = Annotated[
                 None,
             ),
             option(
-                "discretisation",
+                "discretization",
                 Option(
                     "Compute orbits by shooting, by collocation, or (automatic) by collocation "
                     "where shooting fails.",

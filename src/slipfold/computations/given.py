@@ -15,7 +15,7 @@ from slipfold.long_term.search import Box, box_around, checked_box
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
-from slipfold.results.diagram import Labelled
+from slipfold.results.diagram import Labeled
 
 Values = ArrayLike | Sequence[float | str]
 """Values of a parameter: numbers, or text with a unit."""
@@ -40,7 +40,7 @@ def checked_forced(model: Model) -> Model:
 
 def checked_point(given: Any) -> SpecialPoint:
     """Return the special point given, or raise; it must have a locus."""
-    point = given.point if isinstance(given, Labelled) else given
+    point = given.point if isinstance(given, Labeled) else given
     if not isinstance(point, SpecialPoint):
         raise InputError(
             f"point = {given!r} is no special point; give one of a diagram's, e.g. "

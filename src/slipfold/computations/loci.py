@@ -40,7 +40,7 @@ from slipfold.options import (
 from slipfold.options import Window as GivenWindow
 from slipfold.orbits.find import may_slip
 from slipfold.progress import Observer, Progress
-from slipfold.results.diagram import Labelled
+from slipfold.results.diagram import Labeled
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.records import provenance
 
@@ -139,8 +139,8 @@ def _of_model(
 
 
 def _points(given: Any) -> list[SpecialPoint]:
-    items: list[Any] = [given] if isinstance(given, SpecialPoint | Labelled) else _listed(given)
-    points = [item.point if isinstance(item, Labelled) else item for item in items]
+    items: list[Any] = [given] if isinstance(given, SpecialPoint | Labeled) else _listed(given)
+    points = [item.point if isinstance(item, Labeled) else item for item in items]
     for point in points:
         if not isinstance(point, SpecialPoint):
             raise InputError(

@@ -42,7 +42,7 @@ def study(
     Returns
     -------
     StudyResult
-        One labelled dataset of all cases.
+        One labeled dataset of all cases.
 
     Raises
     ------

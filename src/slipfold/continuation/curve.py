@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import Correction, Linearised, correct
+from slipfold.continuation.newton import Correction, Linearized, correct
 from slipfold.continuation.whole_matrix import WholeMatrix
 
 
@@ -31,7 +31,7 @@ class Point:
     # Logarithm of that determinant's size; minus infinity where it is not known
     volume: float = -np.inf
     # Derivatives of the equations there; None where they are not known any more
-    linearisation: Any = None
+    linearization: Any = None
     # On which smooth piece of a curve it lies; the same for all where the curve is smooth
     piece: Any = None
     # Says what the unknown means, where that changes along a curve; None where it does not
@@ -62,21 +62,21 @@ class Curve(ABC, Generic[P]):
     """Test functions that change their sign with the direction of travel."""
 
     noise = 1e-9
-    """Test functions below this are rounding: on a family of centres one of them is zero."""
+    """Test functions below this are rounding: on a family of centers one of them is zero."""
 
     @abstractmethod
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero."""
 
     @abstractmethod
-    def linearise(self, z: Array) -> Linearised:
+    def linearize(self, z: Array) -> Linearized:
         """Return the defect with its derivatives."""
 
     @abstractmethod
     def point(self, correction: Correction, arclength: float) -> P:
         """Return a converged correction as a point, with its test functions."""
 
-    def blended(self, known: Sequence[Any], weights: Array) -> Linearised | None:
+    def blended(self, known: Sequence[Any], weights: Array) -> Linearized | None:
         """Return a weighted sum of derivatives at several points, None if they are not kept."""
         return None
 
@@ -132,7 +132,7 @@ class AlgebraicCurve(Curve[Point]):
         """Return the functions that change sign at special points, by name."""
         return {}
 
-    def linearise(self, z: Array) -> _Dense:
+    def linearize(self, z: Array) -> _Dense:
         """Return the defect with its derivatives."""
         return _Dense(self.defect(z), self.jacobian(z))
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P, Point
-from slipfold.continuation.newton import Linearised, length_of
+from slipfold.continuation.newton import Linearized, length_of
 
 POINTS = 3
 """Points a curve is extrapolated from: more gain little and overshoot when steps change."""
@@ -109,13 +109,13 @@ def _hermite_weights(where: Sequence[Any], target: Any) -> tuple[list[Any], list
     return of_values + of_slopes, d_values + d_slopes
 
 
-def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linearised | None:
+def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linearized | None:
     """Return what the derivatives at points let expect in between or beyond."""
-    known = [point for point in points if point.linearisation is not None]
+    known = [point for point in points if point.linearization is not None]
     if not known:
         return None
     weights = lagrange([point.arclength for point in known], arclength)
-    return curve.blended([point.linearisation for point in known], weights)
+    return curve.blended([point.linearization for point in known], weights)
 
 
 def lagrange(where: Sequence[float], target: float) -> Array:

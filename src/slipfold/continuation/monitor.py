@@ -22,7 +22,7 @@ class Monitor(Protocol[Q]):
     """
 
     def watch(self, interval: StepInterval[Q]) -> MonitorResult[Q]:
-        """Return what lies between two neighbouring points.
+        """Return what lies between two neighboring points.
 
         An error of numbers that break down undoes the step: a shorter one is taken.
         """
@@ -42,7 +42,7 @@ class Zeros(Watch[P]):
         return self.curve.foreseen(points, weights)
 
     def watch(self, interval: StepInterval[P]) -> MonitorResult[P]:
-        """Locate all zeros between two neighbouring points."""
+        """Locate all zeros between two neighboring points."""
         found = search_between(self.curve, self, interval.known, interval.before, interval.point)
         return self.seen(found, interval)
 

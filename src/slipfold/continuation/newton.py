@@ -64,7 +64,7 @@ class Bordered(Protocol):
         """Logarithm of the determinant's size were the last row the tangent."""
 
 
-class Linearised(Protocol):
+class Linearized(Protocol):
     """Equations at an unknown, with their derivatives."""
 
     @property
@@ -85,7 +85,7 @@ class Equations(Protocol):
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero."""
 
-    def linearise(self, z: Array) -> Linearised:
+    def linearize(self, z: Array) -> Linearized:
         """Return the same with its derivatives."""
 
     def residual(self, defect: Array) -> float:
@@ -97,12 +97,12 @@ class Correction:
     """The result of Newton's method."""
 
     z: Array  # the last iterate
-    linearisation: Any  # derivatives within `moved` of `z`; None where there are none
+    linearization: Any  # derivatives within `moved` of `z`; None where there are none
     bordered: Any  # its Jacobian bordered by the constraint; None likewise
     residual: float  # by how much `z` fails to meet the equations
     distance: float  # distance from the guess
     moved: float  # distance from where the derivatives were taken
-    iterations: int  # number of linearisations
+    iterations: int  # number of linearizations
     failure: str  # empty, or why there is no solution
 
     @property
@@ -118,11 +118,11 @@ def correct(
     tolerance: float = 1e-10,
     iterations: int = 8,
     reach: float = np.inf,
-    expected: Linearised | None = None,
+    expected: Linearized | None = None,
 ) -> Correction:
     """Find the solution nearest a guess in the hyperplane through it.
 
-    Where its derivatives are expected from those of its neighbours, they bring the guess so near to
+    Where its derivatives are expected from those of its neighbors, they bring the guess so near to
     it that new ones are taken once only.
 
     Shapes: guess, row (n,).
@@ -134,18 +134,18 @@ def correct(
         if left > HOPELESS * reach:
             failure = TOO_SHARP if np.isfinite(left) else SINGULAR
             return Correction(z, None, None, np.inf, 0.0, left, 0, failure)
-    linearisation, bordered = None, None
+    linearization, bordered = None, None
     moved, mismatch = np.inf, np.inf
     failure = f"no convergence in {iterations} corrections"
     taken = 0
     while taken < iterations:
         taken += 1
-        linearisation = _linearised(equations, z)
-        if linearisation is None:
+        linearization = _linearized(equations, z)
+        if linearization is None:
             failure = SINGULAR
             break
-        defect = linearisation.defect
-        bordered = linearisation.bordered(row)
+        defect = linearization.defect
+        bordered = linearization.bordered(row)
         step = bordered.solve(_right(defect, float(row @ (guess - z))))
         previous, moved = moved, length_of(step)
         # On a branch point, where chord steps may lead, no step exists.
@@ -155,9 +155,9 @@ def correct(
             if mismatch <= tolerance:
                 z, failure = z if isnan(moved) else z + step, ""
                 if not moved <= STILL:  # derivatives are those of where it ends
-                    linearisation, moved = _linearised(equations, z), 0.0
-                    bordered = None if linearisation is None else linearisation.bordered(row)
-                    failure = SINGULAR if linearisation is None else ""
+                    linearization, moved = _linearized(equations, z), 0.0
+                    bordered = None if linearization is None else linearization.bordered(row)
+                    failure = SINGULAR if linearization is None else ""
                 break
         if not moved < max(GROWTH * previous, ROUNDING) or length_of(z) > FARTHEST:
             failure = "Newton's method diverged"
@@ -170,7 +170,7 @@ def correct(
             z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
     return Correction(
         z,
-        linearisation,
+        linearization,
         bordered,
         mismatch,
         length_of(z - guess),
@@ -180,13 +180,13 @@ def correct(
     )
 
 
-def _linearised(equations: Equations, z: Array) -> Linearised | None:
+def _linearized(equations: Equations, z: Array) -> Linearized | None:
     """Return the derivatives at an unknown, None where they are not finite."""
     try:
-        linearisation = equations.linearise(z)
+        linearization = equations.linearize(z)
     except np.linalg.LinAlgError:  # conditions on matrices that are not finite
         return None
-    return linearisation if linearisation.is_finite else None
+    return linearization if linearization.is_finite else None
 
 
 def _chord_steps(

@@ -37,7 +37,7 @@ REACH = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Seam(Generic[P]):
-    """Two neighbouring points on either side of the end of a piece."""
+    """Two neighboring points on either side of the end of a piece."""
 
     before: P
     after: P
@@ -73,7 +73,7 @@ def _parameter(point: P, sign: float) -> Array:
 
 
 def _halved(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None) -> Seam[P]:
-    """Halve a chord, or its shadow along a row, until two neighbours of different pieces are left.
+    """Halve a chord, or its shadow along a row, until two neighbors of different pieces are left.
 
     The place on it belongs to a point alone, while errors of arclengths, which are summed from
     guess to guess, would grow with every halving.

@@ -1,4 +1,4 @@
-"""All zeros of test functions between two neighbouring points of a curve, none missed."""
+"""All zeros of test functions between two neighboring points of a curve, none missed."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class Steps:
     smallest
         A branch that needs a smaller step stops and says so.
     turn
-        Cap on the angle between neighbouring tangents, in rad.
+        Cap on the angle between neighboring tangents, in rad.
     points
         Points after which a branch stops and says so. Of the branches that are tested the canards
         of a neuron a thousand times as slow as it is fast take most, 2,500.

@@ -17,7 +17,7 @@ PLACES = 16
 """Places between two points at which functions are expected."""
 
 UNSURE = 0.25
-"""Share of the difference between a test function and what its neighbours let expect, below which
+"""Share of the difference between a test function and what its neighbors let expect, below which
 it may have changed its sign twice: a parabola with that error in its slope falls by so much."""
 
 TOUCH = 0.15
@@ -85,7 +85,7 @@ class Expected:
         """Whether each may touch zero, or pass it more often than its ends tell, shape (f,).
 
         Between the points it may be as far from its interpolation as that is from the one through a
-        point less. At a point where it is far from what its neighbours let expect and near zero,
+        point less. At a point where it is far from what its neighbors let expect and near zero,
         its slope is not known, and it may have come from the other side.
         """
         first, last = self.ends[..., 0, :], self.ends[..., 1, :]

@@ -17,7 +17,7 @@ from slipfold.continuation.interpolation import (
     hermite,
     lagrange,
 )
-from slipfold.continuation.newton import Correction, Linearised, correct, length_of
+from slipfold.continuation.newton import Correction, Linearized, correct, length_of
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
     HARDER,
@@ -186,7 +186,7 @@ def _first_bound_beyond(
 
 
 def _correct(
-    curve: Curve[P], guess: Array, row: Array, settings: Stepping, expected: Linearised | None
+    curve: Curve[P], guess: Array, row: Array, settings: Stepping, expected: Linearized | None
 ) -> Correction:
     tolerance, iterations = settings.newton.tolerance, settings.newton.iterations
     reach = REACH * settings.coarse

@@ -77,12 +77,12 @@ class Placed(ABC):
     def rates(self) -> Array:
         """Derivatives of the unknown by each parameter in its own unit, shape (d, u).
 
-        All from one factorisation; what is held is left out.
+        All from one factorization; what is held is left out.
         """
         rows = []
         for name in self.names:
             orbits, z = self.beside(name)
-            column = column_of(self._curve(orbits).linearise(z), self._held)
+            column = column_of(self._curve(orbits).linearize(z), self._held)
             right = -column / orbits.varied[name]
             rows.append(self._found.bordered.solve(np.append(right, 0.0)))
         return np.array(rows)
@@ -224,7 +224,7 @@ class PlacedPoint(Placed):
 
 def _turns(found: Correction) -> bool:
     """Whether the critical pair is complex."""
-    multipliers = np.linalg.eigvals(found.linearisation.monodromy).astype(complex)
+    multipliers = np.linalg.eigvals(found.linearization.monodromy).astype(complex)
     pair = critical_pair(multipliers)
     return pair is not None and bool(multipliers[pair[0]].imag != 0)
 
@@ -349,7 +349,7 @@ def choose_least(
     bounds: Mapping[str, tuple[float, float]],
     begin: Array,
 ) -> Choice:
-    """Minimise the level of a state's vibration under demands, from a first choice.
+    """Minimize the level of a state's vibration under demands, from a first choice.
 
     By sequential quadratic programming with exact derivatives (SciPy's SLSQP). Where a threshold
     has vanished it is taken as linear, so that a step back is found. Shapes: begin (d,).

@@ -101,11 +101,11 @@ class _Picture:
         self, model: Model, axes: tuple[PlaneAxis, PlaneAxis], points: tuple[int, int]
     ) -> None:
         self._model, self._names = model, (axes[0].name, axes[1].name)
-        self._centres = [
+        self._centers = [
             min(axis.span) + (np.arange(count) + 0.5) * abs(axis.span[1] - axis.span[0]) / count
             for axis, count in zip(axes, points, strict=True)
         ]
-        first, second = (grid.ravel() for grid in np.meshgrid(*self._centres))
+        first, second = (grid.ravel() for grid in np.meshgrid(*self._centers))
         self._there = np.array(
             [model_exists(model, self._names, a, b) for a, b in zip(first, second, strict=True)]
         )
@@ -129,9 +129,9 @@ class _Picture:
         labels[self._there] = [numbers.get(name, 0) for name in names]
         first, second = self._names
         return {
-            "x": {**axis_of(self._model, first), "values": short(self._centres[0])},
-            "y": {**axis_of(self._model, second), "values": short(self._centres[1])},
-            "labels": labels.reshape(len(self._centres[1]), -1).tolist(),
+            "x": {**axis_of(self._model, first), "values": short(self._centers[0])},
+            "y": {**axis_of(self._model, second), "values": short(self._centers[1])},
+            "labels": labels.reshape(len(self._centers[1]), -1).tolist(),
             "names": result,
         }
 

@@ -114,7 +114,7 @@ ENOUGH = 60
 """Returns that suffice: a trend over them is one, and a cycle has repeated."""
 
 NEUTRAL = 1e-5
-"""Distance from one of a multiplier that may be one: of a centre two are, known to 1e-6 only."""
+"""Distance from one of a multiplier that may be one: of a center two are, known to 1e-6 only."""
 
 PIECE = 100
 """Steps over which derivatives are carried at once."""
@@ -131,7 +131,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
 
     On an equilibrium, if it is that near to one that attracts. On a cycle, if its returns to a
     plane across it repeat as the states of a forced trajectory must, and the cycle attracts: in a
-    centre each round repeats the one before without any having been converged to.
+    center each round repeats the one before without any having been converged to.
 
     Shapes: strobe (m, n).
 
@@ -238,7 +238,7 @@ class _End:
         states, lengths = window.at(edges[:-1]), np.diff(edges)
         still = np.zeros((len(constants.values), 1))
         zero = np.zeros(len(states))
-        matrices = flow.linearise(states, zero, lengths, constants, still)[1]
+        matrices = flow.linearize(states, zero, lengths, constants, still)[1]
         monodromy = reduce(lambda product, matrix: matrix @ product, matrices)
         return _largest_besides_one(monodromy * (self.scales / self.scales[:, None]))
 
@@ -297,7 +297,7 @@ def _on_cycle(
     else:
         message = (
             f"not settled: each round of {duration:.9g} s repeats the one before within {repeats}, "
-            "but nothing attracts the motion to it; it goes on as it began, as round a centre "
+            "but nothing attracts the motion to it; it goes on as it began, as round a center "
             "without damping"
         )
     return not_converged(message, trend.drift, trend.rate)

@@ -1,6 +1,6 @@
 """Batches of trajectories in the lanes of one integrator, and how many steps they may take.
 
-Tests set tolerance, lanes and optimisation by the environment, to see that no result depends on
+Tests set tolerance, lanes and optimization by the environment, to see that no result depends on
 them.
 """
 
@@ -27,7 +27,7 @@ ROUNDING = 10 * TOLERANCE
 LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
 """Trajectories integrated together: two registers of AVX2, one of AVX-512."""
 
-OPTIMISATION = int(os.environ.get("SLIPFOLD_OPTIMISATION", "3"))
+OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "3"))
 """LLVM's level for integrators but that of many trajectories: at 0 they are compiled in a quarter
 of the time and run half as fast, which pays where a model is integrated once, as in most tests."""
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import LANES, OPTIMISATION
+from slipfold.flow.batches import LANES, OPTIMIZATION
 from slipfold.flow.equations import (
     Constants,
     Equations,
@@ -197,7 +197,7 @@ class CompiledCode:
 
     @property
     def plain(self) -> Any:
-        """Batch of the states alone, always optimised: searches for trajectories run long."""
+        """Batch of the states alone, always optimized: searches for trajectories run long."""
 
         def build() -> Any:
             system = self._plain_system()
@@ -215,7 +215,7 @@ class CompiledCode:
                 self._plain_system(),
                 state=[0.0] * self._equations.dimension,
                 tol=self._tolerance,
-                opt_level=OPTIMISATION,
+                opt_level=OPTIMIZATION,
                 t_events=self._turns.events(self._places(), batch=False),
                 nt_events=self._turns.passed(self._places(), batch=False),
             )
@@ -248,7 +248,7 @@ class CompiledCode:
     def curved(self, directions: int) -> Any:
         """Batch of the states, one derivative of them along a vector, and the derivatives of both.
 
-        A perturbation v is propagated along by the linearised equations; differentiated it gives
+        A perturbation v is propagated along by the linearized equations; differentiated it gives
         second derivatives with v as one direction. Parameters are as for `linear`.
         """
 
@@ -422,7 +422,7 @@ class CompiledCode:
 
     def _kept(self, kind: str, build: Callable[[], Any]) -> Any:
         options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
-        made = f"scaled {kind} {options} level={OPTIMISATION} {VERSION}"
+        made = f"scaled {kind} {options} level={OPTIMIZATION} {VERSION}"
         # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(f"{made}\n{self._equations.fingerprint()}", build)
@@ -446,7 +446,7 @@ class CompiledCode:
         *,
         tolerance: float | None = None,
         size: int = 1,
-        level: int = OPTIMISATION,
+        level: int = OPTIMIZATION,
         compact: bool = True,
     ) -> Any:
         # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.

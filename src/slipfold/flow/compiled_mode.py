@@ -10,7 +10,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import ARRIVED, OPTIMISATION, STEP_LIMIT, TOLERANCE
+from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import cached
 from slipfold.flow.contact_state import Slopes
 from slipfold.flow.equations import Constants, Scaled
@@ -110,7 +110,7 @@ class CompiledMode:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]
         hy.llvm_state.set_diskcache_enabled(False)
-        made = f"tol={TOLERANCE!r} level={OPTIMISATION} {BEYOND, REST, SLOW, UNIT} {VERSION}"
+        made = f"tol={TOLERANCE!r} level={OPTIMIZATION} {BEYOND, REST, SLOW, UNIT} {VERSION}"
         return cached(f"switched {made} limits={bounds!r}\n{self._key}", self._build)
 
     def _build(self) -> Any:
@@ -149,7 +149,7 @@ class CompiledMode:
             state=[0.0] * len(rates),
             pars=[0.0] * len(symbols),
             tol=TOLERANCE,
-            opt_level=OPTIMISATION,
+            opt_level=OPTIMIZATION,
             t_events=[*events, *turns_sharply.events(known, batch=False)],
             nt_events=turns_sharply.passed(known, batch=False),
         )

@@ -249,7 +249,7 @@ def with_derivatives(
 
 
 def with_tangent(equations: Equations) -> Equations:
-    """Add one perturbation of the states, which the linearised equations carry along."""
+    """Add one perturbation of the states, which the linearized equations carry along."""
     carried = [hy.expression(f"carried_{state}") for state in equations.states]
     slopes = [
         hy.sum(

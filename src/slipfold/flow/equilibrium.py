@@ -47,7 +47,7 @@ rounding."""
 
 PUSH = 1e-6
 """How far a trajectory is pushed off an unstable equilibrium, in scaled states: so little that it
-leaves as the linearised equations say, far more than rounding."""
+leaves as the linearized equations say, far more than rounding."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -228,7 +228,7 @@ REGISTERS = 16
 """Trajectories are made up to a multiple of this: those left over would be computed by other code,
 and what is found of one would depend on how many there are beside it."""
 
-MAX_LINEARISED_OPERATIONS = 5_000
+MAX_LINEARIZED_OPERATIONS = 5_000
 """Operations compiled into a step at most; 3,000 take three seconds."""
 
 
@@ -246,7 +246,7 @@ class Carried:
 
 
 @dataclass(frozen=True)
-class LinearisedSteps:
+class LinearizedSteps:
     """A step, compiled.
 
     Arguments, a row each: states, then their derivatives by each of the first states and along the
@@ -373,26 +373,26 @@ class _Passed:
         return lowest.T, highest.T, above.T
 
 
-def linearised_steps_of(model: Model) -> LinearisedSteps | None:
+def linearized_steps_of(model: Model) -> LinearizedSteps | None:
     """Return the compiled steps of a model, None if they would be too long to compile."""
-    return _shared_linearised(model.kind)
+    return _shared_linearized(model.kind)
 
 
 @lru_cache(maxsize=64)
-def _shared_linearised(kind: Kind) -> LinearisedSteps | None:
+def _shared_linearized(kind: Kind) -> LinearizedSteps | None:
     model = kind.make()
     equations = build_equations(model)
     whole, changes = _with_derivatives(equations)
     if (
         len(method().B) * len(take_apart(equations)) * (equations.dimension + 2)
-        > MAX_LINEARISED_OPERATIONS
+        > MAX_LINEARIZED_OPERATIONS
     ):
         return None
     bounds = [limit.output for limit in model.limits]
     watching = f"errors of derivatives too, watching rates of {bounds!r}"
-    key = f"linearised explicit steps, {watching}\n{equations.fingerprint()}"
-    function = cached(key, lambda: _build_linearised(equations, whole, changes, model.limits))
-    return LinearisedSteps(function, equations.dimension, len(model.limits))
+    key = f"linearized explicit steps, {watching}\n{equations.fingerprint()}"
+    function = cached(key, lambda: _build_linearized(equations, whole, changes, model.limits))
+    return LinearizedSteps(function, equations.dimension, len(model.limits))
 
 
 def _with_derivatives(equations: Equations) -> tuple[Equations, list[Any]]:
@@ -422,7 +422,7 @@ def _with_derivatives(equations: Equations) -> tuple[Equations, list[Any]]:
     ), changes
 
 
-def _build_linearised(
+def _build_linearized(
     equations: Equations, whole: Equations, changes: Sequence[Any], limits: Sequence[Limit]
 ) -> Any:
     step = hy.expression("length of the step")

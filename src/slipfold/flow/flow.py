@@ -130,7 +130,7 @@ class Flow(Evaluated):
             result[some] = grid.transpose(2, 0, 1)[: some.stop - some.start]
         return result * constants.scales[..., None, :]
 
-    def linearise(
+    def linearize(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array, Array]:
         """Propagate states and their derivatives from one phase to another.

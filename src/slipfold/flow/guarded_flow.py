@@ -17,7 +17,7 @@ from slipfold.flow.batches import (
     ARRIVED,
     CALL,
     LONGEST,
-    OPTIMISATION,
+    OPTIMIZATION,
     STEEP,
     STEP_LIMIT,
     TOLERANCE,
@@ -256,7 +256,7 @@ class GuardedFlow:
 
     def _compiled(self) -> Any:
         bounds = [(limit.output, limit.bound) for limit in self.limits]
-        options = f"tol={TOLERANCE!r} level={OPTIMISATION} limits={bounds!r} {VERSION}"
+        options = f"tol={TOLERANCE!r} level={OPTIMIZATION} limits={bounds!r} {VERSION}"
         key = f"guarded weighted {options}\n{self._equations.fingerprint()}"
         hy.llvm_state.set_diskcache_enabled(False)
         return cached(key, self._build)
@@ -283,7 +283,7 @@ class GuardedFlow:
             state=[0.0] * equations.dimension,
             pars=[0.0] * (len(symbols) + len(watched)),
             tol=TOLERANCE,
-            opt_level=OPTIMISATION,
+            opt_level=OPTIMIZATION,
             t_events=[*events, *turns.events(known, batch=False)],
             nt_events=turns.passed(known, batch=False),
         )

@@ -222,7 +222,7 @@ def newton_step(
     lengths: Array,
     stages: Array,
 ) -> Solved:
-    """Return the solution of the equations linearised at some stages.
+    """Return the solution of the equations linearized at some stages.
 
     A singular matrix raises an error. Shapes: nodes (m, n); start, lengths (m,); stages (m, s, n).
     """

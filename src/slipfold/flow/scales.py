@@ -167,11 +167,11 @@ def linear_response(
     Shapes: scales, start (n_states,); returns (m, n_states).
     """
     n = flow.dimension
-    centre = mean_state(flow, constants, scales, start)
-    states = np.tile(centre, (len(PHASES), 1))
+    center = mean_state(flow, constants, scales, start)
+    states = np.tile(center, (len(PHASES), 1))
     forcing = np.fft.fft(flow.rates(states, PHASES, constants), axis=0) / len(PHASES)
     jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
-    nodes = np.tile(centre, (segments, 1))
+    nodes = np.tile(center, (segments, 1))
     phases = np.arange(segments) / segments
     for harmonic in range(1, HARMONICS + 1):
         stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
@@ -225,7 +225,7 @@ def measured(
 ) -> Model:
     """Return a model that knows the characteristic scales of its states, where it declares none.
 
-    The ratios of coupled states are those that balance the linearised equations. How large all of
+    The ratios of coupled states are those that balance the linearized equations. How large all of
     them are shows in a trajectory; where nothing moves them, in the distance from rest at which the
     equations stop being linear; else in the state of rest itself. All of this is the same in any
     units. Sizes are powers of two.

@@ -72,7 +72,7 @@ def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tupl
 
 
 def _decomposed(states: Sequence[Any], rates: Sequence[Any]) -> list[tuple[Any, list[int]]]:
-    # Compiled for its decomposition alone: of low order, and nothing is optimised.
+    # Compiled for its decomposition alone: of low order, and nothing is optimized.
     return hy.taylor_adaptive(
         list(zip(states, rates, strict=True)),
         state=[0.0] * len(states),

@@ -125,7 +125,7 @@ class Beginning:
         powers /= self.length ** np.arange(len(powers))[:, None]
         return StepPolynomials([self.begin, end], [powers.T])
 
-    def linearised(self, phase: float, directions: Array) -> tuple[Array, Array]:
+    def linearized(self, phase: float, directions: Array) -> tuple[Array, Array]:
         """Return derivatives of the state at a phase, by that at the beginning and coefficients.
 
         Slip that begins earlier or later is included: to first order it makes no difference whether

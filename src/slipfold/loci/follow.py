@@ -286,7 +286,7 @@ class _Loci(CurveSet[OrbitPoint]):
         try:
             return regular_start(curve, z, self._settings)
         except InputError as error:
-            given = self._settings.discretisation != "automatic" or not curve.orbits.by.smooth
+            given = self._settings.discretization != "automatic" or not curve.orbits.by.smooth
             if given or curve.orbits.kind == "equilibrium":
                 return error
             refusal = error

@@ -14,7 +14,7 @@ from slipfold.continuation.whole_matrix import SquareMatrix
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.start import CROSSED, MOVED, as_unknown, on_a_mesh
 from slipfold.orbits.critical import Critical, crossing_gap
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 
 OTHER, OWN = -2, -1
@@ -59,7 +59,7 @@ def _gradients(point: SpecialPoint, names: tuple[str, ...], settings: Settings) 
         z[-2] = point.model.values[name] / plane[name]
         if crossing:  # its equations depend on the plane; in some the branches are parted
             weights = _crossing_weights(beside, z)
-        moved = -float(weights @ column_of(Critical(beside, point.type).linearise(z), OTHER))
+        moved = -float(weights @ column_of(Critical(beside, point.type).linearize(z), OTHER))
         gradients[name] = moved * plane[point.vary] / plane[name] + 0.0
     return gradients
 
@@ -92,20 +92,20 @@ def corrected(curve: OrbitCurve, z: Array, place: int, settings: Settings) -> Co
 def _crossing_weights(orbits: Orbits, z: Array) -> Array:
     """Return the solution for one parameter, NaN where that parts the branches that cross."""
     curve = Critical(orbits, "BP")
-    linearisation = curve.linearise(z)
+    linearization = curve.linearize(z)
     if crossing_gap(orbits, z) > CROSSED:
-        return np.full(len(linearisation.defect), np.nan)
-    return _weights(linearisation.bordered(_unit(len(z), OTHER)), len(z))
+        return np.full(len(linearization.defect), np.nan)
+    return _weights(linearization.bordered(_unit(len(z), OTHER)), len(z))
 
 
 def _weights(bordered: SquareMatrix, size: int) -> Array:
     return bordered.solve_transposed(_unit(size, OWN))[:-1]
 
 
-def column_of(linearisation: Linearisation, place: int) -> Array:
+def column_of(linearization: Linearization, place: int) -> Array:
     """Return the derivatives of equations by one of the parameters."""
-    gradients = linearisation.conditions.gradients
-    along = linearisation.along[:, :, place].ravel()
+    gradients = linearization.conditions.gradients
+    along = linearization.along[:, :, place].ravel()
     return along if gradients is None else np.append(along, gradients[:, place])
 
 

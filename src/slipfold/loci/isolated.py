@@ -105,8 +105,8 @@ def _orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.floa
     for row in order[:2]:
         guess = orbits.pack(branch.nodes[row], value)
         correction = correct(orbits, guess, hold_parameter(orbits.size), iterations=15)
-        if correction.converged and correction.linearisation is not None:
-            multipliers = np.linalg.eigvals(correction.linearisation.monodromy)
+        if correction.converged and correction.linearization is not None:
+            multipliers = np.linalg.eigvals(correction.linearization.monodromy)
             if np.abs(multipliers).max() < 1:
                 return orbits.nodes(correction.z)
     return None

@@ -22,7 +22,7 @@ Multipliers = NDArray[np.complex128]
 
 CODIMENSION_TWO = {
     "CPC": "cusp of cycles",
-    "GPD": "generalised period doubling",
+    "GPD": "generalized period doubling",
     "CH": "Chenciner",
     "R1": "1:1 resonance",
     "R2": "1:2 resonance",
@@ -37,7 +37,7 @@ CODIMENSION_TWO = {
     "BPNS": "branch point and Neimark-Sacker",
     "CP": "cusp",
     "BT": "Bogdanov-Takens",
-    "GH": "generalised Hopf (Bautin)",
+    "GH": "generalized Hopf (Bautin)",
     "ZH": "zero-Hopf",
     "HH": "double Hopf",
 }
@@ -351,7 +351,7 @@ def locus_title(type_: str, period: int, kind: str) -> str:
 
 
 PIECES = 12
-"""Straight pieces between neighbouring points."""
+"""Straight pieces between neighboring points."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from slipfold.continuation.newton import correct
 from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.grazing import MET, MarginalShooting
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED, critical_places
 
@@ -40,7 +40,7 @@ class LocusEquations(Critical):
         self._resting = orbits.kind == "equilibrium"
 
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Multipliers, tangent: Array
+        self, z: Array, linearization: Linearization, multipliers: Multipliers, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at points of codimension two.
 
@@ -54,14 +54,14 @@ class LocusEquations(Critical):
         standing = {"first": float(slopes[0]), "second": float(slopes[1])}
         if self.condition in MET:
             return standing
-        monodromy = linearisation.monodromy
+        monodromy = linearization.monodromy
         size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
-        parts = z, linearisation, multipliers, size
+        parts = z, linearization, multipliers, size
         more = self._pair_tests if self.condition in PAIRED else self._real_tests
         return {**standing, **more(*parts)}
 
     def _real_tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float
+        self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
     ) -> dict[str, float]:
         target = -1.0 if self.condition == "PD" else 1.0
         others = np.delete(multipliers, critical_places(self.condition, multipliers))
@@ -70,24 +70,24 @@ class LocusEquations(Critical):
         double, pairs = float(sum(factors).real / size), _pair_product(others, size)
         crossing = self.condition == "BP"
         if self._resting:
-            more = {"DP": self._cubic(z, linearisation, double)} if crossing else {}
+            more = {"DP": self._cubic(z, linearization, double)} if crossing else {}
             return {"BT": double, "ZH": pairs, **more}
         flips = _product(target + multipliers, size)
         if self.condition == "LP":
             return {"LPPD": flips, "R1": double, "LPNS": pairs}
         if crossing:
-            cubic = self._cubic(z, linearisation, double)
+            cubic = self._cubic(z, linearization, double)
             return {"BPPD": flips, "R1": double, "BPNS": pairs, "DP": cubic}
-        cubic = self._cubic(z, linearisation, flips * double)
+        cubic = self._cubic(z, linearization, flips * double)
         return {"LPPD": flips, "R2": double, "PDNS": pairs, "GPD": cubic}
 
-    def _cubic(self, z: Array, linearisation: Linearisation, poles: float) -> float:
+    def _cubic(self, z: Array, linearization: Linearization, poles: float) -> float:
         """Coefficient of third order times what is zero at its poles."""
         # On a pole the product is rounding noise.
-        return self._coefficient(z, linearisation) * poles if abs(poles) > POLE else np.nan
+        return self._coefficient(z, linearization) * poles if abs(poles) > POLE else np.nan
 
     def _pair_tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Multipliers, size: float
+        self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
     ) -> dict[str, float]:
         places = critical_places(self.condition, multipliers)
         cosine = float(multipliers[places].sum().real / 2)
@@ -95,7 +95,7 @@ class LocusEquations(Critical):
         folds, pairs = _product(1 - others, size), _pair_product(others, size)
         sine2 = 1 - cosine * cosine
         defined = sine2 > self.forms.neutral
-        cubic = (self._coefficient(z, linearisation) if defined else np.nan) * sine2 * folds
+        cubic = (self._coefficient(z, linearization) if defined else np.nan) * sine2 * folds
         if self._resting:
             return {"BT": 1 - cosine, "ZH": folds, "HH": pairs, "GH": cubic}
         return {
@@ -119,8 +119,8 @@ class LocusEquations(Critical):
             return point.z
         last = np.zeros(len(point.z))
         last[-2] = by.level  # the condition comes last, but for the tangent
-        linearisation = point.linearisation or self.linearise(point.z)
-        return np.asarray(point.z - linearisation.bordered(point.tangent).solve(last))
+        linearization = point.linearization or self.linearize(point.z)
+        return np.asarray(point.z - linearization.bordered(point.tangent).solve(last))
 
     def coefficient(self, tests: dict[str, float]) -> float:
         """Return the normal form coefficient that a point's test functions were made of."""
@@ -136,11 +136,11 @@ class LocusEquations(Critical):
             poles = still * (2 - still) * folds
         return value / poles if poles else np.nan
 
-    def _coefficient(self, z: Array, linearisation: Linearisation) -> float:
+    def _coefficient(self, z: Array, linearization: Linearization) -> float:
         if not self.orbits.by.smooth:
             return np.nan
         try:
-            return self.forms.coefficient(self, z, linearisation)
+            return self.forms.coefficient(self, z, linearization)
         except np.linalg.LinAlgError:
             return np.nan
 
@@ -166,7 +166,7 @@ SAME_CRITICAL = 1e-4
 loci differ by more."""
 
 SAMPLES = 16
-"""Places between neighbouring points that are looked at first."""
+"""Places between neighboring points that are looked at first."""
 
 
 def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:

@@ -22,7 +22,7 @@ class RegionCheck(OneLine):
     values
         Values of the two parameters.
     start
-        ``"rest"``, or the stable orbit whose neighbourhood it started in, e.g. ``"period 1"``, or
+        ``"rest"``, or the stable orbit whose neighborhood it started in, e.g. ``"period 1"``, or
         ``"elsewhere"``: motions from states far off are listed if they find what the label lacks.
     settled
         Period in forcing periods of what the motion settled to; 0 if it did not become periodic,
@@ -207,7 +207,7 @@ class RegionMap(OneLine, ReadOnly):
     Parameters
     ----------
     first, second
-        Values of the two parameters at the centres of the cells, shape (n1,) and (n2,).
+        Values of the two parameters at the centers of the cells, shape (n1,) and (n2,).
     labels
         Number of the region each cell belongs to, shape (n2, n1); 0 where the parameters
         contradict each other, or no label is known. Strips narrower than a few cells have the

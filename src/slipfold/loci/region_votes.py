@@ -44,8 +44,8 @@ class Raster:
         cells = ((np.asarray(values) - low) / (high - low) * CELLS).astype(int)
         return np.clip(cells, 0, CELLS - 1)
 
-    def centres(self, axis: int) -> Array:
-        """Return the values of a parameter at the centres of the cells, shape (CELLS,)."""
+    def centers(self, axis: int) -> Array:
+        """Return the values of a parameter at the centers of the cells, shape (CELLS,)."""
         low, high = self.window[axis]
         return np.linspace(low, high, 2 * CELLS + 1)[1::2]
 
@@ -72,11 +72,11 @@ class Raster:
 
 
 def where_models_exist(plane: Plane, raster: Raster) -> NDArray[np.bool_]:
-    """Return whether the parameters at the centre of each cell define a model.
+    """Return whether the parameters at the center of each cell define a model.
 
     Returns shape (CELLS, CELLS).
     """
-    first, second = raster.centres(0), raster.centres(1)
+    first, second = raster.centers(0), raster.centers(1)
     middles = np.arange(BLOCK // 2, CELLS, BLOCK)
     of = plane.model, plane.names
     coarse = np.array([[model_exists(*of, first[i], second[j]) for i in middles] for j in middles])
@@ -98,7 +98,7 @@ def model_exists(model: Model, names: tuple[str, str], first: float, second: flo
 
 
 def _beside_others(coarse: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Blocks that have a neighbour of the other sort, diagonals included."""
+    """Blocks that have a neighbor of the other sort, diagonals included."""
     padded = np.pad(coarse, 1, mode="edge")
     n, m = coarse.shape
     around = [padded[i : i + n, j : j + m] for i in range(3) for j in range(3)]
@@ -140,7 +140,7 @@ def collect_votes(
         cell = int(raster.columns(np.array([line.value]), axis)[0])
         crossed = pieces[:, cell] if axis == 0 else pieces[cell]
         sure = clear[:, cell] if axis == 0 else clear[cell]
-        values = raster.centres(1 - axis)
+        values = raster.centers(1 - axis)
         for run in _runs(np.where(sure, crossed, 0)):
             value = float(values[run[len(run) // 2]])
             place = plane.place(line.vary, value, line.value)

@@ -1,4 +1,4 @@
-"""The regions between loci: found on a raster, labelled by the responses that cross them."""
+"""The regions between loci: found on a raster, labeled by the responses that cross them."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ ENDING = ("limit", "span")
 """Kinds of ends that limits of the model are joined to."""
 
 LIMIT_JUMP = 0.25
-"""Ends at a limit on neighbouring lines are joined if they differ by less than this share of the
+"""Ends at a limit on neighboring lines are joined if they differ by less than this share of the
 window."""
 
 
@@ -89,7 +89,7 @@ def map_regions(
         for vote in collect_votes(plane, raster, pieces, clear, lines)
         if not any((low <= vote.place).all() and (vote.place <= high).all() for low, high in bands)
     ]
-    regions, labels = _labelled(plane, pieces, votes, distance, raster)
+    regions, labels = _labeled(plane, pieces, votes, distance, raster)
     split = {int(labels[cell]) for cell in _changes(plane, lines, raster) if clear[cell]}
     regions = [
         replace(region, consistent=False) if region.id in split else region for region in regions
@@ -124,7 +124,7 @@ def map_regions(
             checks += check_region(plane, region, orbits, states, may_stick=may_stick)
             region = replace(region, checks=checks)
         checked.append(region)
-    return RegionMap(raster.centres(0), raster.centres(1), labels, tuple(checked))
+    return RegionMap(raster.centers(0), raster.centers(1), labels, tuple(checked))
 
 
 # -- boundaries ------------------------------------------------------------------------------------
@@ -285,7 +285,7 @@ def _without_slivers(pieces: Labels) -> Labels:
 # -- labels ----------------------------------------------------------------------------------------
 
 
-def _labelled(
+def _labeled(
     plane: Plane, pieces: Labels, votes: Sequence[Vote], distance: Array, raster: Raster
 ) -> tuple[list[Region], Labels]:
     """Number the pieces that a response crosses, the largest first."""
@@ -303,7 +303,7 @@ def _labelled(
         periods = tuple(np.repeat(kinds, counts).astype(int).tolist())
         inside = np.where(pieces == piece, distance, 0)
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
-        place = (float(raster.centres(0)[column]), float(raster.centres(1)[row]))
+        place = (float(raster.centers(0)[column]), float(raster.centers(1)[row]))
         share = float(sizes[piece] / total)
         regions.append(Region(number, periods, share, place, agree(plane, said)))
     return regions, labels

@@ -61,7 +61,7 @@ def has_branch_point(curve: LocusEquations, point: OrbitPoint) -> bool:
 def _branch_point(crossing: LocusEquations, point: OrbitPoint) -> OrbitPoint | None:
     """Return the branch point next to a point, None if Newton's method finds none."""
     z = point.z
-    start = correct(crossing, z, np.linalg.svd(crossing.linearise(z).jacobian)[2][-1])
+    start = correct(crossing, z, np.linalg.svd(crossing.linearize(z).jacobian)[2][-1])
     return crossing.point(start, point.arclength) if start.converged else None
 
 

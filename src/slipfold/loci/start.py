@@ -99,10 +99,10 @@ def regular_start(
 
 
 def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> OrbitPoint:
-    linearised = curve.linearise(z)
-    if not np.isfinite(linearised.jacobian).all():
+    linearized = curve.linearize(z)
+    if not np.isfinite(linearized.jacobian).all():
         raise _no_locus(curve, z, "its orbit cannot be integrated")
-    jacobian = linearised.jacobian
+    jacobian = linearized.jacobian
     if _is_singular(curve, jacobian, z):
         raise _no_locus(curve, z, "neither of them moves it")
     right = np.linalg.svd(jacobian)[2]
@@ -298,15 +298,15 @@ def _leaving(
 
     None if its orbit cannot be integrated. Shapes: monodromy (n, n).
     """
-    linearisation = curve.orbits.linearise(z)
-    if not np.isfinite(linearisation.blocks).all():
+    linearization = curve.orbits.linearize(z)
+    if not np.isfinite(linearization.blocks).all():
         return None
     multipliers = floquet_multipliers(monodromy)
     return OrbitPoint(
         z,
         tangent,
         0.0,
-        curve.tests(z, linearisation, multipliers, tangent),
+        curve.tests(z, linearization, multipliers, tangent),
         0,
         residual,
         piece=curve.orbits.piece(z),
@@ -468,7 +468,7 @@ def as_unknown(
 ) -> tuple[Orbits, Array]:
     """Return what the locus of a special point consists of, and the point as one of them.
 
-    It is of the discretisation that the branch had come to, unless settings ask for one: shooting
+    It is of the discretization that the branch had come to, unless settings ask for one: shooting
     gives an orbit at eight phases, collocation at more.
     """
     if not np.isnan(point.stuck_fraction):
@@ -476,7 +476,7 @@ def as_unknown(
     if rests(point.model, point.nodes):
         resting = Equilibria(model, plane, Cayley())
         return resting, resting.unknown(point.nodes[:1], point.model)
-    chosen = settings.discretisation
+    chosen = settings.discretization
     if chosen == "shooting" or (chosen == "automatic" and len(point.nodes) <= SEGMENTS):
         orbits = orbits_of(model, plane, point.period, SEGMENTS)
         every, rest = divmod(len(point.nodes), SEGMENTS)

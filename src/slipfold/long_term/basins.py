@@ -26,7 +26,7 @@ much as errors of steps are."""
 class FoundBasins:
     """What was found; shapes of arrays (n_second, n_first)."""
 
-    searched: Searched  # of the centres of cells
+    searched: Searched  # of the centers of cells
     labels: NDArray[np.int64]
     uncertain: NDArray[np.int64]
     attractors: tuple[Attractor, ...]
@@ -42,8 +42,8 @@ def find_basins(
 ) -> FoundBasins:
     """Label the cells of a plane by what their starts converge to, and see where that is uncertain.
 
-    Trajectories start at the centres of cells, then at their corners. Cells whose labels differ,
-    and those beside them, are labelled again from states that are moved by errors of steps.
+    Trajectories start at the centers of cells, then at their corners. Cells whose labels differ,
+    and those beside them, are labeled again from states that are moved by errors of steps.
     `starts_at` returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
     """
 
@@ -59,7 +59,7 @@ def find_basins(
         corners = last.labels.reshape(len(labels) + 1, -1)
         for up, across in product((slice(1, None), slice(-1)), repeat=2):
             uncertain[_differ(labels, corners[up, across])] = WITHIN_CELL
-    cells = np.flatnonzero(_with_neighbours(uncertain > KNOWN))
+    cells = np.flatnonzero(_with_neighbors(uncertain > KNOWN))
     moved = FLOOR * last.model.state_scales()
     for sign in (-1.0, 1.0) if len(cells) else ():
         if not last.interrupted:
@@ -84,7 +84,7 @@ def _differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.bool
     return np.asarray((one != other) & (one != UNFINISHED) & (other != UNFINISHED))
 
 
-def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _with_neighbors(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     from scipy.ndimage import binary_dilation
 
     return np.asarray(binary_dilation(mask, np.ones((3, 3), bool)))

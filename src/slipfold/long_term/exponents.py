@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
-from slipfold.flow.linearised_motion import linearised_motion
+from slipfold.flow.linearized_motion import linearized_motion
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.simulate import (
     Motion,
@@ -207,7 +207,7 @@ class Growth(ABC):
 
 
 class _SmoothGrowth(Growth):
-    """That of a trajectory without events; all periods are linearised in one batch."""
+    """That of a trajectory without events; all periods are linearized in one batch."""
 
     def __init__(self, model: Model, start: Array) -> None:
         self._motion: Motion = Motion(model, start)
@@ -262,7 +262,7 @@ class _SmoothGrowth(Growth):
         states = flow.sample(starts, zero, zero + 1, parts, constants).reshape(-1, n)
         begin = np.tile(np.arange(parts) / parts, len(starts))
         still = np.zeros((len(constants.values), 0))
-        matrices = flow.linearise(states, begin, begin + 1 / parts, constants, still)[1]
+        matrices = flow.linearize(states, begin, begin + 1 / parts, constants, still)[1]
         if not np.isfinite(matrices).all():
             raise InputError(
                 "the derivatives of the motion are lost, so it has no exponents: it is too stiff, "
@@ -292,7 +292,7 @@ class _SwitchedGrowth(Growth):
         found = np.empty((motion.periods - before, 1, n, n))
         for row, place in enumerate(range(before, motion.periods)):
             passed = list(legs(system, motion.modes[place], strobe[place], 1.0))
-            part = linearised_motion(system, strobe[place], passed, still)
+            part = linearized_motion(system, strobe[place], passed, still)
             found[row, 0] = part.matrix * (scales / scales[:, None])
         return found
 

@@ -43,7 +43,7 @@ STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 """From a cell to those beside it, along the first and the second parameter."""
 
 
-def continue_to_neighbours(work: TrajectoryGrid, grid: Rows) -> None:
+def continue_to_neighbors(work: TrajectoryGrid, grid: Rows) -> None:
     """Continue each trajectory of each cell to the cells next to it, until none is new.
 
     A trajectory is new if the cell has none of its kind, or, if it repeats, none of its period and
@@ -147,7 +147,7 @@ def _same(work: TrajectoryGrid, one: Classified, other: Classified) -> NDArray[n
 
 
 RUNS = ("rest", "up", "down")
-"""The first runs; those after them are trajectories continued from neighbouring cells."""
+"""The first runs; those after them are trajectories continued from neighboring cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +175,7 @@ def find_regimes(
     """Follow trajectories in all cells: from the start, and from those of neighboring cells.
 
     Runs up and down along the second parameter come first. Then every trajectory is continued to
-    all neighbours until none is new. Shapes: places (n1,), (n2,); start (n,).
+    all neighbors until none is new. Shapes: places (n1,), (n2,); start (n,).
     """
     shape = len(places[0]), len(places[1])
     first, second = (grid.ravel() for grid in np.meshgrid(*places, indexing="ij"))
@@ -187,7 +187,7 @@ def find_regimes(
         cells = np.arange(first.size).reshape(shape)
         _sweep(work, cells)
         work.classify_open()
-        continue_to_neighbours(work, cells)
+        continue_to_neighbors(work, cells)
     except KeyboardInterrupt:
         interrupted = True
     return _plane(work, shape, interrupted)
@@ -295,7 +295,7 @@ def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
 def _places(
     regions: RegionMap, region: Region, window: Window, points: tuple[int, int]
 ) -> list[tuple[float, float]]:
-    """Return the centres of the cells of a grid that lie in a region, or the region's own place."""
+    """Return the centers of the cells of a grid that lie in a region, or the region's own place."""
     first, second = (
         low + (np.arange(count) + 0.5) * (high - low) / count
         for (low, high), count in zip(window, points, strict=True)

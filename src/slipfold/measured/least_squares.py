@@ -43,7 +43,7 @@ def best_of_rounds(
 ) -> tuple[Explanation, float, bool]:
     """Return the best explanation near a start, the typical distance, and whether it converged.
 
-    Each round minimises the sum of squares with the orbits held, then explains readings again with
+    Each round minimizes the sum of squares with the orbits held, then explains readings again with
     those orbits among the candidates. So the sum never grows, and rounds cannot cycle. The typical
     distance is at most the `scale` given, `close` as for `closest`.
     """
@@ -274,7 +274,7 @@ EXACT = 1e-9
 """Typical residual in any case, in ranges of the readings: orbits are known to about that."""
 
 WIDER = 1.5
-"""Width of an interval, over that of the linearised model, from which on its error says little."""
+"""Width of an interval, over that of the linearized model, from which on its error says little."""
 
 LISTED = 5
 """Rows left out that are named."""
@@ -298,7 +298,7 @@ class Estimate:
     value
         Its fitted value.
     error
-        Its standard error, of the model linearised about the result; infinite where readings say
+        Its standard error, of the model linearized about the result; infinite where readings say
         nothing about it.
     low, high
         Ends of the interval of 95 % confidence, from the profile of the sum of squares; a bound
@@ -439,7 +439,7 @@ class _Fit:
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the parameters as the linearised model has it, shape (p, p)."""
+        """Covariance of the parameters as the linearized model has it, shape (p, p)."""
         slopes = self.best.slopes(self.names, self.rows)
         sizes = np.array([np.ptp(ends) for ends in self.readings.bounds.values()])
         known = covariance_of(slopes[np.isfinite(slopes).all(axis=1)], sizes)

@@ -222,7 +222,7 @@ def _places(line: _Line, value: float) -> list[float]:
 
 
 def _between(line: _Line, place: float) -> Array:
-    """Return the orbit that neighbours make likely at a place, shape (m, n)."""
+    """Return the orbit that neighbors make likely at a place, shape (m, n)."""
     first = int(np.clip(np.searchsorted(line.arclength, place) - 1, 0, len(line.arclength) - 2))
     near = line.near(first)
     nodes = line.nodes[near]

@@ -10,7 +10,7 @@ from slipfold.models.friction import Iwan as Iwan
 from slipfold.models.friction import Jenkins as Jenkins
 from slipfold.models.friction import LuGre as LuGre
 from slipfold.models.friction import RationalStribeck as RationalStribeck
-from slipfold.models.friction import Regularised as Regularised
+from slipfold.models.friction import Regularized as Regularized
 from slipfold.models.friction import Stribeck as Stribeck
 from slipfold.models.linear_modes import Modes as Modes
 from slipfold.models.model import Model as Model

@@ -26,7 +26,7 @@ from slipfold.models.turns import TURN
 def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expression]) -> Any:
     """Compile functions of symbols, for one place or, shape (n, m), for many at once.
 
-    Little is optimised: that takes longer than what it would save in most programs, only
+    Little is optimized: that takes longer than what it would save in most programs, only
     integrators run long enough. One place at a time, so that what is found at it does not depend
     on how many others there are.
     """

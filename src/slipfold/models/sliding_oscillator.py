@@ -333,7 +333,7 @@ class SlidingOscillator(Model):
             self._law.check(values)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Mass-normalised stiffness, damping, friction and plate velocity."""
+        """Mass-normalized stiffness, damping, friction and plate velocity."""
         w1, w2 = 2 * math.pi * p["f1"], 2 * math.pi * p["f2"]
         m1, m2 = p["k1"] / (w1 * w1), p["k2"] / (w2 * w2)
         cos, sin = cos_sin(p["alpha"])

@@ -159,7 +159,7 @@ def eigenvectors(matrix: Array, value: complex) -> tuple[Vector, Vector]:
 
 
 def _chain(shifted: Array) -> tuple[Vector, Vector, Vector, Vector]:
-    """Eigenvectors and generalised ones of a double eigenvalue zero with one eigenvector.
+    """Eigenvectors and generalized ones of a double eigenvalue zero with one eigenvector.
 
     ``A q0 = 0, A q1 = q0`` and the same for the transpose with p0 and p1;
     ``<p0, q1> = <p1, q0> = 1`` and ``<p0, q0> = <p1, q1> = 0``.
@@ -210,7 +210,7 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
     }
 
 
-def _generalised_hopf(field: FieldMap) -> dict[str, float]:
+def _generalized_hopf(field: FieldMap) -> dict[str, float]:
     second = second_lyapunov_coefficient(field)
     return {} if second is None else {"l2": second}
 
@@ -253,5 +253,5 @@ _EQUILIBRIUM_FORMS: dict[str, Callable[[FieldMap], dict[str, float]]] = {
     "BT": _bogdanov_takens,
     "ZH": _zero_hopf,
     "HH": _double_hopf,
-    "GH": _generalised_hopf,
+    "GH": _generalized_hopf,
 }

@@ -20,7 +20,7 @@ from slipfold.normal_forms.normal_form import (
 )
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.kinds import Cycles
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import critical_places
 
@@ -35,13 +35,13 @@ class Forms:
         """Return the coefficient of a bifurcation of a branch, and its criticality."""
         return normal_form(orbits, point, kind)
 
-    def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
+    def coefficient(self, curve: Critical, z: Array, linearization: Linearization) -> float:
         """Return the coefficient along a locus, for a unit critical vector in scaled states.
 
         An error of linear algebra says that there is none.
         """
-        map_ = SegmentMap(curve.orbits, z, curve.orbits.constants(z), linearisation)
-        return critical_coefficient(map_, linearisation.monodromy, curve.condition)
+        map_ = SegmentMap(curve.orbits, z, curve.orbits.constants(z), linearization)
+        return critical_coefficient(map_, linearization.monodromy, curve.condition)
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
         """Return the length of the unit critical vector in the scales of the orbit's own model."""
@@ -57,8 +57,8 @@ class Forms:
         if kind == "GPD":
             quintic = quintic_coefficient(orbits, point, own)
             return {} if quintic is None else {"e": quintic}
-        constants, linearisation = orbits.constants(point.z), curve.linearise(point.z)
-        map_ = SegmentMap(orbits, point.z, constants, linearisation, own)
+        constants, linearization = orbits.constants(point.z), curve.linearize(point.z)
+        map_ = SegmentMap(orbits, point.z, constants, linearization, own)
         return codimension_two_coefficients(map_, map_.rescaled(point.monodromy), kind)
 
 
@@ -68,12 +68,12 @@ class CycleForms(Forms):
     At points of codimension two no coefficients are computed.
     """
 
-    def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
+    def coefficient(self, curve: Critical, z: Array, linearization: Linearization) -> float:
         """Return the coefficient along a locus."""
         if isinstance(curve.orbits, Cycles) and curve.orbits.stands(z):
             raise np.linalg.LinAlgError("a cycle of no amplitude has no return map")
         map_ = ReturnMap(curve.orbits, z, curve.orbits.scales)
-        product = linearisation.product
+        product = linearization.product
         ratios = _ratios(curve.orbits, z)
         return mean_coefficient(map_, map_.rescaled(product), product, curve.condition, ratios)
 
@@ -96,7 +96,7 @@ class EquilibriumForms(Forms):
         """Return the coefficient of a bifurcation of a branch, and its criticality."""
         return equilibrium_form(orbits, point, kind)
 
-    def coefficient(self, curve: Critical, z: Array, linearisation: Linearisation) -> float:
+    def coefficient(self, curve: Critical, z: Array, linearization: Linearization) -> float:
         """Return the coefficient along a locus."""
         field = FieldMap(curve.orbits, z)
         if curve.condition == "BP":

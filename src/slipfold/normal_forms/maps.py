@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.multipliers import motion_bases
 from slipfold.orbits.orbit_curve import Orbits
 
@@ -40,7 +40,7 @@ class FieldMap:
         return found * self._scales / self._scales[:, None] / self._time
 
     @property
-    def centre(self) -> Array:
+    def center(self) -> Array:
         """The equilibrium, shape (n,)."""
         return np.asarray(self._state / self._scales)
 
@@ -110,15 +110,15 @@ class SegmentMap:
         orbits: Orbits,
         z: Array,
         constants: Constants,
-        linearisation: Linearisation,
+        linearization: Linearization,
         scales: Array | None = None,
     ) -> None:
         self._by = orbits.by
         self._nodes = orbits.nodes(z)
         self._constants = constants
-        self._blocks = linearisation.blocks
+        self._blocks = linearization.blocks
         self.rescaling = orbits.scales / (orbits.scales if scales is None else scales)
-        known, bent = linearisation.conditions.carried, linearisation.conditions.bent
+        known, bent = linearization.conditions.carried, linearization.conditions.bent
         self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
         self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
 
@@ -239,15 +239,15 @@ class JetMap:
         return jets[:, 1] / self._scales, jets[:, 2] / self._scales
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n,)."""
-        return polarised(lambda directions: self.powers(directions)[0], pairs)
+        """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n,)."""
+        return polarized(lambda directions: self.powers(directions)[0], pairs)
 
     def mapped(self, vector: Array) -> Array:
         """Return a displacement of the flow's end in the map's scales. Shapes: vector (n,)."""
         return vector * self.rescaling
 
 
-def polarised(
+def polarized(
     squares: Callable[[Array], Array], pairs: list[tuple[Vector, Vector]]
 ) -> list[Vector]:
     """Return B(u, v) for complex vectors from the squares B(w, w) of real ones.
@@ -354,8 +354,8 @@ class ReturnMap:
         return second @ basis, third @ basis
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
-        """Return B(u, v) for complex vectors, by polarisation. Shapes: pairs (n - 1,)."""
-        return polarised(lambda directions: self.powers(directions)[0], pairs)
+        """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n - 1,)."""
+        return polarized(lambda directions: self.powers(directions)[0], pairs)
 
     def length(self, q: Vector, multiplier: complex, monodromy: Array, ratios: Array) -> float:
         """Return the root mean square, round the cycle, of an eigenvector of the map.
@@ -410,7 +410,7 @@ class ReturnMap:
         """Return where segments end and their transition matrices."""
         orbits = self._orbits
         along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
-        ends, matrices, _ = orbits.flow.linearise(self._nodes, start, end, self._constants, along)
+        ends, matrices, _ = orbits.flow.linearize(self._nodes, start, end, self._constants, along)
         return ends, matrices * self._scales[None, :] / self._scales[:, None]
 
 
@@ -509,7 +509,7 @@ class ReturnChain(ReturnMap):
             return self._powers_of(j, directions)[0]
 
         found = [
-            polarised(partial(squares, j), [(u[j], v[j]) for u, v in pairs])
+            polarized(partial(squares, j), [(u[j], v[j]) for u, v in pairs])
             for j in range(len(self._matrices))
         ]
         return np.sum(found, axis=1)

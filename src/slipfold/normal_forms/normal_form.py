@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]
@@ -66,13 +66,13 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
 
     An error of linear algebra says that the map is not known well enough.
     """
-    linearisation = point.linearisation or orbits.linearise(point.z)
+    linearization = point.linearization or orbits.linearize(point.z)
     map_: JetMap | ReturnMap = (
         ReturnMap(orbits, point.z, orbits.scales)
         if orbits.free_phase
         else JetMap(orbits, point.z, orbits.constants(point.z))
     )
-    matrix = map_.rescaled(linearisation.product)
+    matrix = map_.rescaled(linearization.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
     if not _DISTANCES[kind](np.linalg.eigvals(matrix).astype(complex)).min() < MULTIPLIER_ERROR:
@@ -84,11 +84,11 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
         coefficient, size = chain.form(kind, critical, ratios)
         return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
     if kind == "LP":
-        coefficient = fold_coefficient(map_, matrix, map_.mapped(_parameter_pull(linearisation)))
+        coefficient = fold_coefficient(map_, matrix, map_.mapped(_parameter_pull(linearization)))
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
     if isinstance(map_, ReturnMap):
-        size = _mean_length(map_, matrix, linearisation.product, kind, ratios)
+        size = _mean_length(map_, matrix, linearization.product, kind, ratios)
     else:
         size = critical_length(matrix, kind, ratios)
     return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
@@ -143,10 +143,10 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
     return "supercritical" if soft else "subcritical"
 
 
-def _parameter_pull(linearisation: Linearisation) -> Array:
+def _parameter_pull(linearization: Linearization) -> Array:
     """Derivative of the map with respect to the parameter, in the orbits' scaled states."""
-    pull = np.zeros(linearisation.along.shape[1])
-    for block, along in zip(linearisation.blocks, linearisation.along[:, :, -1], strict=True):
+    pull = np.zeros(linearization.along.shape[1])
+    for block, along in zip(linearization.blocks, linearization.along[:, :, -1], strict=True):
         pull = block @ pull + along
     return pull
 
@@ -165,7 +165,7 @@ def _transcritical(map_: MapDerivatives, matrix: Array) -> float:
 
 
 def _pitchfork(map_: MapDerivatives, matrix: Array) -> float:
-    """Cubic coefficient on the centre manifold, where the quadratic one is zero by symmetry."""
+    """Cubic coefficient on the center manifold, where the quadratic one is zero by symmetry."""
     q, p, _ = critical_vectors(matrix, _DISTANCES["BP"])
     second, third = map_.powers(q.real[None])
     n = len(q)
@@ -244,7 +244,7 @@ def pair_cubic(map_: MapDerivatives, q: Vector, p: Vector, h11: Vector, h20: Vec
 
 
 def third_form(map_: MapDerivatives, u: Vector, v: Vector, w: Vector) -> Vector:
-    """Return C(u, v, w) for complex vectors, by polarisation of the cubic form."""
+    """Return C(u, v, w) for complex vectors, by polarization of the cubic form."""
     result = np.zeros(len(u), dtype=complex)
     parts = [
         (factor_u * factor_v * factor_w, a, b, c)
@@ -312,7 +312,7 @@ def _shifts(orbits: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array)
     matrix = point.monodromy * (orbits.scales / scales)[:, None] / (orbits.scales / scales)
     right, left, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
     q, p = right.real, left.real
-    centre = orbits.nodes(point.z)[0] / scales
+    center = orbits.nodes(point.z)[0] / scales
     away = amplitudes[:, None] * q
     no_parameter = np.zeros((len(constants.values), 0))
     jacobian = np.zeros((2 * n + 1, 2 * n + 1))
@@ -323,7 +323,7 @@ def _shifts(orbits: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array)
     def steps(some: NDArray[np.int64], unknown: Array) -> Array:
         states, shifts = unknown[:, :-1].reshape(-1, 2, n), unknown[:, -1:]
         start = np.full(2 * len(some), orbits.phase)
-        ends, blocks, _ = orbits.flow.linearise(
+        ends, blocks, _ = orbits.flow.linearize(
             (states * scales).reshape(-1, n), start, start + orbits.period, constants, no_parameter
         )
         images = ends.reshape(-1, 2, n) / scales
@@ -337,7 +337,7 @@ def _shifts(orbits: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array)
         ]
         return solve_each(matrices, -np.concatenate(residual, axis=1))
 
-    guesses = np.column_stack([centre + away, centre - away, np.zeros(len(amplitudes))])
+    guesses = np.column_stack([center + away, center - away, np.zeros(len(amplitudes))])
     return correct_many(steps, guesses, RULE).z[:, -1]
 
 
@@ -371,7 +371,7 @@ def first_lyapunov_coefficient(field: FieldMap) -> float:
 
 
 def second_lyapunov_coefficient(field: FieldMap) -> float | None:
-    r"""Return l2 of a generalised Hopf point, Re(c2) over the frequency.
+    r"""Return l2 of a generalized Hopf point, Re(c2) over the frequency.
 
     The normal form is :math:`w' = i \omega w + c_1 w |w|^2 + c_2 w |w|^4` (Kuznetsov, section 8.3).
     A cycle with the first harmonic a q exists if the critical modes are damped by
@@ -398,11 +398,11 @@ def _damping(field: FieldMap, q: Vector, p: Vector, frequency: float, amplitudes
     by_time = np.kron(slopes, np.eye(n))
     critical = np.kron(np.eye(TIMES), 2 * np.outer(q, p.conj()).real)
     harmonic = np.kron(turn.conj(), p.conj()) / TIMES
-    centre = np.tile(field.centre, TIMES)
+    center = np.tile(field.center, TIMES)
 
     def steps(some: NDArray[np.int64], unknown: Array) -> Array:
         away, (turns, damped) = unknown[:, :-2], unknown[:, -2:].T[:, :, None]
-        rates, jacobians = field.rates((centre + away).reshape(-1, n))
+        rates, jacobians = field.rates((center + away).reshape(-1, n))
         matrices = np.zeros((len(some), count + 2, count + 2))
         matrices[:, :count, :count] = turns[:, :, None] * by_time + damped[:, :, None] * critical
         blocks = matrices[:, :count, :count].reshape(-1, TIMES, n, TIMES, n)

@@ -15,9 +15,9 @@ from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import LARGEST, Collocation
 from slipfold.orbits.continued import hold_parameter, on_mesh
-from slipfold.orbits.discretisation import STAGES, Discretisation
+from slipfold.orbits.discretization import STAGES, Discretization
 from slipfold.orbits.kinds import orbits_at
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.multipliers import (
     cycle_multipliers,
     multiplier_difference,
@@ -255,7 +255,7 @@ class _Solution:
             found = correct(unfolded, np.append(z[:-1], 0.0), unfolded.row)
         solution = np.append(found.z[:-1], z[-1])
         excess = 0.0 if unfolded is None else unfolded.excess(found.z)
-        part = orbits.linearise(solution)
+        part = orbits.linearize(solution)
         gauge = None if part.conditions.gradients is None else part.conditions.gradients[0]
         if gauge is None:
             multipliers = product_eigenvalues(part.factors)
@@ -304,7 +304,7 @@ class _Solution:
         )
 
 
-def _halved(by: Discretisation) -> Collocation:
+def _halved(by: Discretization) -> Collocation:
     """Return the same on a mesh whose intervals are half as long."""
     assert isinstance(by, Collocation)
     middles = (by.edges[:-1] + by.edges[1:]) / 2
@@ -321,7 +321,7 @@ class _Unfolded:
 
     def __init__(self, orbits: Orbits, z: Array) -> None:
         self._orbits, self._value = orbits, z[-1]
-        part = orbits.linearise(z)
+        part = orbits.linearize(z)
         self._column = np.cos(np.arange(orbits.size))  # any vector, but not one with a symmetry
         self.row = np.append(np.cos(np.arange(len(z) - 1)), 0.0)
         unit = hold_parameter(len(z) - 1)
@@ -332,7 +332,7 @@ class _Unfolded:
             self._column = left[: orbits.size] / np.linalg.norm(left[: orbits.size])
             self.row = np.append(right[:-1], 0.0) / np.linalg.norm(right[:-1])
 
-    def _with_column(self, part: Linearisation) -> Linearisation:
+    def _with_column(self, part: Linearization) -> Linearization:
         along = part.along.copy()
         along[..., -1] = self._column.reshape(along.shape[:2])
         return replace(part, along=along)
@@ -343,9 +343,9 @@ class _Unfolded:
         defect[: len(self._column)] += z[-1] * self._column
         return defect
 
-    def linearise(self, z: Array) -> Linearisation:
+    def linearize(self, z: Array) -> Linearization:
         """Return the same with its derivatives."""
-        part = self._with_column(self._orbits.linearise(np.append(z[:-1], self._value)))
+        part = self._with_column(self._orbits.linearize(np.append(z[:-1], self._value)))
         added = z[-1] * np.sqrt(len(part.residual)) * self._column
         return replace(part, residual=part.residual + added.reshape(part.residual.shape))
 

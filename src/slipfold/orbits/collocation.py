@@ -14,7 +14,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import Field, Solved, solve_intervals
 from slipfold.flow.stage_equations import MANY, LinearPart
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import GAUSS, Cut, Discretisation, Scheme
+from slipfold.orbits.discretization import GAUSS, Cut, Discretization, Scheme
 
 Places = NDArray[np.intp]
 
@@ -56,7 +56,7 @@ REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
 
-class Collocation(Discretisation):
+class Collocation(Discretization):
     """Polynomials that meet the equations at some points of the m intervals of a mesh.
 
     An interval is solved from its first state alone, so that the unknowns are those of shooting:

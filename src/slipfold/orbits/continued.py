@@ -14,10 +14,10 @@ from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.collocation import INTERVALS, Collocation
-from slipfold.orbits.discretisation import STAGES
+from slipfold.orbits.discretization import STAGES
 from slipfold.orbits.kinds import STANDING
 from slipfold.orbits.limits import limit_margins, limit_met
-from slipfold.orbits.linearisation import Conditions, Linearisation
+from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
@@ -88,15 +88,15 @@ class Straight(OrbitCurve):
         """Return what Newton's method brings to zero."""
         return np.append(self.orbits.defect(z), self._beside(z))
 
-    def linearise(self, z: Array) -> Linearisation:
+    def linearize(self, z: Array) -> Linearization:
         """Return the defect with its derivatives."""
         gradient = np.zeros((1, len(z)))
         gradient[0, -2:] = self._across
         conditions = Conditions(np.array([self._beside(z)]), gradient)
-        return replace(self.orbits.linearise(z), conditions=conditions)
+        return replace(self.orbits.linearize(z), conditions=conditions)
 
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return what tells a fold; stability is examined point by point."""
         return {"LP": float(tangent[-1])}

@@ -9,11 +9,11 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.orbits.discretisation import Cut
+from slipfold.orbits.discretization import Cut
 from slipfold.orbits.eigenvalues import transition
 from slipfold.orbits.grazing import MarginalShooting
 from slipfold.orbits.kinds import Cycles, Equilibria
-from slipfold.orbits.linearisation import MANY, Conditions, Linearisation, defect_of
+from slipfold.orbits.linearization import MANY, Conditions, Linearization, defect_of
 from slipfold.orbits.multipliers import on_quotient
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.shooting import Shooting
@@ -40,7 +40,7 @@ class _Null(NamedTuple):
     """Inverse of the Jacobian beside them."""
 
 
-def crossing_values(plain: Linearisation) -> Array:
+def crossing_values(plain: Linearization) -> Array:
     r"""Return the three numbers that vanish where two families of orbits cross, shape (3,).
 
     Over two parameters orbits are a surface. Two surfaces cross in a curve, as those of symmetric
@@ -54,12 +54,12 @@ def crossing_values(plain: Linearisation) -> Array:
     return _values(plain, _null(plain))
 
 
-def _values(plain: Linearisation, null: _Null) -> Array:
+def _values(plain: Linearization, null: _Null) -> Array:
     pulled = null.left @ plain.jacobian[:, -PARAMETERS:]
     return np.append(null.value, pulled) / _size(plain)
 
 
-def crossing_conditions(orbits: Orbits, plain: Linearisation, z: Array) -> Conditions:
+def crossing_conditions(orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
     """Return those numbers with their gradients, each a second derivative along one direction.
 
     The directions are the kernel of the equations' derivatives: the critical vector, and for each
@@ -76,15 +76,15 @@ def crossing_conditions(orbits: Orbits, plain: Linearisation, z: Array) -> Condi
 
 def crossing_gap(orbits: Orbits, z: Array) -> float:
     """Return the largest of those numbers: how far an orbit is from such a crossing."""
-    return float(np.abs(crossing_values(orbits.linearise(z))).max())
+    return float(np.abs(crossing_values(orbits.linearize(z))).max())
 
 
 def critical_direction(orbits: Orbits, z: Array) -> Array:
     """Return the unit vector along which the states at a crossing may move, parameters held."""
-    return _null(orbits.linearise(z)).right
+    return _null(orbits.linearize(z)).right
 
 
-def _null(plain: Linearisation) -> _Null:
+def _null(plain: Linearization) -> _Null:
     left, values, right = np.linalg.svd(plain.jacobian[:, :-PARAMETERS])
     inverse = (right[:-1].T / values[:-1]) @ left[:, :-1].T
     one, other = _sign(left[:, -1]), _sign(right[-1])
@@ -96,7 +96,7 @@ def _sign(vector: Array) -> float:
     return float(np.sign(vector @ np.cos(np.arange(1.0, len(vector) + 1)))) or 1.0
 
 
-def _size(plain: Linearisation) -> float:
+def _size(plain: Linearization) -> float:
     return float(np.hypot(1.0, np.linalg.norm(plain.jacobian)))
 
 
@@ -104,7 +104,7 @@ def _along(orbits: Orbits, z: Array, direction: Array) -> Array:
     """Return the derivative of the Jacobian along a direction."""
     length = float(np.linalg.norm(direction))
     step = DIFFERENCED / length * direction
-    ahead, behind = orbits.linearise(z + step).jacobian, orbits.linearise(z - step).jacobian
+    ahead, behind = orbits.linearize(z + step).jacobian, orbits.linearize(z - step).jacobian
     return np.asarray((ahead - behind) * (length / (2 * DIFFERENCED)))
 
 
@@ -126,7 +126,7 @@ class Critical(OrbitCurve):
 
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, one number less than there are unknowns."""
-        plain = self.orbits.linearise(z)
+        plain = self.orbits.linearize(z)
         if self.condition == "BP":
             values = crossing_values(plain)
         elif isinstance(self.orbits.by, MarginalShooting):
@@ -137,9 +137,9 @@ class Critical(OrbitCurve):
             values = np.array([value])
         return defect_of(plain.residual, np.append(plain.conditions.values, values))
 
-    def linearise(self, z: Array) -> Linearisation:
+    def linearize(self, z: Array) -> Linearization:
         """Return the defect with its derivatives."""
-        plain = self.orbits.linearise(z)
+        plain = self.orbits.linearize(z)
         if self.condition == "BP":
             added = crossing_conditions(self.orbits, plain, z)
         elif isinstance(self.orbits.by, MarginalShooting):
@@ -156,7 +156,7 @@ class Critical(OrbitCurve):
         value, by_nodes, by_free = by.condition(self.orbits.nodes(z), self.orbits.constants(z))
         return Conditions(np.array([value]), np.append(by_nodes, by_free)[None])
 
-    def _critical_eigenvalue(self, plain: Linearisation, z: Array) -> Conditions:
+    def _critical_eigenvalue(self, plain: Linearization, z: Array) -> Conditions:
         logarithm = self._log_multiplier(z)
         if logarithm is not None:
             slope = self.orbits.log_multiplier_slope(z)
@@ -171,7 +171,7 @@ class Critical(OrbitCurve):
         """Return what is zero at a fold of cycles in a plane, if it is known directly."""
         return self.orbits.log_multiplier(z) if self.condition == "LP" else None
 
-    def _degeneracy(self, plain: Linearisation) -> Degeneracy:
+    def _degeneracy(self, plain: Linearization) -> Degeneracy:
         if not np.isfinite(plain.blocks).all():
             return UNKNOWN
         found = degeneracy(self.condition, plain.monodromy)
@@ -190,7 +190,7 @@ class Critical(OrbitCurve):
 
         Nothing where there is one pair only. Shapes: z (u,); returns (u,).
         """
-        plain = self.orbits.linearise(z)
+        plain = self.orbits.linearize(z)
         multipliers = floquet_multipliers(plain.monodromy)
         places, pairs = np.arange(len(multipliers)), list[tuple[int, int]]()
         for _ in range(2):
@@ -212,7 +212,7 @@ class Critical(OrbitCurve):
         return self.orbits.aligned(guess, known)
 
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return no functions: nothing is watched unless someone says what."""
         return {}
@@ -233,7 +233,7 @@ def doubled_orbit(orbits: Orbits, z: Array) -> Emanating:
 
     That is the critical direction, which changes sign from one period to the next.
     """
-    part = orbits.linearise(z)
+    part = orbits.linearize(z)
     values, vectors = np.linalg.eig(part.product)
     direction = vectors[:, np.argmin(np.abs(values + 1))].real
     along = [direction]
@@ -270,7 +270,7 @@ def hopf_cycle(
     paced = orbits.model.replace(duration=unit * turn)
     child = Cycles(paced, orbits.varied, by=method(jacobian * turn))
     q, m = vectors[:, critical], child.segments
-    turns = np.exp(2j * np.pi * np.arange(m) / m)  # both discretisations begin with equal segments
+    turns = np.exp(2j * np.pi * np.arange(m) / m)  # both discretizations begin with equal segments
     turning = np.real(q * turns[:, None]).ravel()
     tangent = np.concatenate([turning, np.zeros(len(child.units))])
     nodes = np.tile(orbits.nodes(z), (m, 1))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
-from slipfold.orbits.linearisation import Linearisation
+from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.multipliers import Multipliers
 from slipfold.orbits.test_functions import Degeneracy
 
@@ -38,7 +38,7 @@ class Eigenvalues(Multipliers):
     tests = ("fold", "HB")
     of_product = False
 
-    def factors(self, part: Linearisation) -> Array:
+    def factors(self, part: Linearization) -> Array:
         """Return the matrix itself: nothing is carried from one phase to another."""
         return part.monodromy[None]
 
@@ -50,10 +50,10 @@ class Eigenvalues(Multipliers):
         """Return the unit of time, in the model's durations. Shapes: jacobian (n, n)."""
 
     @abstractmethod
-    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
+    def lifted(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array]:
         """Return the vectors of a function of the matrix as those of one of the Jacobian."""
 
-    def growth(self, part: Linearisation) -> float:
+    def growth(self, part: Linearization) -> float:
         """Return infinity: no bound is computed."""
         return np.inf
 
@@ -75,11 +75,11 @@ class Paced(Eigenvalues):
         fastest = max(_turning(values), float(values.real.max()))
         return ANGLE / max(ANGLE, fastest)
 
-    def matrix(self, part: Linearisation) -> Array:
+    def matrix(self, part: Linearization) -> Array:
         """Return the matrix of the flow over the unit of time."""
         return transition(part.blocks[0] - np.eye(part.blocks.shape[1]))
 
-    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
+    def lifted(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array]:
         """Refuse: derivatives of the exponential are not needed."""
         raise NotImplementedError("bifurcations of equilibria are followed with Cayley's transform")
 
@@ -99,19 +99,19 @@ class Cayley(Eigenvalues):
         size = float(np.linalg.norm(jacobian))
         return 1.0 / max(size, SLOW) if np.isfinite(size) else np.nan
 
-    def matrix(self, part: Linearisation) -> Array:
+    def matrix(self, part: Linearization) -> Array:
         """Return Cayley's transform of the Jacobian."""
         identity, inside = _halved(part)
         return np.asarray(np.linalg.solve(identity - inside, identity + inside))
 
-    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array]:
+    def lifted(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array]:
         """Return the vectors of a function of the matrix as those of one of the Jacobian."""
         identity, inside = _halved(part)
         left = np.linalg.solve((identity - inside).T, found.left.T).T / 2
         return left, found.right @ (identity + part.monodromy).T
 
 
-def _halved(part: Linearisation) -> tuple[Array, Array]:
+def _halved(part: Linearization) -> tuple[Array, Array]:
     """The identity, and half of the Jacobian per unit of time."""
     identity = np.eye(part.blocks.shape[1])
     return identity, (part.blocks[0] - identity) / 2

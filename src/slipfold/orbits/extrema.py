@@ -174,7 +174,7 @@ def _extrema_of_orbits(
     flow, (count, segments) = flow_of(model), nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
     each = -(-SAMPLES * period // segments)
-    # Neighbours in the lanes of the flow are the same part of all orbits: as many steps each.
+    # Neighbors in the lanes of the flow are the same part of all orbits: as many steps each.
     segment, orbit = (index.ravel() for index in np.indices((segments, count)))
     start, end = edges[segment], edges[segment + 1]
     samples = flow.sample(nodes[orbit, segment], start, end, each, constants.rows(orbit))
@@ -243,7 +243,7 @@ def refine_minimum(
 ) -> Array:
     """Find minima of outputs over continuous orbits, each near the lowest of its samples.
 
-    The neighbourhood of each is sampled ever more finely, which finds a minimum as sharp as that
+    The neighborhood of each is sampled ever more finely, which finds a minimum as sharp as that
     of the spring's length near collapse; a polynomial through the last samples gives the rest.
     What is seen to stay above `enough` is not examined any closer.
 
@@ -282,7 +282,7 @@ _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
 
 
 def _middle(values: Array) -> NDArray[np.intp]:
-    """Return which of samples has the lowest in its neighbourhood, (k, 2 BESIDE + 1) to (k,)."""
+    """Return which of samples has the lowest in its neighborhood, (k, 2 BESIDE + 1) to (k,)."""
     return np.clip(values.argmin(axis=1), 1, len(_PLACES) - 2)
 
 

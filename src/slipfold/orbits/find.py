@@ -263,7 +263,7 @@ class _Search:
         return correct(orbits, guess, row, tolerance=self.tolerance, iterations=ITERATIONS)
 
     def _as_orbit(self, orbits: Orbits, correction: Correction) -> PeriodicOrbit:
-        if not correction.converged or correction.linearisation is None:
+        if not correction.converged or correction.linearization is None:
             raise InputError(
                 f"no orbit of period {orbits.period} was found for {self.model!r}: "
                 f"{correction.failure}; give a state nearer to it, e.g. the end of a long "
@@ -271,7 +271,7 @@ class _Search:
             )
         z = correction.z
         # Newton's last derivatives were taken near the orbit: these are its own.
-        multipliers = orbits.spectrum.whole(floquet_multipliers(orbits.linearise(z).monodromy))
+        multipliers = orbits.spectrum.whole(floquet_multipliers(orbits.linearize(z).monodromy))
         made = PeriodicOrbit if orbits.by.smooth else StickSlipOrbit
         model = self.model if orbits.model.forced and orbits.by.smooth else orbits.model_at(z)
         return made(model, orbits.period, orbits.evenly(z), multipliers, correction.residual)

@@ -126,7 +126,7 @@ def _from_zero_forcing(
 
 def _growth(found: Correction) -> float:
     """Return the largest modulus of an orbit's multipliers."""
-    return float(np.abs(np.linalg.eigvals(found.linearisation.product)).max())
+    return float(np.abs(np.linalg.eigvals(found.linearization.product)).max())
 
 
 def _from_rest(

@@ -280,7 +280,7 @@ class GrazingShooting(MarginalShooting):
         if phase is None:
             return np.nan, np.full(len(self.scales), np.nan), np.full(len(self.units), np.nan)
         along, end = constants.rates[:, self.indices], np.array([phase])
-        states, matrices, vectors = flow.linearise(nodes, self.start, end, constants, along)
+        states, matrices, vectors = flow.linearize(nodes, self.start, end, constants, along)
         function = _EventFunction(self.switched, met.mode, met.event, constants)
         value = float(function.values(states, end)[0])
         by_state, _, pulls = function.slopes(states[0], phase, along)

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Complex
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
-from slipfold.orbits.discretisation import Cut, Discretisation
+from slipfold.orbits.discretization import Cut, Discretization
 from slipfold.orbits.eigenvalues import Eigenvalues, Paced, eigenvalues_of
-from slipfold.orbits.linearisation import MANY, Conditions, Linearisation
+from slipfold.orbits.linearization import MANY, Conditions, Linearization
 from slipfold.orbits.multipliers import CycleMultipliers, Multipliers
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.test_functions import Degeneracy
 
 
-class VectorField(Discretisation):
+class VectorField(Discretization):
     """The rates of one state, per unit of time in scaled states, and their derivatives."""
 
     noise = 1e-12
@@ -80,7 +80,7 @@ class VectorField(Discretisation):
 class ForcedOrbits(Orbits):
     """Orbits whose duration is known, as the forcing's period is.
 
-    `by` makes the discretisation of model, free parameters, period and number of segments.
+    `by` makes the discretization of model, free parameters, period and number of segments.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class ForcedOrbits(Orbits):
     ) -> None:
         super().__init__(model, vary, by(model, vary, period, segments), Multipliers())
 
-    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
+    def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the monodromy matrix."""
         forward, backward = found.carried(part.blocks)
         return self.by.changed(forward, backward, self.nodes(z), self.constants(z))
@@ -144,7 +144,7 @@ class Cycles(Orbits):
         """Return that steps are orthogonal to the flow, which is met."""
         return Conditions(np.zeros(1), self.flow_direction(z)[None])
 
-    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Complex:
+    def eigenvalues(self, z: Array, linearization: Linearization) -> Complex:
         """Return the multipliers besides that of the flow's direction, largest modulus first.
 
         In a plane it is one, and by Liouville's formula it is the exponential of the divergence
@@ -152,7 +152,7 @@ class Cycles(Orbits):
         """
         logarithm = self.log_multiplier(z)
         if logarithm is None:
-            return super().eigenvalues(z, linearisation)
+            return super().eigenvalues(z, linearization)
         with np.errstate(over="ignore"):
             return np.array([np.exp(logarithm)], dtype=complex)
 
@@ -173,7 +173,7 @@ class Cycles(Orbits):
         size = float(np.linalg.norm(rates)) or 1.0
         return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
 
-    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, Array, Array]:
+    def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the matrix on the quotient, whose basis turns."""
         nodes, constants = self.nodes(z), self.constants(z)
         if len(nodes) > MANY:
@@ -260,7 +260,7 @@ class Equilibria(Orbits):
         units = self.model.values["duration"] / self.unit(point.z)
         return np.exp(eigenvalues_of(self.jacobian(point.z)) * units)
 
-    def slope(self, found: Degeneracy, part: Linearisation, z: Array) -> tuple[Array, None, None]:
+    def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, None, None]:
         """Return the gradient of a function of the matrix that the spectrum watches."""
         backward, forward = (item[:, None] for item in self.spectrum.lifted(found, part))
         return self.by.changed(forward, backward, self.nodes(z), self.constants(z))[0], None, None

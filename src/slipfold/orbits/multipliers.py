@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
-from slipfold.orbits.linearisation import MANY, Linearisation
+from slipfold.orbits.linearization import MANY, Linearization
 from slipfold.orbits.test_functions import Degeneracy, floquet_multipliers
 
 
@@ -18,7 +18,7 @@ def growth_bound(blocks: NDArray[np.float64]) -> float:
 
     The spectral radius of the product of the segments' transition matrices is at most the product
     of their norms, here in the norm of the eigenvectors of their mean. The bound is exact where the
-    coefficients of the linearised equations are constant along the orbit, and exceeds the truth by
+    coefficients of the linearized equations are constant along the orbit, and exceeds the truth by
     about what their change can do at most. If it is negative, no multiplier can be on the unit
     circle, whatever its phase.
 
@@ -201,15 +201,15 @@ class Multipliers:
     of_product = True
     """Whether the matrix whose eigenvalues are watched is the product of the transitions."""
 
-    def matrix(self, part: Linearisation) -> Array:
+    def matrix(self, part: Linearization) -> Array:
         """Return the matrix whose eigenvalues are watched, in scaled states."""
         return part.product
 
-    def factors(self, part: Linearisation) -> Array:
+    def factors(self, part: Linearization) -> Array:
         """Return matrices whose product that matrix is, shape (m, n, n), in scaled states."""
         return part.factors
 
-    def values(self, part: Linearisation) -> Complex:
+    def values(self, part: Linearization) -> Complex:
         """Return the eigenvalues of the matrix that is watched, largest modulus first.
 
         Beside a large one the product keeps no digits of the others.
@@ -219,7 +219,7 @@ class Multipliers:
             return product_eigenvalues(self.factors(part))
         return values
 
-    def growth(self, part: Linearisation) -> float:
+    def growth(self, part: Linearization) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return growth_bound(part.few)
 
@@ -236,7 +236,7 @@ class CycleMultipliers(Multipliers):
 
     of_product = False
 
-    def matrix(self, part: Linearisation) -> Array:
+    def matrix(self, part: Linearization) -> Array:
         """Return the monodromy matrix on the quotient, shape (n - 1, n - 1).
 
         With many nodes it is the product of the changes across the flow from one to the next:
@@ -246,12 +246,12 @@ class CycleMultipliers(Multipliers):
             return product(self.factors(part))
         return on_quotient(part.product, _direction(part))
 
-    def factors(self, part: Linearisation) -> Array:
+    def factors(self, part: Linearization) -> Array:
         """Return matrices whose product that matrix is, shape (m, n - 1, n - 1)."""
         m, n = part.blocks.shape[:2]
         return without_motion(part.factors, _gauge(part)[: m * n].reshape(m, n))[1]
 
-    def growth(self, part: Linearisation) -> float:
+    def growth(self, part: Linearization) -> float:
         """Return infinity: along a cycle perturbations neither grow nor shrink."""
         return np.inf
 
@@ -259,7 +259,7 @@ class CycleMultipliers(Multipliers):
         """Return the multipliers with that of the flow's own direction, shape (n,)."""
         return np.insert(multipliers, int(np.count_nonzero(np.abs(multipliers) > 1)), 1.0)
 
-    def lifted(self, found: Degeneracy, part: Linearisation) -> tuple[Degeneracy, Array]:
+    def lifted(self, found: Degeneracy, part: Linearization) -> tuple[Degeneracy, Array]:
         r"""Return a function of the quotient's matrix as one of M, and what else changes it.
 
         The basis B of what is orthogonal to the flow's direction f turns with it: where
@@ -273,7 +273,7 @@ class CycleMultipliers(Multipliers):
         lifted = Degeneracy(found.value, found.left @ basis.T, found.right @ basis.T)
         return lifted, ((direction @ part.product @ lifted.right.T) @ lifted.left)[None]
 
-    def carried(self, found: Degeneracy, part: Linearisation) -> tuple[Array, Array, Array]:
+    def carried(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array, Array]:
         r"""Carry vectors of the quotient from node to node: growth on the way spoils none.
 
         With bases :math:`B_j` of what is orthogonal to the flow's directions :math:`f_j` the matrix
@@ -297,13 +297,13 @@ class CycleMultipliers(Multipliers):
         return before, behind, np.roll(np.einsum("rj,rja->ja", late, behind), 1, axis=0)
 
 
-def _gauge(part: Linearisation) -> Array:
+def _gauge(part: Linearization) -> Array:
     """Direction of the flow at all nodes, then zeros, shape (m n + k,)."""
     assert part.conditions.gradients is not None
     return part.conditions.gradients[0]
 
 
-def _direction(part: Linearisation) -> Array:
+def _direction(part: Linearization) -> Array:
     """Direction of the flow at the first node, shape (n,)."""
     return _gauge(part)[: part.blocks.shape[1]]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Indices
 from slipfold.flow import batches
 from slipfold.flow.equations import power_of_two
-from slipfold.flow.explicit_steps import TOLERANCE, Carried, LinearisedSteps
+from slipfold.flow.explicit_steps import TOLERANCE, Carried, LinearizedSteps
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -156,7 +156,7 @@ class OrbitBatch:
         vary: tuple[str, float],
         period: int = 1,
         nodes: int = SEGMENTS,
-        steps: LinearisedSteps | None = None,
+        steps: LinearizedSteps | None = None,
     ) -> None:
         self.model, self.parameters, self.scales = model, parameters, scales
         self.vary, self.width = vary
@@ -224,7 +224,7 @@ class OrbitBatch:
         moved = np.full(k, np.inf)
 
         def steps(here: Indices, z: Array) -> Array:
-            part = self.linearise(some[here], z, tolerance)
+            part = self.linearize(some[here], z, tolerance)
             right = np.einsum("ka,ka->k", rows[here], guesses[here] - z)
             step, tangents[here], condensed[here] = self.solve(part, rows[here], right)
             blocks[here] = part.blocks
@@ -252,7 +252,7 @@ class OrbitBatch:
         going = np.arange(k)
         for count in range(ITERATIONS):
             exactly = EXACTLY if count else TOLERANCE  # what follows a correction decides
-            part = self.linearise(some[going], found.z[going], exactly)
+            part = self.linearize(some[going], found.z[going], exactly)
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
             missed = np.abs(part.missed).max(axis=(1, 2)) * np.sqrt(self.nodes)
             found.tangents[going], found.residuals[going] = tangents, missed
@@ -293,7 +293,7 @@ class OrbitBatch:
         gaps = without_turns(ends - np.roll(nodes, -1, axis=1), self.model.whole_turns)
         return np.asarray(np.abs(gaps / scales[:, None]).max(axis=(1, 2)))
 
-    def linearise(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> Part:
+    def linearize(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> Part:
         """Return by how much nodes are missed, with derivatives. Shapes: z (k, u)."""
         k, m, n = len(some), self.nodes, self.scales.shape[1]
         nodes, scales = self.states(some, z), self.scales[some]
@@ -331,7 +331,7 @@ class OrbitBatch:
         # The same segment of all orbits in one batch: lanes take about as many steps each.
         order = np.arange(k * m).reshape(k, m).T.ravel()
         each, start = constants.rows(order // m), start[order]
-        found = self.flow.linearise(
+        found = self.flow.linearize(
             flat[order], start, start + self._length, each, change[order, :, None]
         )
         ends, matrices, vectors = (part[order.argsort()] for part in found)

@@ -19,12 +19,12 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.discretisation import Discretisation
-from slipfold.orbits.linearisation import (
+from slipfold.orbits.discretization import Discretization
+from slipfold.orbits.linearization import (
     MANY,
     NO_CONDITIONS,
     Conditions,
-    Linearisation,
+    Linearization,
     defect_of,
 )
 from slipfold.orbits.multipliers import Multipliers
@@ -54,9 +54,9 @@ class OrbitPoint(Point):
 
         Computed where it is asked for: that takes as long as the multipliers.
         """
-        if self.linearisation is None or not (np.abs(self.multipliers) < 1).all():
+        if self.linearization is None or not (np.abs(self.multipliers) < 1).all():
             return np.inf
-        return float(self.curve.growth(self.linearisation))
+        return float(self.curve.growth(self.linearization))
 
     @property
     def unstable(self) -> int:
@@ -76,7 +76,7 @@ class OrbitCurve(Curve[OrbitPoint]):
     """What the orbits are, and what an unknown means."""
 
     @abstractmethod
-    def linearise(self, z: Array) -> Linearisation:
+    def linearize(self, z: Array) -> Linearization:
         """Return the defect with its derivatives."""
 
     def shifted(self, z: Array, tangent: Array) -> tuple[Self, Array, Array]:
@@ -86,15 +86,15 @@ class OrbitCurve(Curve[OrbitPoint]):
 
     @abstractmethod
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at special points of the curve, by name.
 
         Shapes: multipliers (n,).
         """
 
-    def described_by(self, by: Discretisation) -> Self:
-        """Return the same in terms of another discretisation."""
+    def described_by(self, by: Discretization) -> Self:
+        """Return the same in terms of another discretization."""
         return self.with_orbits(self.orbits.described_by(by))
 
     def with_orbits(self, orbits: Orbits) -> Self:
@@ -137,7 +137,7 @@ class OrbitCurve(Curve[OrbitPoint]):
             return None
         return self.point(correction, point.arclength) if correction.converged else None
 
-    def growth(self, linearisation: Linearisation) -> float:
+    def growth(self, linearization: Linearization) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
         return np.inf
 
@@ -149,9 +149,9 @@ class OrbitCurve(Curve[OrbitPoint]):
         """Return the values of the parameters that vary."""
         return tuple(self.orbits.values(z).tolist())
 
-    def blended(self, known: Sequence[Linearisation], weights: Array) -> Linearisation:
+    def blended(self, known: Sequence[Linearization], weights: Array) -> Linearization:
         """Return a weighted sum of derivatives at several points."""
-        return Linearisation.blend(known, weights)
+        return Linearization.blend(known, weights)
 
     def point(self, correction: Correction, arclength: float) -> OrbitPoint:
         """Return a converged correction as a point.
@@ -159,21 +159,21 @@ class OrbitCurve(Curve[OrbitPoint]):
         The tangent points along the row of the correction's constraint. The bordered determinant
         has the same sign for that row as for the tangent, so one matrix gives both.
         """
-        linearisation, bordered = correction.linearisation, correction.bordered
+        linearization, bordered = correction.linearization, correction.bordered
         tangent = bordered.tangent()
-        multipliers = self.orbits.eigenvalues(correction.z, linearisation)
+        multipliers = self.orbits.eigenvalues(correction.z, linearization)
         return OrbitPoint(
             correction.z,
             tangent,
             arclength,
-            self.tests(correction.z, linearisation, multipliers, tangent),
+            self.tests(correction.z, linearization, multipliers, tangent),
             bordered.sign,
             correction.residual,
             bordered.volume,
-            linearisation,
+            linearization,
             piece=self.orbits.piece(correction.z),
             curve=self,
-            monodromy=linearisation.monodromy,
+            monodromy=linearization.monodromy,
             multipliers=multipliers,
         )
 
@@ -181,7 +181,7 @@ class OrbitCurve(Curve[OrbitPoint]):
 class Orbits(OrbitCurve):
     r"""Orbits of a model in free parameters: with one of them a curve, a branch.
 
-    What the orbits are is composed: of a discretisation, which has the equations, and of a
+    What the orbits are is composed: of a discretization, which has the equations, and of a
     spectrum, which says how perturbations grow. An unknown ``z`` begins with the scaled states,
     :math:`(x_0, ..., x_{m-1}) / (s \sqrt{m})` with the model's state scales s, so that its
     Euclidean length does not depend on the number of phases m. The free parameters follow, each
@@ -203,7 +203,7 @@ class Orbits(OrbitCurve):
     """Number of conditions that are always met and only direct steps."""
 
     def __init__(
-        self, model: Model, vary: Mapping[str, float], by: Discretisation, spectrum: Multipliers
+        self, model: Model, vary: Mapping[str, float], by: Discretization, spectrum: Multipliers
     ) -> None:
         self.orbits = self
         self.model = model
@@ -217,7 +217,7 @@ class Orbits(OrbitCurve):
         self.widths = np.array(list(vary.values()), dtype=float)
         self.vary, self.width = list(vary)[-1], float(self.widths[-1])  # of a branch, the one
 
-    def _describe_by(self, by: Discretisation) -> None:
+    def _describe_by(self, by: Discretization) -> None:
         self.by = by
         self.period, self.segments, self.phase = by.period, by.segments, by.phase
         self.flow, self.scales, self.flow_scales = by.flow, by.scales, by.flow_scales
@@ -240,8 +240,8 @@ class Orbits(OrbitCurve):
         """Return the same for orbits of another period."""
         return self.described_by(self.by.with_period(period))
 
-    def described_by(self, by: Discretisation) -> Self:
-        """Return the same in terms of another discretisation."""
+    def described_by(self, by: Discretization) -> Self:
+        """Return the same in terms of another discretization."""
         other = copy(self)
         other.orbits = other
         other._describe_by(by)
@@ -272,24 +272,24 @@ class Orbits(OrbitCurve):
         raise NotImplementedError
 
     def conditions(self, z: Array) -> Conditions:
-        """Return the equations besides those of the discretisation."""
+        """Return the equations besides those of the discretization."""
         return NO_CONDITIONS
 
     def defect(self, z: Array) -> Array:
         """Return what Newton's method brings to zero, shape (m n + `gauges`,)."""
         return defect_of(self.by.mismatch(self.nodes(z), self.constants(z)), np.zeros(self.gauges))
 
-    def linearise(self, z: Array) -> Linearisation:
+    def linearize(self, z: Array) -> Linearization:
         """Return the mismatch and its derivatives."""
         nodes, constants = self.nodes(z), self.constants(z)
         transitions = self.by.transitions(nodes, constants)
         settled = self.by.settled(transitions[1], nodes, constants)
         watched = None if self.spectrum.of_product else self.spectrum.matrix
-        return Linearisation(*transitions, self.conditions(z), watched, settled)
+        return Linearization(*transitions, self.conditions(z), watched, settled)
 
     @abstractmethod
     def slope(
-        self, found: Degeneracy, part: Linearisation, z: Array
+        self, found: Degeneracy, part: Linearization, z: Array
     ) -> tuple[Array, Array | None, Array | None]:
         """Return the gradient of a function of the watched matrix where it is zero.
 
@@ -424,20 +424,20 @@ class Orbits(OrbitCurve):
 
     # -- perturbations -------------------------------------------------------------------------
 
-    def growth(self, linearisation: Linearisation) -> float:
+    def growth(self, linearization: Linearization) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""
-        return self.spectrum.growth(linearisation)
+        return self.spectrum.growth(linearization)
 
-    def eigenvalues(self, z: Array, linearisation: Linearisation) -> Complex:
+    def eigenvalues(self, z: Array, linearization: Linearization) -> Complex:
         """Return the eigenvalues of the matrix that is watched, largest modulus first."""
-        return self.spectrum.values(linearisation)
+        return self.spectrum.values(linearization)
 
     def multipliers(self, point: OrbitPoint) -> Complex:
         """Return the multipliers that results list, shape (n,)."""
         return self.spectrum.whole(point.multipliers)
 
     def tests(
-        self, z: Array, linearisation: Linearisation, multipliers: Complex, tangent: Array
+        self, z: Array, linearization: Linearization, multipliers: Complex, tangent: Array
     ) -> dict[str, float]:
         """Return the functions that change sign at a bifurcation of a branch."""
         return self._branch_tests(multipliers, tangent)
@@ -459,11 +459,11 @@ class Orbits(OrbitCurve):
             self.free_phase or any(point.curve is not points[0].curve for point in points)
         ):
             return None
-        parts = [point.linearisation for point in points if point.linearisation is not None]
+        parts = [point.linearization for point in points if point.linearization is not None]
         if len(parts) < len(points):
             return None
         try:
-            matrices = Linearisation.blended_monodromies(parts, weights)
+            matrices = Linearization.blended_monodromies(parts, weights)
             multipliers = np.linalg.eigvals(matrices).astype(complex)
         except np.linalg.LinAlgError:
             return None

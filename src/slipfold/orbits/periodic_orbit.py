@@ -243,14 +243,14 @@ SAMPLES = 512
 
 
 IN_THE_PLANE = 5e-7
-"""What the linearisation leaves out where slip in the plane begins and ends."""
+"""What the linearization leaves out where slip in the plane begins and ends."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StickSlipOrbit(PeriodicOrbit):
     """A periodic orbit whose contacts stick, slip back and forth, or open on the way; frozen.
 
-    Its multipliers are those of the true linearisation, jumps at the changes included: what a stuck
+    Its multipliers are those of the true linearization, jumps at the changes included: what a stuck
     contact loses has the multiplier zero.
     """
 
@@ -299,7 +299,7 @@ class StickSlipOrbit(PeriodicOrbit):
         orbits = orbits_at(self.model, self.period, 1, by=SwitchedShooting)
         z = orbits.unknown(self.nodes[:1], self.model)
         other, moved, _ = orbits.shifted(z, np.eye(1, len(z), len(z) - 1)[0])
-        monodromy = other.linearise(moved).product
+        monodromy = other.linearize(moved).product
         change = multiplier_change(self.multipliers, floquet_multipliers(monodromy), monodromy)
         planar = any(len(contact.slip) == 2 for contact in switched_flow_of(self.model).contacts)
         return np.maximum(change, IN_THE_PLANE) if planar and self.stuck_fraction else change

@@ -145,7 +145,7 @@ class ReversalShooting(MarginalShooting):
         if phase is None:
             return np.nan, np.full(len(self.scales), np.nan), np.full(len(self.units), np.nan)
         end = np.array([phase])
-        states, matrices, vectors = flow.linearise(nodes, self.start, end, constants, along)
+        states, matrices, vectors = flow.linearize(nodes, self.start, end, constants, along)
         rates = flow.rates(states, end, constants)[0]
         varied = np.hstack([matrices[0], vectors[0]])
         n = len(self.scales)

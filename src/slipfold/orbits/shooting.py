@@ -12,13 +12,13 @@ from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.discretisation import Discretisation
+from slipfold.orbits.discretization import Discretization
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
 
 
-class Shooting(Discretisation):
+class Shooting(Discretization):
     """The flow over m segments of a period: each has to end where the next begins.
 
     `phase` is that of the first node.
@@ -64,7 +64,7 @@ class Shooting(Discretisation):
         (q, n, k).
         """
         along = constants.rates[:, self.indices]
-        return self.flow.linearise(nodes, begin, end, constants, along)
+        return self.flow.linearize(nodes, begin, end, constants, along)
 
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""

@@ -9,7 +9,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
-from slipfold.flow.linearised_motion import left_to_touch, linearised_motion
+from slipfold.flow.linearized_motion import left_to_touch, linearized_motion
 from slipfold.flow.modes import Mode, Status, Undetermined, shown
 from slipfold.flow.switched_flow import Leg, switched_flow_of
 from slipfold.flow.switched_motion import Broken, first_mode, legs
@@ -235,7 +235,7 @@ class SwitchedShooting(Shooting):
             passed = self.passed(node, float(begin[place]), float(end[place]), constants)
             if passed:
                 system = self.switched.system(node, constants)
-                found = linearised_motion(system, node, passed, along)
+                found = linearized_motion(system, node, passed, along)
                 ends[place] = passed[-1][0].state
                 matrices[place], vectors[place] = found.matrix, found.vectors
         return ends, matrices, vectors

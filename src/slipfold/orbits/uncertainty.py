@@ -101,7 +101,7 @@ def multiplier_uncertainty(
     start = segments * length
     states = flow.advance(nodes[orbits, segments], start, start + length / 2, own)
     still = np.zeros((constants.values.shape[1], 1))
-    blocks = flow.linearise(states, start + length / 2, start + 1.5 * length, own, still)[1]
+    blocks = flow.linearize(states, start + length / 2, start + 1.5 * length, own, still)[1]
     blocks = blocks.reshape(nodes.shape[1], *nodes.shape[::2], -1) * (scales / scales[:, None])
     monodromies = blocks[0]
     for block in blocks[1:]:

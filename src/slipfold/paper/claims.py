@@ -125,10 +125,10 @@ class Claim:
         return {True: "confirmed", False: "not confirmed", None: "not computed"}[self.verdict]
 
 
-Judgement = tuple[bool, str]
+Judgment = tuple[bool, str]
 
 
-def _subharmonic(findings: Findings) -> Judgement:
+def _subharmonic(findings: Findings) -> Judgment:
     below, above = 0.05, 0.15
     diagram = findings.diagram(f=12.2)
     threshold = first(diagram, "PD", doubled=False)
@@ -154,7 +154,7 @@ def _subharmonic(findings: Findings) -> Judgement:
     return verdict, text
 
 
-def _criticality(findings: Findings) -> Judgement:
+def _criticality(findings: Findings) -> Judgment:
     expected = {12.2: "subcritical", 12.5: "supercritical"}
     rows, verdict = [], True
     for frequency, kind in expected.items():
@@ -166,7 +166,7 @@ def _criticality(findings: Findings) -> Judgement:
     return verdict, table(["f (Hz)", "PD at Nd (N)", "criticality", "coefficient"], rows)
 
 
-def _torus_follows(findings: Findings) -> Judgement:
+def _torus_follows(findings: Findings) -> Judgment:
     diagram = findings.diagram(f=12.5)
     doubling, torus = first(diagram, "PD", False), first(diagram, "NS", True)
     verdict = doubling is not None and torus is not None and torus.value > doubling.value
@@ -174,7 +174,7 @@ def _torus_follows(findings: Findings) -> Judgement:
     return verdict, f"PD at Nd = {doublings} N; NS at Nd = {tori} N."
 
 
-def _split_response(findings: Findings) -> Judgement:
+def _split_response(findings: Findings) -> Judgment:
     [row] = findings.rows(3)
     rows, widths, peaks, split, bent = [], [], [], [], []
     for force, diagram in findings.family(row):
@@ -207,7 +207,7 @@ def _split_response(findings: Findings) -> Judgement:
     return all(split) and _rises(widths) and softens, text + table(head, rows)
 
 
-def _folds_and_tori(findings: Findings) -> Judgement:
+def _folds_and_tori(findings: Findings) -> Judgment:
     [row] = findings.rows(3)
     rows, folds, tori = [], 0, 0
     for force, diagram in findings.family(row):
@@ -221,20 +221,20 @@ def _folds_and_tori(findings: Findings) -> Judgement:
     return folds > 0 and tori > 0, table(head, rows)
 
 
-def _speed_lowers(findings: Findings) -> Judgement:
+def _speed_lowers(findings: Findings) -> Judgment:
     [row] = findings.rows(4)
     values = _thresholds(findings, row, "PD")
     return _rises(values, falling=True), _family_table(findings, row)
 
 
-def _slow_removes(findings: Findings) -> Judgement:
+def _slow_removes(findings: Findings) -> Judgment:
     [row] = findings.rows(4)
     values = _thresholds(findings, row, "NS")
     verdict = values[0] is None and all(value is not None for value in values[1:])
     return verdict, _family_table(findings, row)
 
 
-def _static_force(findings: Findings) -> Judgement:
+def _static_force(findings: Findings) -> Judgment:
     [row] = findings.rows(5)
     doubling, torus = _thresholds(findings, row, "PD"), _thresholds(findings, row, "NS")
     force = 0.5
@@ -260,7 +260,7 @@ def _static_force(findings: Findings) -> Judgement:
     return verdict, _family_table(findings, row) + text + table(head, rows)
 
 
-def _friction(findings: Findings) -> Judgement:
+def _friction(findings: Findings) -> Judgment:
     [row] = findings.rows(6)
     further = [item for number_, item in findings.cases.further if number_ == 9]
     if not further:
@@ -285,7 +285,7 @@ def _friction(findings: Findings) -> Judgement:
     return verdict, note + "\n\n".join(texts)
 
 
-def _direction(findings: Findings) -> Judgement:
+def _direction(findings: Findings) -> Judgment:
     texts, verdict = [], True
     for row in findings.rows(7):
         doubling = _thresholds(findings, row, "PD")
@@ -299,7 +299,7 @@ def _direction(findings: Findings) -> Judgement:
     return verdict, "\n\n".join(texts)
 
 
-CLAIMS: tuple[tuple[str, Callable[[Findings], Judgement]], ...] = (
+CLAIMS: tuple[tuple[str, Callable[[Findings], Judgment]], ...] = (
     (
         "Below a threshold of Nd the response has only the forcing frequency; above it f/2 "
         "appears in x.",

@@ -52,7 +52,7 @@ from slipfold.plots.response import (
     torus_handles,
 )
 from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette
-from slipfold.plots.trajectories import COLOURS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
+from slipfold.plots.trajectories import COLORS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
 from slipfold.results.attractors import Basins, in_words
 from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
@@ -97,7 +97,7 @@ MARKER_NAMES = {
     "FAILED": "not followed further",
 }
 
-GREY = "0.2"
+GRAY = "0.2"
 
 
 def draw_legend(
@@ -120,12 +120,12 @@ def draw_legend(
         if spans is None or min(spans[place]) <= mark.parameter <= max(spans[place])
     ]
     handles: list[Artist] = [
-        Line2D([], [], color=GREY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
+        Line2D([], [], color=GRAY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
     ]
     tori = [each for diagram in diagrams for each in diagram.tori]
     broken = any(each.stopped.kind in BREAKS for each in tori)
     if more is None:
-        handles += torus_handles(tori, GREY)
+        handles += torus_handles(tori, GRAY)
     handles += [
         _marker(type_, name)
         for type_, name in MARKER_NAMES.items()
@@ -139,13 +139,13 @@ def draw_legend(
     )
 
 
-def _marker(type_: str, name: str, face: str = GREY) -> Line2D:
+def _marker(type_: str, name: str, face: str = GRAY) -> Line2D:
     return Line2D(
         [],
         [],
         linestyle="none",
         marker=MARKERS[type_],
-        color=GREY,
+        color=GRAY,
         markerfacecolor=face,
         markeredgewidth=0.9,
         label=name,
@@ -444,8 +444,8 @@ def _hysteresis(figure: HysteresisFigure, result: Mapping[Any, Any], measure: st
         ax.set_title(f"({'cdefgh'[place]})  {at}\n{share}")
     most = max((_by_period(result[case]) for case in figure.basins), key=len)
     patches = [
-        Patch(facecolor=colour, label=f"basin of {in_words(item)}")
-        for item, colour in zip(most, BASINS, strict=False)
+        Patch(facecolor=color, label=f"basin of {in_words(item)}")
+        for item, color in zip(most, BASINS, strict=False)
     ]
     if any((result[case].uncertain > 0).any() for case in figure.basins):
         patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
@@ -482,13 +482,13 @@ def _draw_both(
 
 def _draw_dots(ax: Axes, swept: Sweep, output: str, measure: str) -> None:
     """Draw sampled solutions: larger where they are periodic, to be visible on the line."""
-    for name in sorted(swept.runs, key=lambda name: (name in COLOURS, swept.run(name))):
+    for name in sorted(swept.runs, key=lambda name: (name in COLORS, swept.run(name))):
         x, y = dots_of(swept, swept.run(name), output, measure)
         single = np.isin(x, swept.values[swept.repeats(name) > 0])
         for some, size in ((single, BESIDE.get(name, SIZE)), (~single, SIZE)):
             ax.plot(
                 x[some], y[some], "o", markersize=size, markeredgewidth=0,
-                color=COLOURS.get(name, OTHERS), zorder=0.5, rasterized=True,
+                color=COLORS.get(name, OTHERS), zorder=0.5, rasterized=True,
             )  # fmt: skip
 
 
@@ -509,13 +509,13 @@ def _by_period(result: Basins) -> Basins:
 
 def _more(result: Sequence[TorusBranch], sweeps: Sequence[Sweep]) -> list[Line2D]:
     """Return what the legend says of tori and dots."""
-    runs = {run if run in COLOURS else "" for swept in sweeps for run in swept.runs}
+    runs = {run if run in COLORS else "" for swept in sweeps for run in swept.runs}
     tori = {STABLE: "torus", OTHER: "unstable torus"} if result else {}
     return [
         *(Line2D([], [], label=name, **_torus_line(kind)) for kind, name in tori.items()),
         *(
             Line2D([], [], linestyle="none", marker="o", markersize=3, markeredgewidth=0,
-                   color=COLOURS.get(run, OTHERS), label=name)
+                   color=COLORS.get(run, OTHERS), label=name)
             for run, name in DOTS.items()
             if run in runs
         ),

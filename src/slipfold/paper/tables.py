@@ -164,7 +164,7 @@ def _criticality(locus: Locus) -> str:
         )
     places = "; ".join(_place((first, second), point) for point in turns)
     return (
-        "**The criticality of the PD of period 1 changes at the generalised period doubling GPD, "
+        "**The criticality of the PD of period 1 changes at the generalized period doubling GPD, "
         f"{places}.** It is {', '.join(spans)}."
     )
 

@@ -29,7 +29,7 @@ BANDS: Mapping[Status, tuple[str, str, str]] = MappingProxyType(
         Status.OPEN: ("open", "#ffffff", "////"),
     }
 )
-"""Word, colour and hatch of what a contact does; colours differ in lightness too."""
+"""Word, color and hatch of what a contact does; colors differ in lightness too."""
 
 THICK = 3.6
 """Width of a line where the contact sticks."""
@@ -57,7 +57,7 @@ def axis_label(word: str, unit: str) -> str:
     return f"{word} ({unit})" if unit else word
 
 
-def line(ax: Axes, x: Array, y: Array, status: Status, colour: str) -> None:
+def line(ax: Axes, x: Array, y: Array, status: Status, color: str) -> None:
     """Draw what a contact does in one piece; a dot where it sticks and nothing changes."""
     if status is Status.STICK:
         # Changes of a coordinate by rounding are none.
@@ -66,16 +66,16 @@ def line(ax: Axes, x: Array, y: Array, status: Status, colour: str) -> None:
             x[:1] if still else x,
             y[:1] if still else y,
             "o" if still else "-",
-            color=colour,
+            color=color,
             linewidth=THICK,
             markersize=THICK + 1,
         )
     else:
-        ax.plot(x, y, color=colour, linewidth=1.0, linestyle=":" if status is Status.OPEN else "-")
+        ax.plot(x, y, color=color, linewidth=1.0, linestyle=":" if status is Status.OPEN else "-")
 
 
 def legend(ax: Axes, shown: ShownContacts, names: Mapping[str, str]) -> None:
-    """Say below the axes what lines mean: names by colour, if there are several, and thick ones."""
+    """Say below the axes what lines mean: names by color, if there are several, and thick ones."""
     handles = []
     if len(names) > 1:
         handles = [Line2D([], [], color=own, label=name) for name, own in names.items()]
@@ -139,7 +139,7 @@ def _planar(shown: ShownContacts) -> ShownContacts:
 def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
     ax = axes_or_new(ax)
     names = [contact.name for contact in shown.contacts]
-    colours = dict(zip(names, palette(len(names)), strict=True))
+    colors = dict(zip(names, palette(len(names)), strict=True))
     places = {
         contact.name: [
             piece.displacement - (shown.seconds(piece)[:, None] * piece.plate if moving else 0.0)
@@ -149,9 +149,9 @@ def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
     }
     factor, unit = readable((place for own in places.values() for place in own), shown.units[0])
     for contact in shown.contacts:
-        colour = colours[contact.name]
+        color = colors[contact.name]
         for piece, place in zip(contact.pieces, places[contact.name], strict=True):
-            line(ax, factor * place[:, 0], factor * place[:, 1], piece.status, colour)
+            line(ax, factor * place[:, 0], factor * place[:, 1], piece.status, color)
         if not moving:
             _show_plate(ax, contact)
     ax.set_aspect("equal", adjustable="datalim")
@@ -159,7 +159,7 @@ def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
     on = " on the moving surface" if moving else ""
     ax.set_xlabel(axis_label(f"x{on}", unit))
     ax.set_ylabel(axis_label(f"y{on}", unit))
-    legend(ax, shown, colours)
+    legend(ax, shown, colors)
     return ax
 
 
@@ -221,7 +221,7 @@ def _draw_force(
     along, unit = readable((over(piece) for piece in pieces), unit)
     up, force = readable((piece.friction for piece in pieces), shown.units[2])
     names = [name for name, _ in _lines(shown)]
-    colours = dict(zip(names, palette(len(names)), strict=True))
+    colors = dict(zip(names, palette(len(names)), strict=True))
     ax = axes_or_new(ax)
     for name, parts in _lines(shown):
         for (before, axis), (after, _) in pairwise(parts):
@@ -229,18 +229,18 @@ def _draw_force(
                 (along * over(before)[-1, axis], up * before.friction[-1, axis]),
                 (along * over(after)[0, axis], up * after.friction[0, axis]),
             ]
-            ax.plot(*zip(*ends, strict=True), color=colours[name], linewidth=0.5, alpha=0.5)
+            ax.plot(*zip(*ends, strict=True), color=colors[name], linewidth=0.5, alpha=0.5)
     # What sticks lies on top: along a law it is a short stretch between long ones.
     for stuck in (False, True):
         for name, parts in _lines(shown):
             for piece, axis in parts:
                 if (piece.status is Status.STICK) is stuck:
                     x, y = along * over(piece)[:, axis], up * piece.friction[:, axis]
-                    line(ax, x, y, piece.status, colours[name])
+                    line(ax, x, y, piece.status, colors[name])
     ax.margins(0.05)
     ax.set_xlabel(axis_label(word, unit))
     ax.set_ylabel(axis_label("friction force", force))
-    legend(ax, shown, colours)
+    legend(ax, shown, colors)
     return ax
 
 
@@ -271,14 +271,14 @@ def draw_timeline(
     seen = set[Status]()
     for row, item in enumerate(shown.contacts):
         for piece in item.pieces:
-            time, (_, colour, hatch) = shown.time(piece), BANDS[piece.status]
+            time, (_, color, hatch) = shown.time(piece), BANDS[piece.status]
             seen.add(piece.status)
             ax.barh(
                 row,
                 time[-1] - time[0],
                 0.62,
                 left=time[0],
-                color=colour,
+                color=color,
                 hatch=hatch,
                 edgecolor="0.5",
                 linewidth=0.0,
@@ -295,13 +295,13 @@ def draw_timeline(
     ax.locator_params(axis="x", nbins=5)  # long runs have long numbers
     handles = [
         Patch(
-            facecolor=colour,
+            facecolor=color,
             hatch=hatch,
             edgecolor="0.5",
             linewidth=0.6,
             label="slips" if planar and status is Status.FORTH else word,
         )
-        for status, (word, colour, hatch) in BANDS.items()
+        for status, (word, color, hatch) in BANDS.items()
         if status in seen
     ]
     ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(handles))
@@ -309,11 +309,11 @@ def draw_timeline(
 
 
 SLOPE = "#9c4a1a"
-"""Colour of the slope and of its axis."""
+"""Color of the slope and of its axis."""
 
 
 def draw_friction(
-    law: FrictionLaw, ax: Axes | None = None, colour: str = "black", *, fastest: float | None = None
+    law: FrictionLaw, ax: Axes | None = None, color: str = "black", *, fastest: float | None = None
 ) -> Axes:
     """Draw the friction coefficient in steady slip, and its slope on an axis of its own.
 
@@ -336,10 +336,10 @@ def draw_friction(
         linewidth=0,
         zorder=0,
     )
-    ax.plot(speeds, coefficient, color=colour, linewidth=1.4)
+    ax.plot(speeds, coefficient, color=color, linewidth=1.4)
     if law.sticks:
         # Half of the bar would lie outside the axes.
-        ax.plot([0, 0], [0, law.stiction], color=colour, linewidth=3, clip_on=False)
+        ax.plot([0, 0], [0, law.stiction], color=color, linewidth=3, clip_on=False)
     ax.set_xlim(0, end)
     ax.set_ylim(0, 1.15 * max(float(coefficient.max()), law.stiction) or 1.0)
     ax.set_xlabel("slip speed (m/s)")
@@ -353,7 +353,7 @@ def _draw_slope(ax: Axes, speeds: Array, slope: Array) -> None:
     beside = ax.twinx()
     beside.plot(speeds, slope, color=SLOPE, linewidth=1.0, linestyle=(0, (4.5, 2.0)))
     low, high = min(float(slope.min()), 0.0), max(float(slope.max()), 0.0)
-    # The rise of a regularised law would dwarf all else: what few speeds reach is cut off.
+    # The rise of a regularized law would dwarf all else: what few speeds reach is cut off.
     usual = np.quantile(np.interp(np.linspace(0, speeds[-1], 401), speeds, slope), 0.95)
     if high > 4.0 * max(usual, -low):
         high = max(2 * float(usual), -low)
@@ -366,7 +366,7 @@ def _draw_slope(ax: Axes, speeds: Array, slope: Array) -> None:
 
 
 def _speeds(end: float) -> Array:
-    """Return speeds from 0 to the end, dense near 0, where regularised laws rise."""
+    """Return speeds from 0 to the end, dense near 0, where regularized laws rise."""
     return np.unique(
         np.concatenate([np.linspace(0.0, end, 401), np.geomspace(1e-6 * end, end, 400)])
     )

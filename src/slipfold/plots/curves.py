@@ -14,7 +14,7 @@ from slipfold.results.thresholds import Design
 from slipfold.results.uncertainty import WAYS, ThresholdUncertainty
 
 NOTHING = {UNDECIDED: ("0.65", "undecided"), ENDED: ("0.35", "ended")}
-"""Colours and names of what came to no attractor."""
+"""Colors and names of what came to no attractor."""
 
 STYLES = {"samples": ("black", "-"), "gradients": ("tab:orange", "--")}
 
@@ -29,18 +29,18 @@ def draw_basin_fractions(
     # Chaos and windows have many attractors; those with the largest fractions have names.
     largest = sorted(kinds, key=lambda number: -np.nanmax(found.share(number).value))[:6]
     drawn = []
-    for number, colour in zip(kinds, palette(len(kinds)), strict=True):
+    for number, color in zip(kinds, palette(len(kinds)), strict=True):
         kind = kinds[number]
         name = kind if often[kind] == 1 else f"{kind} ({number})"
         there = np.isin(found.values, list(found.along(number)))
-        drawn.append((number, there, colour, name if number in largest else "_nolegend_"))
-    for number, (colour, name) in NOTHING.items():
+        drawn.append((number, there, color, name if number in largest else "_nolegend_"))
+    for number, (color, name) in NOTHING.items():
         if (found.labels == number).any():
-            drawn.append((number, np.ones(len(found.values), bool), colour, name))
-    for number, there, colour, name in drawn:
+            drawn.append((number, np.ones(len(found.values), bool), color, name))
+    for number, there, color, name in drawn:
         value, low, high = (np.where(there, each, np.nan) for each in found.share(number))
-        ax.plot(found.values, value, ".-", color=colour, linewidth=1, markersize=4, label=name)
-        ax.fill_between(found.values, low, high, color=colour, alpha=0.2, linewidth=0)
+        ax.plot(found.values, value, ".-", color=color, linewidth=1, markersize=4, label=name)
+        ax.fill_between(found.values, low, high, color=color, alpha=0.2, linewidth=0)
     ax.set_xlim(found.values[0], found.values[-1])
     ax.set_ylim(0, 1.02)
     label_axis(ax, "x", found.model.parameter(found.vary))
@@ -59,9 +59,9 @@ def draw_uncertainty(
         values = np.sort(found._known(way))
         fraction = 1 - np.arange(len(values) + 1) / max(len(values), 1)
         ends = np.concatenate([values[:1], values])
-        colour, line = STYLES[way]
+        color, line = STYLES[way]
         lost = f", {found.lost} left out" if way == "samples" and found.lost else ""
-        ax.step(ends, fraction, where="post", label=f"by {way}{lost}", color=colour, linestyle=line)
+        ax.step(ends, fraction, where="post", label=f"by {way}{lost}", color=color, linestyle=line)
     low, high = found.band(level)
     ax.axvspan(low, high, color="black", alpha=0.08, linewidth=0, label=f"{level:.0%}")
     ax.axvline(found.value, color="black", linewidth=0.8, linestyle=":")

@@ -22,8 +22,8 @@ DIRECTIONS = (90, 45, 135, 0, 180, -45, -135, -90, 67, 113, 22, 158, -22, -158, 
 LEADER = 8.0
 """A text farther away than this gets a thin line to its point."""
 
-NEIGHBOURHOOD = 6.0
-"""Lines of another colour this near, in points, make a text ambiguous."""
+NEIGHBORHOOD = 6.0
+"""Lines of another color this near, in points, make a text ambiguous."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +33,11 @@ class Label:
     text: str
     # Points in data coordinates, shape (n, 2); the text goes to the one with the best place
     anchors: Array
-    colour: str = "black"  # colour of the text
+    color: str = "black"  # color of the text
     size: float = 6.5  # font size in points
     # Whether a thin line may join a far text to its point; without one the text stays near
     leader: bool = True
-    centred: bool = False  # whether the text lies on its point instead of next to it
+    centerd: bool = False  # whether the text lies on its point instead of next to it
 
 
 def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
@@ -45,14 +45,14 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> list[Annotation]:
 
     The limits and the layout of the figure must be final. The first labels choose first.
     """
-    canvas = _Canvas(axes, sorted({to_hex(label.colour) for label in labels}))
+    canvas = _Canvas(axes, sorted({to_hex(label.color) for label in labels}))
     return [_place(axes, canvas, label) for label in labels]
 
 
 class _Canvas:
     """How much ink lies on each square point of the axes."""
 
-    def __init__(self, axes: Axes, colours: Iterable[str]) -> None:
+    def __init__(self, axes: Axes, colors: Iterable[str]) -> None:
         figure = axes.get_figure(root=True)
         assert figure is not None
         self.scale = 72.0 / figure.dpi
@@ -62,12 +62,12 @@ class _Canvas:
         self.size = np.array([box.width, box.height]) * self.scale
         shape = int(self.size[1]) + 2, int(self.size[0]) + 2
         self.ink = np.zeros(shape)
-        self.foreign = {colour: np.zeros(shape) for colour in colours}
+        self.foreign = {color: np.zeros(shape) for color in colors}
         for line in axes.get_lines():
             points = self.places(np.asarray(line.get_xydata(), dtype=float))
-            colour = to_hex(line.get_color())
+            color = to_hex(line.get_color())
             if line.get_linestyle() not in ("None", "none", "", " "):
-                self.add_line(points, colour)
+                self.add_line(points, color)
             if line.get_marker() not in ("None", "none", "", " ", None):
                 for point in points:
                     self.add_box(point - 3.0, point + 3.0, 4.0)
@@ -99,8 +99,8 @@ class _Canvas:
         """Return where data lie in the axes, in points, shape (n, 2)."""
         return (self.transform.transform(points) - self.origin) * self.scale
 
-    def add_line(self, points: Array, colour: str = "") -> None:
-        """Draw a line, which counts as another's for labels of another colour."""
+    def add_line(self, points: Array, color: str = "") -> None:
+        """Draw a line, which counts as another's for labels of another color."""
         points = points[np.isfinite(points).all(axis=1)]
         for start, end in pairwise(points):
             count = int(min(np.abs(end - start).max(), 4000.0) / 0.7) + 2
@@ -109,7 +109,7 @@ class _Canvas:
             column, row = place[inside].astype(int).T
             self.ink[row, column] = np.maximum(self.ink[row, column], 1.0)
             for other, ink in self.foreign.items():
-                if colour and other != colour:
+                if color and other != color:
                     ink[row, column] = 1.0
 
     def add_box(self, low: Array, high: Array, weight: float) -> None:
@@ -118,17 +118,17 @@ class _Canvas:
         right, top = np.maximum(high, -1).astype(int)
         self.ink[bottom : top + 1, left : right + 1] += weight
 
-    def cost(self, low: Array, high: Array, colour: str) -> Array:
+    def cost(self, low: Array, high: Array, color: str) -> Array:
         """Ink under boxes, foreign lines around them, and what sticks out; shape (n,)."""
         beyond = np.maximum(1.0 - low, 0) + np.maximum(high + 1.0 - self.size, 0)
         cost = 1000.0 * beyond.sum(axis=1) + _ink_under(self.ink, low, high)
-        foreign = self.foreign[to_hex(colour)]
-        return cost + 0.1 * _ink_under(foreign, low - NEIGHBOURHOOD, high + NEIGHBOURHOOD)
+        foreign = self.foreign[to_hex(color)]
+        return cost + 0.1 * _ink_under(foreign, low - NEIGHBORHOOD, high + NEIGHBORHOOD)
 
-    def foreign_near(self, places: Array, colour: str) -> Array:
-        """Ink of other colours around the points that texts belong to, shape (n,)."""
-        ink = self.foreign[to_hex(colour)]
-        return 0.7 * _ink_under(ink, places - NEIGHBOURHOOD, places + NEIGHBOURHOOD)
+    def foreign_near(self, places: Array, color: str) -> Array:
+        """Ink of other colors around the points that texts belong to, shape (n,)."""
+        ink = self.foreign[to_hex(color)]
+        return 0.7 * _ink_under(ink, places - NEIGHBORHOOD, places + NEIGHBORHOOD)
 
     def crossed(self, places: Array, offsets: Array, half: Array) -> Array:
         """Ink that lines from points to their texts would cross, shape (n_places, n_offsets)."""
@@ -161,7 +161,7 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
         textcoords="offset points",
         ha="center",
         va="center",
-        color=label.colour,
+        color=label.color,
         fontsize=label.size,
         annotation_clip=False,
     )
@@ -170,9 +170,9 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     half = np.array([extent.width, extent.height]) * canvas.scale / 2
     offsets, radii, habit = _candidates(half, label)
     places = canvas.places(label.anchors)
-    centres = (places[:, None] + offsets).reshape(-1, 2)
-    cost = canvas.cost(centres - half - 1.0, centres + half + 1.0, label.colour)
-    near = canvas.foreign_near(places, label.colour)
+    centers = (places[:, None] + offsets).reshape(-1, 2)
+    cost = canvas.cost(centers - half - 1.0, centers + half + 1.0, label.color)
+    near = canvas.foreign_near(places, label.color)
     liking = np.tile(0.4 * radii + habit, len(places)) + np.repeat(near, len(offsets))
     if label.leader:
         liking += np.where(radii > LEADER, canvas.crossed(places, offsets, half), 0.0).ravel()
@@ -180,21 +180,21 @@ def _place(axes: Axes, canvas: _Canvas, label: Label) -> Annotation:
     anchor, choice = divmod(best, len(offsets))
     text.xy = tuple(label.anchors[anchor])
     text.set_position(tuple(offsets[choice]))
-    canvas.add_box(centres[best] - half, centres[best] + half, 5.0)
+    canvas.add_box(centers[best] - half, centers[best] + half, 5.0)
     if label.leader and radii[choice] > LEADER:
         _lead(axes, canvas, label, text, half)
     return text
 
 
 def _candidates(half: Array, label: Label) -> tuple[Array, Array, Array]:
-    """Return offsets of the centre of a text, their distances, and how little they are liked."""
-    if label.centred:
+    """Return offsets of the center of a text, their distances, and how little they are liked."""
+    if label.centerd:
         return np.zeros((1, 2)), np.zeros(1), np.zeros(1)
     offsets, radii, habit = [], [], []
     allowed = RADII if label.leader else RADII[:4]
     for (rank, angle), radius in product(enumerate(np.deg2rad(DIRECTIONS)), allowed):
         unit = np.array([np.cos(angle), np.sin(angle)])
-        # The centre lies in this direction where the edge of the text has the distance.
+        # The center lies in this direction where the edge of the text has the distance.
         edge = float(np.min(half / np.maximum(np.abs(unit), 1e-9)))
         offsets.append(unit * (radius + edge))
         radii.append(radius)
@@ -214,7 +214,7 @@ def _lead(axes: Axes, canvas: _Canvas, label: Label, text: Annotation, half: Arr
         textcoords="offset points",
         arrowprops={
             "arrowstyle": "-",
-            "color": label.colour,
+            "color": label.color,
             "linewidth": 0.4,
             "shrinkA": 0.0,
             "shrinkB": 2.0,

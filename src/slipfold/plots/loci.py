@@ -27,7 +27,7 @@ from slipfold.plots.regions import (
     UNKNOWN,
     draw_regions,
     motion_shades,
-    region_colour,
+    region_color,
     region_labels,
     sharpen,
     shown_regions,
@@ -35,10 +35,10 @@ from slipfold.plots.regions import (
 from slipfold.plots.response import limit_name
 from slipfold.plots.style import MARKERS, axes_or_new, label_axis, quantity_text, settle, within
 
-LOCUS_COLOURS: Mapping[str, str] = MappingProxyType(
+LOCUS_COLORS: Mapping[str, str] = MappingProxyType(
     {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
 )
-"""Colour of each type of locus; they differ in lightness too, and from all pale areas."""
+"""Color of each type of locus; they differ in lightness too, and from all pale areas."""
 
 WIDTHS = {1: 1.9, 2: 1.0}
 """Line width by period."""
@@ -90,22 +90,22 @@ class HasLoci(Protocol):
         ...
 
 
-def locus_colour(type_: str, colours: Mapping[str, str] = LOCUS_COLOURS) -> str:
-    """Return the colour of a type of locus."""
-    return colours.get(type_, "#000000")
+def locus_color(type_: str, colors: Mapping[str, str] = LOCUS_COLORS) -> str:
+    """Return the color of a type of locus."""
+    return colors.get(type_, "#000000")
 
 
 def line_style(
     type_: str,
     period: int,
     criticality: str,
-    colours: Mapping[str, str] = LOCUS_COLOURS,
+    colors: Mapping[str, str] = LOCUS_COLORS,
     kind: str = "periodic",
 ) -> dict[str, Any]:
     """Return the line properties of a segment of a locus."""
     own = {"LP": "-" if kind == "equilibrium" else FOLD, **TOUCHING}
     return {
-        "color": locus_colour(type_, colours),
+        "color": locus_color(type_, colors),
         "linestyle": own.get(type_, DASHES[criticality]),
         "linewidth": WIDTHS.get(period, 0.7),
     }
@@ -199,12 +199,12 @@ MARK_NAMES = {
 
 def legend_options(
     diagrams: Sequence[HasLoci],
-    colours: Mapping[str, str] = LOCUS_COLOURS,
+    colors: Mapping[str, str] = LOCUS_COLORS,
     regions: bool = True,
     width: float = np.inf,
 ) -> dict[str, Any]:
     """Return what a legend shows, with lines, markers and shades in a column each if they fit."""
-    groups = [_lines(diagrams, colours), _marks(diagrams), _shades(diagrams) if regions else []]
+    groups = [_lines(diagrams, colors), _marks(diagrams), _shades(diagrams) if regions else []]
     groups = [group for group in groups if group]
     # A column is 1.9 inches wide.
     columns = max(int(min(width / 1.9, len(groups))), 1)
@@ -219,18 +219,18 @@ def _nothing() -> Artist:
     return Line2D([], [], linestyle="none", label=" ")
 
 
-def _lines(diagrams: Sequence[HasLoci], colours: Mapping[str, str]) -> list[Artist]:
+def _lines(diagrams: Sequence[HasLoci], colors: Mapping[str, str]) -> list[Artist]:
     kinds = {
         (locus.type, locus.period, stretch.kind, locus.kind)
         for diagram in diagrams
         for locus in diagram.loci
         for stretch in locus_segments(locus)
     }
-    order = [*colours, *TOUCHING]
+    order = [*colors, *TOUCHING]
     handles: list[Artist] = []
     for kind in sorted(kinds, key=lambda k: (order.index(k[0]), k[1], CRITICALITIES.index(k[2]))):
         text = locus_title(kind[0], kind[1], kind[3]) + ", " * bool(kind[2]) + kind[2]
-        handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colours, kind[3])))
+        handles.append(Line2D([], [], label=text, **line_style(*kind[:3], colors, kind[3])))
     return handles
 
 
@@ -261,7 +261,7 @@ def _shades(diagrams: Sequence[HasLoci]) -> list[Artist]:
     kinds = {(region.stable, region.name): region for region in shown if region.known}
     shades: list[Artist] = [
         Patch(
-            facecolor=region_colour(stable),
+            facecolor=region_color(stable),
             edgecolor=STICKS["edgecolor"] if region.sticking else "0.6",
             hatch=STICKS["hatch"] if region.sticking else None,
             linewidth=0.4,
@@ -284,7 +284,7 @@ def draw_loci(
     diagram: HasLoci,
     ax: Axes | None = None,
     *,
-    colours: Mapping[str, str] = LOCUS_COLOURS,
+    colors: Mapping[str, str] = LOCUS_COLORS,
     window: Window | None = None,
     regions: bool = True,
     annotate: bool = True,
@@ -312,7 +312,7 @@ def draw_loci(
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
         for stretch in locus_segments(locus):
-            style = line_style(locus.type, locus.period, stretch.kind, colours, locus.kind)
+            style = line_style(locus.type, locus.period, stretch.kind, colors, locus.kind)
             ax.plot(*stretch.points.T, **style)
     for mark in locus_marks(diagram.loci, diagram.window):
         ax.plot(*mark.values, **mark_style(mark.type))
@@ -325,13 +325,13 @@ def draw_loci(
         assert figure is not None
         # Five lines below the axes: clear of the numbers and the name of the parameter.
         ax.legend(
-            **legend_options([diagram], colours, regions, figure.get_figwidth()),
+            **legend_options([diagram], colors, regions, figure.get_figwidth()),
             loc="upper center",
             bbox_to_anchor=(0.5, 0.0),
             borderaxespad=5.0,
         )
     if annotate:
-        name_loci(ax, diagram, colours=colours, regions=regions, lowest=lowest)
+        name_loci(ax, diagram, colors=colors, regions=regions, lowest=lowest)
     return ax
 
 
@@ -339,7 +339,7 @@ def name_loci(
     ax: Axes,
     diagram: HasLoci,
     *,
-    colours: Mapping[str, str] = LOCUS_COLOURS,
+    colors: Mapping[str, str] = LOCUS_COLORS,
     regions: bool = True,
     lowest: Collection[str] = (),
     without: Window | None = None,
@@ -361,7 +361,7 @@ def name_loci(
         anchors = within(ax, _anchors(locus))
         if len(anchors):
             labels.append(
-                Label(_name(locus), anchors, locus_colour(locus.type, colours), 7.5, leader=False)
+                Label(_name(locus), anchors, locus_color(locus.type, colors), 7.5, leader=False)
             )
     if regions and diagram.regions is not None:
         labels += region_labels(ax, diagram.regions)

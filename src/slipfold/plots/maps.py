@@ -1,6 +1,6 @@
 """Maps over a plane: thresholds, basins, regimes and studies.
 
-Each is cells in colours, of numbers with a bar and of words with a legend, and hatches over some.
+Each is cells in colors, of numbers with a bar and of words with a legend, and hatches over some.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
 from slipfold.models.parameter import Parameter
 from slipfold.plots.loci import HasLoci, draw_loci, legend_options
-from slipfold.plots.regions import COLOURS, OTHERS, grouped
+from slipfold.plots.regions import COLORS, OTHERS, grouped
 from slipfold.plots.style import (
-    add_colour_bar,
+    add_color_bar,
     axes_or_new,
     cell_edges,
     label_axis,
@@ -45,26 +45,26 @@ from slipfold.thresholds.threshold_map import GridThresholds
 Edges = tuple[Array, Array]
 
 NUMBERS = "plasma"
-"""Colours of numbers, from low to high: they grow lighter."""
+"""Colors of numbers, from low to high: they grow lighter."""
 
 WORDS = "tab10"
-"""Colours of words."""
+"""Colors of words."""
 
 HATCHES = ("//", "xx", "..", "\\\\", "--", "||", "++")
 """Hatches of failures, the most frequent kind first; later kinds get them again, closer."""
 
 PALE, INK = "0.93", "0.55"
-"""Ground and ink of hatched failures: no colour of a threshold."""
+"""Ground and ink of hatched failures: no color of a threshold."""
 
 BASINS = ("#c3ded6", "#0d0887", *OTHERS)
-"""Colours of basins, in the order of their attractors: the first two differ most in lightness."""
+"""Colors of basins, in the order of their attractors: the first two differ most in lightness."""
 
 NO_ATTRACTOR = {
     UNFINISHED: ("white", "not finished"),
     ENDED: ("0.35", "ended"),
     UNDECIDED: ("0.75", "undecided"),
 }
-"""Colours and names of starts that came to no attractor."""
+"""Colors and names of starts that came to no attractor."""
 
 UNCERTAIN = {
     WITHIN_CELL: ((1.0, 1.0, 1.0, 0.6), "changes within the cell"),
@@ -91,9 +91,9 @@ def draw_threshold_map(
     annotate: bool = True,
     legend: bool = True,
 ) -> Axes:
-    """Draw thresholds as colours over the plane of the grid's parameters.
+    """Draw thresholds as colors over the plane of the grid's parameters.
 
-    Each point of the grid colours the part of the plane that is nearest to it. Contour lines are
+    Each point of the grid colors the part of the plane that is nearest to it. Contour lines are
     interpolated. Parts without a threshold are hatched, each kind of failure in its own way; what
     an interruption left is white. Angles are shown in degrees; the data of the axes are radians.
     """
@@ -105,8 +105,8 @@ def draw_threshold_map(
     edges = cell_edges(x), cell_edges(y)
     if np.isfinite(values).any():
         low, high = limits or (float(np.nanmin(values)), float(np.nanmax(values)))
-        mesh = _colour(ax, edges, values, NUMBERS, low, high)
-        parameter, bar = found.model.parameter(found.threshold), add_colour_bar(ax, mesh)
+        mesh = _color(ax, edges, values, NUMBERS, low, high)
+        parameter, bar = found.model.parameter(found.threshold), add_color_bar(ax, mesh)
         label_axis(bar, "y", parameter)
         bar.set_ylabel(f"{bar.get_ylabel()} at the first {found.type}")
         if contours and min(values.shape) > 1:
@@ -143,11 +143,11 @@ def _draw_contours(
     levels = ticks[(ticks > np.nanmin(values)) & (ticks < np.nanmax(values))]
     if not len(levels):
         return
-    # White on the dark half of the colours, black on the light one.
-    colours = ["white" if mesh.norm(level) < 0.5 else "black" for level in levels]
+    # White on the dark half of the colors, black on the light one.
+    colors = ["white" if mesh.norm(level) < 0.5 else "black" for level in levels]
     shown = np.ma.masked_invalid(values)
-    lines = ax.contour(*places, shown, levels=levels, colors=colours, linewidths=0.6)
-    if annotate:  # without the unit, which stands at the colour bar
+    lines = ax.contour(*places, shown, levels=levels, colors=colors, linewidths=0.6)
+    if annotate:  # without the unit, which stands at the color bar
         texts = {
             level: quantity_text(parameter, float(level)).removesuffix(f" {parameter.unit}")
             for level in levels
@@ -156,14 +156,14 @@ def _draw_contours(
 
 
 def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw each start in the colour of the attractor that its motion came to.
+    """Draw each start in the color of the attractor that its motion came to.
 
     Cells within which the label changes are paler, those where it changes within the error of the
-    integration are grey.
+    integration are gray.
     """
     ax = axes_or_new(ax)
     own = [BASINS[number % len(BASINS)] for number in range(len(found))]
-    colours = [*(colour for colour, _ in NO_ATTRACTOR.values()), *own]
+    colors = [*(color for color, _ in NO_ATTRACTOR.values()), *own]
     place: dict[str, Any] = {
         "origin": "lower",
         "extent": (*_around(found.first), *_around(found.second)),
@@ -171,12 +171,12 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
         "interpolation": "nearest",
     }
     shown = found.labels - UNFINISHED  # from zero
-    ax.imshow(shown, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(colours) - 0.5, **place)
+    ax.imshow(shown, cmap=ListedColormap(colors), vmin=-0.5, vmax=len(colors) - 0.5, **place)
     doubts = [(level, *UNCERTAIN[level]) for level in UNCERTAIN if (found.uncertain == level).any()]
     if doubts:
         over = np.zeros((*found.labels.shape, 4))
-        for level, colour, _ in doubts:
-            over[found.uncertain == level] = colour
+        for level, color, _ in doubts:
+            over[found.uncertain == level] = color
         ax.imshow(over, **place)
     across, up = (
         f"{axis.name} ({axis.unit})" if axis is PHASE else label_of(found.model, axis.name)
@@ -187,18 +187,18 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
     if legend:
         edge: dict[str, Any] = {"edgecolor": "0.55", "linewidth": 0.4}
         handles = [
-            Patch(facecolor=colour, label=f"{in_words(item)}: {_percent(found.share(item).value)}")
-            for colour, item in zip(own, found, strict=True)
+            Patch(facecolor=color, label=f"{in_words(item)}: {_percent(found.share(item).value)}")
+            for color, item in zip(own, found, strict=True)
         ]
         handles += [
-            Patch(facecolor=colour, label=name, **edge)
-            for label, (colour, name) in NO_ATTRACTOR.items()
+            Patch(facecolor=color, label=name, **edge)
+            for label, (color, name) in NO_ATTRACTOR.items()
             if (found.labels == label).any()
         ]
         for level, (shade, *_, opaque), name in doubts:
-            over_grey = str(opaque * shade + 0.5 * (1 - opaque))
+            over_gray = str(opaque * shade + 0.5 * (1 - opaque))
             label = f"{name}: {_percent((found.uncertain == level).mean())}"
-            handles.append(Patch(facecolor=over_grey, label=label, **edge))
+            handles.append(Patch(facecolor=over_gray, label=label, **edge))
         _legend_below(ax, handles, ncols=min(len(handles), 3))
     return ax
 
@@ -221,28 +221,28 @@ def draw_regimes(
     over: HasLoci | None = None,
     legend: bool = True,
 ) -> Axes:
-    """Draw what the motions of one run do as colours, and what those of others do besides.
+    """Draw what the motions of one run do as colors, and what those of others do besides.
 
-    A hatch has the colour of the other regime; it is dark where only the responses differ. Lines of
+    A hatch has the color of the other regime; it is dark where only the responses differ. Lines of
     a bifurcation set may be drawn over it. What is undecided is dotted, what is not done white.
     """
     ax = axes_or_new(ax)
     first, second = found.over.values()
     edges = cell_edges(first), cell_edges(second)
-    named, order = grouped(found.names(run)), list(COLOURS)
+    named, order = grouped(found.names(run)), list(COLORS)
     numbers = np.vectorize(order.index)(named).T
-    _colour(ax, edges, numbers, ListedColormap(list(COLOURS.values())), -0.5, len(order) - 0.5)
+    _color(ax, edges, numbers, ListedColormap(list(COLORS.values())), -0.5, len(order) - 0.5)
     masks = _coexisting(found, named)
     _hatch(ax, edges, (named == "undecided").T, edgecolor="0.6", hatch=DOTTED, zorder=0.2)
     for name, mask in sorted(masks.items()):
-        style = ("0.25", SAME_KIND) if name == "" else (COLOURS[name], COEXISTING)
+        style = ("0.25", SAME_KIND) if name == "" else (COLORS[name], COEXISTING)
         _hatch(ax, edges, mask.T, edgecolor=style[0], hatch=style[1], zorder=0.2)
     if over is not None:
         draw_loci(over, ax, regions=False, legend=False)
     _frame(ax, edges, [found.model.parameter(name) for name in found.axes])
     if legend:
         handles: list[Artist] = [
-            Patch(facecolor=COLOURS[name], edgecolor="0.5", linewidth=0.4, label=name,
+            Patch(facecolor=COLORS[name], edgecolor="0.5", linewidth=0.4, label=name,
                   hatch=DOTTED if name == "undecided" else None)
             for name in order
             if (named == name).any() or name in masks
@@ -343,15 +343,15 @@ def _draw_panels(
     parameters = [found.model.parameter(name) for name in grid.names]
     panels = _panels(values.shape[3], values.shape[2], ax)
     edges = cell_edges(places[0]), cell_edges(places[1])
-    colours: Any = NUMBERS
+    colors: Any = NUMBERS
     low, high = -0.5, max(len(words or ()), 1) - 0.5
     if words is not None:
         tab = colormaps[WORDS]
-        colours = ListedColormap([tab(place % tab.N) for place in range(max(len(words), 1))])
+        colors = ListedColormap([tab(place % tab.N) for place in range(max(len(words), 1))])
     elif np.isfinite(values).any():
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
     for (row, column), panel in np.ndenumerate(panels):
-        mesh = _colour(panel, edges, values[:, :, column, row].T, colours, low, high)
+        mesh = _color(panel, edges, values[:, :, column, row].T, colors, low, high)
         at = zip(parameters[2:], places[2:], (column, row), strict=False)
         panel.set_title(
             ", ".join(f"{one.name} = {quantity_text(one, part[place])}" for one, part, place in at)
@@ -363,7 +363,7 @@ def _draw_panels(
     if words is None:
         panels[0, 0].get_figure(root=True).colorbar(mesh, ax=panels, label=_headed(item))
     else:
-        handles = [Patch(color=colours(place), label=word) for place, word in enumerate(words)]
+        handles = [Patch(color=colors(place), label=word) for place, word in enumerate(words)]
         place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)}
         panels[0, -1].legend(handles=handles, title=item.name, **place)
     return panels[0, 0] if panels.size == 1 else panels
@@ -391,12 +391,10 @@ def _headed(item: Quantity) -> str:
     return f"{item.name} (°)" if item.unit == "rad" else headed(item)
 
 
-def _colour(ax: Axes, edges: Edges, values: Any, colours: Any, low: float, high: float) -> Any:
-    """Draw cells in colours, as a picture: viewers show hairlines between cells of a drawing."""
+def _color(ax: Axes, edges: Edges, values: Any, colors: Any, low: float, high: float) -> Any:
+    """Draw cells in colors, as a picture: viewers show hairlines between cells of a drawing."""
     shown = np.ma.masked_invalid(values)
-    return ax.pcolormesh(
-        *edges, shown, cmap=colours, vmin=low, vmax=high, rasterized=True, zorder=0
-    )
+    return ax.pcolormesh(*edges, shown, cmap=colors, vmin=low, vmax=high, rasterized=True, zorder=0)
 
 
 def _hatch(ax: Axes, edges: Edges, mask: Mask, facecolor: str = "none", **style: Any) -> None:

@@ -24,14 +24,14 @@ from slipfold.plots.labels import Label
 PALE: Mapping[tuple[int, ...], str] = MappingProxyType(
     {(1,): "#f6f7f2", (1, 2): "#e3efdc", (2,): "#c3ded6", (): "#b3b1b0"}
 )
-"""Colour of a region by the periods of its stable responses; each is darker than the one before."""
+"""Color of a region by the periods of its stable responses; each is darker than the one before."""
 
 OTHERS = (
     "#e0befa", "#ffbd99", "#71d0d5", "#f5dc98", "#f6dcfb", "#dcb87a",
     "#f3aece", "#e6f8b4", "#abe7b7", "#bcb4f4", "#d5c2b3", "#d5d1f5",
 )  # fmt: skip
-"""Colours of other combinations, in the order of `_rank`: each the one farthest, for full sight and
-two kinds of colour blindness, from all those before it, and lighter than any line."""
+"""Colors of other combinations, in the order of `_rank`: each the one farthest, for full sight and
+two kinds of color blindness, from all those before it, and lighter than any line."""
 
 UNKNOWN: Mapping[str, str] = MappingProxyType(
     {"facecolor": "white", "edgecolor": "0.75", "hatch": "...."}
@@ -44,10 +44,10 @@ STICKS: Mapping[str, str] = MappingProxyType(
 """How a region is marked in which contacts of stable responses stop."""
 
 
-def region_colour(stable: tuple[int, ...]) -> str:
-    """Return the colour of regions with these stable responses, the same in every figure.
+def region_color(stable: tuple[int, ...]) -> str:
+    """Return the color of regions with these stable responses, the same in every figure.
 
-    >>> region_colour((1,)), region_colour((1, 1)), region_colour((2, 2))
+    >>> region_color((1,)), region_color((1, 1)), region_color((2, 2))
     ('#f6f7f2', '#e0befa', '#ffbd99')
     """
     if stable in PALE:
@@ -69,7 +69,7 @@ def _rank(stable: tuple[int, ...]) -> int:
     return 1000 + sum(period * 31**place for place, period in enumerate(sorted(stable)))
 
 
-COLOURS = {
+COLORS = {
     "period 1": "#eef0e2",
     "period 2": "#b7ddd0",
     "period 4": "#6fb7b0",
@@ -83,17 +83,17 @@ COLOURS = {
     "not done": "#ffffff",
     "none": "#ffffff",
 }
-"""Colour of each regime: lightness tells them apart in grey as well."""
+"""Color of each regime: lightness tells them apart in gray as well."""
 
 
 def grouped(names: Any) -> Any:
-    """Return what motions do, with periods that have no colour of their own together.
+    """Return what motions do, with periods that have no color of their own together.
 
     >>> grouped(["torus", "period 4", "period 5"]).tolist()
     ['torus', 'period 4', 'other periods']
     """
     named = np.asarray(names).astype(object)
-    named[~np.isin(named, list(COLOURS))] = "other periods"
+    named[~np.isin(named, list(COLORS))] = "other periods"
     return named
 
 
@@ -109,7 +109,7 @@ def draw_region_motions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
     for region in regions.regions:
         if region.motions:
             rows, columns = np.nonzero(labels == region.id)
-            picture[rows, columns] = _colours(ax, region, rows, columns, labels.shape)
+            picture[rows, columns] = _colors(ax, region, rows, columns, labels.shape)
     if picture.any():
         ax.imshow(
             picture,
@@ -121,28 +121,28 @@ def draw_region_motions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
         )
 
 
-def _colours(
+def _colors(
     ax: Axes,
     region: Region,
     rows: NDArray[np.intp],
     columns: NDArray[np.intp],
     shape: tuple[int, ...],
 ) -> NDArray[np.float64]:
-    """Return the colours of pixels of a region, shape (n, 4)."""
+    """Return the colors of pixels of a region, shape (n, 4)."""
     low = np.array([ax.get_xlim()[0], ax.get_ylim()[0]])
     pixel = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())]) / shape[::-1]
     places = np.array([motion.values for motion in region.motions])
     nearest = KDTree((places - low) / pixel).query(np.column_stack([columns, rows]) + 0.5)[1]
     names = grouped([motion.name for motion in region.motions])
-    return np.array([to_rgba(COLOURS[name]) for name in names])[nearest]
+    return np.array([to_rgba(COLORS[name]) for name in names])[nearest]
 
 
 def motion_shades(regions: RegionMap) -> list[Artist]:
     """Return what a legend shows of them."""
     found = {name for region in regions.regions for name in grouped([*region.regimes]).tolist()}
     return [
-        Patch(facecolor=colour, edgecolor="0.6", linewidth=0.4, label=f"simulated: {name}")
-        for name, colour in COLOURS.items()
+        Patch(facecolor=color, edgecolor="0.6", linewidth=0.4, label=f"simulated: {name}")
+        for name, color in COLORS.items()
         if name in found
     ]
 
@@ -157,12 +157,12 @@ PICTURE = "regions"
 def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
     """Paint regions below everything else, within the limits of the axes."""
     view = ax.get_xlim(), ax.get_ylim()
-    colours = ["white", *map(_colour, regions.regions)]
+    colors = ["white", *map(_color, regions.regions)]
     ax.imshow(
         labels,
-        ListedColormap(colours),
+        ListedColormap(colors),
         vmin=-0.5,
-        vmax=len(colours) - 0.5,
+        vmax=len(colors) - 0.5,
         extent=(*view[0], *view[1]),
         origin="lower",
         aspect="auto",
@@ -180,8 +180,8 @@ def draw_regions(ax: Axes, regions: RegionMap, labels: Labels) -> None:
     ax.set_ylim(view[1])
 
 
-def _colour(region: Region) -> str:
-    return region_colour(region.stable) if region.known else UNKNOWN["facecolor"]
+def _color(region: Region) -> str:
+    return region_color(region.stable) if region.known else UNKNOWN["facecolor"]
 
 
 def _hatch(ax: Axes, mask: Mask, style: Mapping[str, str]) -> None:
@@ -189,7 +189,7 @@ def _hatch(ax: Axes, mask: Mask, style: Mapping[str, str]) -> None:
     if not mask.any():
         return
     axes = [
-        _centres(*limits, count)
+        _centers(*limits, count)
         for limits, count in zip((ax.get_xlim(), ax.get_ylim()), mask.shape[::-1], strict=True)
     ]
     drawn = ax.contourf(
@@ -207,7 +207,7 @@ def sharpen(
 
     Shapes: lines (n, 2).
 
-    A cell knows what is true at its centre. A pixel near a line takes the number of a pixel away
+    A cell knows what is true at its center. A pixel near a line takes the number of a pixel away
     from all lines: of the one with the shortest way to it that crosses none.
     """
     labels = _sharpened(regions.first, regions.second, regions.labels, lines, window)
@@ -215,7 +215,7 @@ def sharpen(
         return labels
     # A region that is narrow in a part of the window is identified from where it is wide.
     first, second = (
-        _centres(*interval, count) for interval, count in zip(window, PIXELS, strict=True)
+        _centers(*interval, count) for interval, count in zip(window, PIXELS, strict=True)
     )
     return _sharpened(first, second, labels, lines, view)
 
@@ -223,11 +223,11 @@ def sharpen(
 def _sharpened(
     first: Array, second: Array, labels: Labels, lines: Sequence[Array], view: Window
 ) -> Labels:
-    """Return the labels of cells with these centres as a picture of a part of the plane."""
+    """Return the labels of cells with these centers as a picture of a part of the plane."""
     low = np.array([view[0][0], view[1][0]])
     pixel = (np.array([view[0][1], view[1][1]]) - low) / PIXELS
     columns, rows = (
-        _nearest(cells, _centres(*view[i], PIXELS[i])) for i, cells in enumerate((first, second))
+        _nearest(cells, _centers(*view[i], PIXELS[i])) for i, cells in enumerate((first, second))
     )
     labels = labels[np.ix_(rows, columns)]
     barrier = _barrier(lines, low, pixel)
@@ -243,8 +243,8 @@ def _sharpened(
 
 
 def _spread(labels: Labels, known: Mask, open_: Mask) -> Labels:
-    """Let known labels flow into open pixels, from neighbour to neighbour, all at one pace."""
-    # A margin of closed pixels, so that a neighbour's place in the flat array is its own plus one.
+    """Let known labels flow into open pixels, from neighbor to neighbor, all at one pace."""
+    # A margin of closed pixels, so that a neighbor's place in the flat array is its own plus one.
     width = labels.shape[1] + 2
     flat, free = np.pad(labels, 1).ravel(), np.pad(open_, 1).ravel()
     front = np.flatnonzero(np.pad(known, 1).ravel())
@@ -268,7 +268,7 @@ def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label
     box = ax.get_window_extent()
     found = []
     for region in regions.regions:
-        if region.motions:  # its colours say more than its name
+        if region.motions:  # its colors say more than its name
             continue
         extent = _text_size(ax, region.name, size)
         # Half a character of free space around the text.
@@ -281,7 +281,7 @@ def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label
             low = np.array([ax.get_xlim()[0], ax.get_ylim()[0]])
             whole = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
             found.append(
-                Label(region.name, low + anchors * whole, "0.3", size, leader=False, centred=True)
+                Label(region.name, low + anchors * whole, "0.3", size, leader=False, centerd=True)
             )
     return found
 
@@ -297,13 +297,13 @@ def shown_regions(regions: RegionMap) -> Iterator[Region]:
     yield from [region for region in regions.regions if not region.known][:1]
 
 
-def _centres(low: float, high: float, count: int) -> Array:
-    """Return the centres of equal cells that fill an interval."""
+def _centers(low: float, high: float, count: int) -> Array:
+    """Return the centers of equal cells that fill an interval."""
     return low + (np.arange(count) + 0.5) * (high - low) / count
 
 
 def _nearest(cells: Array, values: Array) -> NDArray[np.int64]:
-    """Return the places of the cells whose centres lie nearest."""
+    """Return the places of the cells whose centers lie nearest."""
     return np.asarray(np.searchsorted((cells[1:] + cells[:-1]) / 2, values), dtype=np.int64)
 
 
@@ -329,7 +329,7 @@ def _barrier(lines: Sequence[Array], low: Array, pixel: Array) -> Mask:
 
 
 def _places(mask: Mask, width: int, height: int) -> Array:
-    """Return centres of boxes that fit into an area, as shares of the picture, shape (n, 2)."""
+    """Return centers of boxes that fit into an area, as shares of the picture, shape (n, 2)."""
     sums = np.pad(mask.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     if width >= mask.shape[1] or height >= mask.shape[0]:
         return np.zeros((0, 2))
@@ -341,10 +341,10 @@ def _places(mask: Mask, width: int, height: int) -> Array:
     )
     row, column = np.nonzero(inside == width * height)
     chosen = np.linspace(0, len(row) - 1, min(len(row), 300)).astype(int)
-    centres = np.column_stack([column + width // 2, row + height // 2])[chosen]
+    centers = np.column_stack([column + width // 2, row + height // 2])[chosen]
     # The roomiest first: it is taken where nothing else speaks against it.
-    room = ndimage.distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1][*centres.T[::-1]]
-    return np.asarray(centres[np.argsort(-room, kind="stable")] / mask.shape[::-1])
+    room = ndimage.distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1][*centers.T[::-1]]
+    return np.asarray(centers[np.argsort(-room, kind="stable")] / mask.shape[::-1])
 
 
 def _text_size(ax: Axes, text: str, size: float) -> Array:

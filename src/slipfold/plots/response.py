@@ -36,20 +36,20 @@ from slipfold.plots.style import (
     settle,
     within,
 )
-from slipfold.plots.trajectories import COLOURS, OTHERS, draw_points
+from slipfold.plots.trajectories import COLORS, OTHERS, draw_points
 from slipfold.results.measured import Fit, MeasurementPlan
 from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
 
 READ = "#c2410c"
-"""Colour of measurements: of no branch, and darker than paper in grey."""
+"""Color of measurements: of no branch, and darker than paper in gray."""
 
 SWEEPS = {
     "up": ("measured, upward", READ, 2.8),
     "down": ("measured, downward", "none", 5.0),
     "": ("measured", READ, 2.8),
 }
-"""Name, colour and size of measurements by how the parameter came to its value."""
+"""Name, color and size of measurements by how the parameter came to its value."""
 
 TORI = {STABLE: "torus", OTHER: "unstable torus"}
 
@@ -87,7 +87,7 @@ def draw_response(
     output: str | None = None,
     measure: str = "max",
     ax: Axes | None = None,
-    colour: str = "black",
+    color: str = "black",
     annotate: bool = True,
     measured: Measurement | None = None,
     under: Sweep | None = None,
@@ -101,8 +101,8 @@ def draw_response(
     output = output or _first_output(diagram)
     if under is not None:
         ax = draw_points(under, output, measure, ax, legend=False)
-    ax = draw_family([diagram], output, measure, ax, [colour])
-    handles: list[Any] = torus_handles(diagram.tori, colour) if measure != STUCK else []
+    ax = draw_family([diagram], output, measure, ax, [color])
+    handles: list[Any] = torus_handles(diagram.tori, color) if measure != STUCK else []
     if under is not None:
         handles += _sweep_handles(under)
     if measured is not None:
@@ -117,7 +117,7 @@ def draw_response(
     if handles:
         ax.legend(handles=handles)
     if annotate:
-        name_family(ax, [diagram], None, output, measure, [colour])
+        name_family(ax, [diagram], None, output, measure, [color])
     return ax
 
 
@@ -140,7 +140,7 @@ def draw_family(
     output: str = "x",
     measure: str = "max",
     ax: Axes | None = None,
-    colours: Sequence[str] | None = None,
+    colors: Sequence[str] | None = None,
 ) -> Axes:
     """Draw several response diagrams into one picture; `name_family` then names what is in it."""
     first = _curves(diagrams)[0]
@@ -149,18 +149,18 @@ def draw_family(
         ax.set_ylabel("fraction of the period in which a contact sticks")
     else:
         label_output(ax, "y", first.model, output, MEASURE_NAMES.get(measure, ""))
-    colours = palette(len(diagrams)) if colours is None else colours
-    for diagram, colour in zip(diagrams, colours, strict=True):
+    colors = palette(len(diagrams)) if colors is None else colors
+    for diagram, color in zip(diagrams, colors, strict=True):
         for branch in diagram.branches:
             for line in branch_segments(branch, output, measure):
-                ax.plot(line.parameter, line.value, color=colour, **LINES[line.kind])
-        _draw_tori(ax, diagram.tori, output, measure, colour)
+                ax.plot(line.parameter, line.value, color=color, **LINES[line.kind])
+        _draw_tori(ax, diagram.tori, output, measure, color)
     # Markers lie on top of all lines.
-    for diagram, colour in zip(diagrams, colours, strict=True):
+    for diagram, color in zip(diagrams, colors, strict=True):
         for mark in _marks([diagram], output, measure):
             ax.plot(
                 mark.parameter, mark.value, linestyle="none", marker=MARKERS[mark.type],
-                color=colour, markerfacecolor="white" if mark.hollow else colour,
+                color=color, markerfacecolor="white" if mark.hollow else color,
                 markeredgewidth=0.9, zorder=3,
             )  # fmt: skip
     ax.set_xlabel(first.model.parameter(first.vary).label)
@@ -173,7 +173,7 @@ def name_family(
     names: Sequence[str] | None = None,
     output: str = "x",
     measure: str = "max",
-    colours: Sequence[str] | None = None,
+    colors: Sequence[str] | None = None,
     without: tuple[float, float] | None = None,
 ) -> None:
     """Name the special points of a picture, and its curves, where nothing is covered.
@@ -181,18 +181,18 @@ def name_family(
     A name may cover, or be moved by, what is drawn later.
     """
     settle(ax)
-    colours = palette(len(diagrams)) if colours is None else colours
+    colors = palette(len(diagrams)) if colors is None else colors
     labels = []
-    for diagram, colour in zip(diagrams, colours, strict=True):
+    for diagram, color in zip(diagrams, colors, strict=True):
         for mark in _marks([diagram], output, measure):
             place = np.array([[mark.parameter, mark.value]])
             hidden = without and without[0] <= mark.parameter <= without[1]
             if mark.name and not hidden and len(within(ax, place)):
-                labels.append(Label(mark.name, place, colour))
-    for diagram, name, colour in zip(diagrams, names or (), colours, strict=names is not None):
+                labels.append(Label(mark.name, place, color))
+    for diagram, name, color in zip(diagrams, names or (), colors, strict=names is not None):
         anchors = within(ax, _anchors(diagram, output, measure))
         if len(anchors):
-            labels.append(Label(name, anchors, colour, size=7.5))
+            labels.append(Label(name, anchors, color, size=7.5))
     place_labels(ax, labels)
 
 
@@ -242,23 +242,23 @@ def limit_name(model: Model, reason: str) -> str:
 
 
 def _draw_tori(
-    ax: Axes, tori: Sequence[TorusBranch], output: str, measure: str, colour: str
+    ax: Axes, tori: Sequence[TorusBranch], output: str, measure: str, color: str
 ) -> None:
-    """Draw tori in a lighter shade of a colour; unstable ones are dotted."""
+    """Draw tori in a lighter shade of a color; unstable ones are dotted."""
     for each in tori:
         lines = torus_segments(each, output, measure)
         for line in lines:
-            ax.plot(line.parameter, line.value, color=_lighter(colour), **LINES[line.kind])
+            ax.plot(line.parameter, line.value, color=_lighter(color), **LINES[line.kind])
         if lines and each.stopped.kind in BREAKS:
             place = lines[-1].parameter[-1], lines[-1].value[-1]
-            ax.plot(*place, linestyle="none", marker=MARKERS["FAILED"], color=colour, zorder=3)
+            ax.plot(*place, linestyle="none", marker=MARKERS["FAILED"], color=color, zorder=3)
 
 
-def torus_handles(tori: Sequence[TorusBranch], colour: str) -> list[Line2D]:
+def torus_handles(tori: Sequence[TorusBranch], color: str) -> list[Line2D]:
     """Return what a legend says of tori."""
     stable = np.concatenate([each.stable[1:] for each in tori] or [np.empty(0, bool)])
     return [
-        Line2D([], [], color=_lighter(colour), label=TORI[kind], **LINES[kind])
+        Line2D([], [], color=_lighter(color), label=TORI[kind], **LINES[kind])
         for kind, found in ((STABLE, stable.any()), (OTHER, not stable.all()))
         if found
     ]
@@ -266,18 +266,18 @@ def torus_handles(tori: Sequence[TorusBranch], colour: str) -> list[Line2D]:
 
 def _sweep_handles(sweep: Sweep) -> list[Line2D]:
     """Return what a legend says of the dots of a sweep."""
-    colours = {
-        f"sweep {name}" if name in COLOURS else "from many starts": COLOURS.get(name, OTHERS)
+    colors = {
+        f"sweep {name}" if name in COLORS else "from many starts": COLORS.get(name, OTHERS)
         for name in sweep.runs
     }
     return [
-        Line2D([], [], linestyle="none", marker="o", markersize=3, color=colour, label=name)
-        for name, colour in colours.items()
+        Line2D([], [], linestyle="none", marker="o", markersize=3, color=color, label=name)
+        for name, color in colors.items()
     ]
 
 
-def _lighter(colour: str) -> str:
-    red, green, blue = (0.5 + 0.5 * part for part in to_rgb(colour))
+def _lighter(color: str) -> str:
+    red, green, blue = (0.5 + 0.5 * part for part in to_rgb(color))
     return to_hex((red, green, blue))
 
 
@@ -325,11 +325,11 @@ def draw_plan(plan: MeasurementPlan, ax: Axes | None = None) -> Axes:
     sizes = np.abs([plan.model.values[name] for name in plan.fitted])
     told = np.abs(plan.slopes) / plan.errors[:, None] * sizes
     order = np.argsort(plan.values)
-    for column, colour in enumerate(palette(len(plan.fitted))):
+    for column, color in enumerate(palette(len(plan.fitted))):
         for row, quantity in enumerate(plan.quantities):
             values = told[order, row, column]
             ax.plot(
-                plan.values[order], np.where(values > 0, values, np.nan), color=colour, marker=".",
+                plan.values[order], np.where(values > 0, values, np.nan), color=color, marker=".",
                 linestyle=("-", "--", ":", "-.")[row % 4],
                 label=f"{plan.fitted[column]}, {quantity}",
             )  # fmt: skip

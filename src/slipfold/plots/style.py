@@ -1,4 +1,4 @@
-"""The look of figures: fonts, colours, lines, markers, axes and their labels."""
+"""The look of figures: fonts, colors, lines, markers, axes and their labels."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def figure_style() -> AbstractContextManager[None]:
 
 
 def palette(count: int) -> tuple[str, ...]:
-    """Return colours that differ in lightness too, from dark to light.
+    """Return colors that differ in lightness too, from dark to light.
 
     They lie on matplotlib's perceptually uniform map *plasma*, short of its yellow, which is too
     faint for a line on white.
@@ -137,8 +137,8 @@ def label_of(model: Model, output: str) -> str:
     raise InputError(f"{model.name} has no output {output!r}; it has {known}")
 
 
-def add_colour_bar(ax: Axes, mesh: ScalarMappable) -> Axes:
-    """Add the scale of the colours of a map and return its axes."""
+def add_color_bar(ax: Axes, mesh: ScalarMappable) -> Axes:
+    """Add the scale of the colors of a map and return its axes."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     return figure.colorbar(mesh, ax=ax, pad=0.02).ax
@@ -164,7 +164,7 @@ def settle(ax: Axes) -> None:
 
 
 def cell_edges(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where the cells of increasing places begin and end: halfway to their neighbours.
+    """Return where the cells of increasing places begin and end: halfway to their neighbors.
 
     The outermost cells end at their places; one place alone gets some room.
     """

@@ -21,7 +21,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import (
     MEASURE_NAMES,
-    add_colour_bar,
+    add_color_bar,
     axes_or_new,
     label_axis,
     label_of,
@@ -38,10 +38,10 @@ from slipfold.tori.surface import TorusSpectrum
 Motion = Trajectory | PeriodicOrbit
 
 FIRST, BETWEEN = "black", "#2166ac"
-"""Colours of the multiples of the first frequency, and of the other lines."""
+"""Colors of the multiples of the first frequency, and of the other lines."""
 
-COLOURS = {UP: "#2166ac", DOWN: "#c0392b"}
-"""Colours of sweeps; motions from many starts are grey."""
+COLORS = {UP: "#2166ac", DOWN: "#c0392b"}
+"""Colors of sweeps; motions from many starts are gray."""
 
 OTHERS = "0.6"
 
@@ -56,7 +56,7 @@ def draw_timeseries(
     motion: Motion,
     output: str | None = None,
     ax: Axes | None = None,
-    colour: str = "black",
+    color: str = "black",
     *,
     start: int = 0,
     stop: int | None = None,
@@ -70,7 +70,7 @@ def draw_timeseries(
         time, values = motion.output(output, per_period * motion.period)
     ax = axes_or_new(ax)
     values, time = on_circles(motion.model, [(output, values)], [time])
-    ax.plot(time, values, color=colour, linewidth=0.9)
+    ax.plot(time, values, color=color, linewidth=0.9)
     ax.margins(x=0.0)
     ax.set_xlabel("time (s)")
     label_output(ax, "y", motion.model, output)
@@ -82,7 +82,7 @@ def draw_phase(
     output: str | None = None,
     against: str | None = None,
     ax: Axes | None = None,
-    colour: str = "black",
+    color: str = "black",
     *,
     periods: int = 64,
     per_period: int = 128,
@@ -108,9 +108,9 @@ def draw_phase(
     ax = axes_or_new(ax)
     named = (output, against)
     lines = on_circles(motion.model, list(zip(named, columns, strict=True)))
-    ax.plot(*lines, color=colour, linewidth=0.8)
+    ax.plot(*lines, color=color, linewidth=0.8)
     starts = on_circles(motion.model, list(zip(named, dots, strict=True)))
-    ax.plot(*starts, "o", markersize=3, color=colour)
+    ax.plot(*starts, "o", markersize=3, color=color)
     ax.margins(0.05)
     label_output(ax, "x", motion.model, output)
     label_output(ax, "y", motion.model, against)
@@ -131,7 +131,7 @@ def draw_spectrum(
     motion: Simulation | Spectrum,
     output: str | None = None,
     ax: Axes | None = None,
-    colour: str = "black",
+    color: str = "black",
     *,
     floor: float = 1e-6,
     largest_order: float = 3.0,
@@ -146,13 +146,13 @@ def draw_spectrum(
     tallest = amplitude[shown].max(initial=10 * floor)
     ax = _spectrum_axes(ax, label_of(spectrum.model, output), floor, tallest)
     ax.set_xlim(-0.05 * unit, (largest_order + 0.1) * unit)
-    _draw_lines(ax, spectrum.frequency[shown], amplitude[shown], colour)
+    _draw_lines(ax, spectrum.frequency[shown], amplitude[shown], color)
     if annotate:
-        name_lines(ax, spectrum, output, colour)
+        name_lines(ax, spectrum, output, color)
     return ax
 
 
-def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", colour: str = "black") -> None:
+def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", color: str = "black") -> None:
     """Name the multiples of half the forcing frequency."""
     settle(ax)
     floor, rightmost = ax.get_ylim()[0], ax.get_xlim()[1]
@@ -162,7 +162,7 @@ def name_lines(ax: Axes, spectrum: Spectrum, output: str = "x", colour: str = "b
     ):
         if amplitude > floor and frequency < rightmost and 2 * order == round(2 * order):
             place = np.array([[frequency, amplitude]])
-            labels.append(Label(_order_name(round(2 * order)), place, colour, leader=False))
+            labels.append(Label(_order_name(round(2 * order)), place, color, leader=False))
     place_labels(ax, labels)
 
 
@@ -225,11 +225,11 @@ def draw_torus_spectrum(
     ax = _spectrum_axes(ax, label_of(spectrum.model, output), lowest, tallest)
     ax.set_xlim(-0.05 * first, (largest_order + 0.5) * first)
     between = spectrum.orders[:, 1] != 0
-    for colour, name, own in (
+    for color, name, own in (
         (FIRST, f"multiples of $f_1$ = {first:.6g} Hz", shown & ~between),
         (BETWEEN, f"with $f_2$ = {second:.6g} Hz", shown & between),
     ):
-        _draw_lines(ax, frequency[own], amplitude[own], colour, name)
+        _draw_lines(ax, frequency[own], amplitude[own], color, name)
     ax.legend()
     settle(ax)
     # The tallest lines have names.
@@ -268,12 +268,12 @@ def _spectrum_axes(ax: Axes | None, label: str, floor: float, tallest: float) ->
 
 
 def _draw_lines(
-    ax: Axes, frequency: Array, amplitude: Array, colour: str, name: str = "_nolegend_"
+    ax: Axes, frequency: Array, amplitude: Array, color: str, name: str = "_nolegend_"
 ) -> None:
     """Draw a stem and a dot for each line; names keep clear of both."""
-    ax.plot(frequency, amplitude, "o", markersize=3, color=colour, label=name)
+    ax.plot(frequency, amplitude, "o", markersize=3, color=color, label=name)
     stems = np.full(len(frequency), ax.get_ylim()[0]), amplitude
-    ax.plot(np.array([frequency] * 2), np.array(stems), color=colour, linewidth=1.0)
+    ax.plot(np.array([frequency] * 2), np.array(stems), color=color, linewidth=1.0)
 
 
 def draw_points(
@@ -298,13 +298,13 @@ def draw_points(
     ax = axes_or_new(ax)
     chosen = sweep.runs if runs is None else runs
     named: dict[str, Any] = {}
-    for name in sorted(chosen, key=lambda name: (name in COLOURS, sweep.run(name))):
+    for name in sorted(chosen, key=lambda name: (name in COLORS, sweep.run(name))):
         x, y = dots_of(sweep, sweep.run(name), output, measure)
         (dots,) = ax.plot(
-            x, y, "o", markersize=SIZE, markeredgewidth=0, color=COLOURS.get(name, OTHERS),
+            x, y, "o", markersize=SIZE, markeredgewidth=0, color=COLORS.get(name, OTHERS),
             zorder=0.5, rasterized=True,
         )  # fmt: skip
-        named.setdefault(name if name in COLOURS else "from many starts", dots)
+        named.setdefault(name if name in COLORS else "from many starts", dots)
     label_axis(ax, "x", sweep.model.parameter(sweep.vary))
     label_output(ax, "y", sweep.model, output, MEASURE_NAMES.get(measure, ""))
     if legend and len(named) > 1:
@@ -365,7 +365,7 @@ def draw_section(
         found = sampled_outputs(sweep.model, sweep.vary, np.full(len(states), value), states, 1)
         columns = [found[:, 0, flow.output_index(item)] for item in (output, against)]
         ax.plot(*columns, "o", markersize=2 * SIZE, markeredgewidth=0,
-                color=COLOURS.get(name, OTHERS), label=name)  # fmt: skip
+                color=COLORS.get(name, OTHERS), label=name)  # fmt: skip
     ax.margins(0.05)
     label_output(ax, "x", sweep.model, output)
     label_output(ax, "y", sweep.model, against)
@@ -382,7 +382,7 @@ def draw_waterfall(
     lines: float = 3,
     floor: float = 1e-5,
 ) -> Axes:
-    """Draw amplitudes over frequency and parameter as colours.
+    """Draw amplitudes over frequency and parameter as colors.
 
     Frequencies are in multiples of the forcing's, up to `lines`; amplitudes are shown down to the
     fraction `floor` of the largest. Motions are windowed (Hann), so that a line is as wide as four
@@ -402,9 +402,9 @@ def draw_waterfall(
     motion = outputs[:, :, flow_of(sweep.model).output_index(output)]
     motion = motion.reshape(int(known.sum()), -1)
     window = np.hanning(motion.shape[1] + 1)[:-1]
-    centred = motion - motion.mean(axis=1, keepdims=True)
+    centerd = motion - motion.mean(axis=1, keepdims=True)
     amplitudes = np.full((len(states), motion.shape[1] // 2 + 1), np.nan)
-    amplitudes[known] = 2 * np.abs(np.fft.rfft(centred * window)) / window.sum()
+    amplitudes[known] = 2 * np.abs(np.fft.rfft(centerd * window)) / window.sum()
     frequencies = np.arange(amplitudes.shape[1]) / periods
     shown = frequencies <= lines
     largest = float(np.nanmax(amplitudes))
@@ -418,7 +418,7 @@ def draw_waterfall(
         rasterized=True,
         shading="nearest",
     )
-    label_output(add_colour_bar(ax, mesh), "y", sweep.model, output, "amplitude of")
+    label_output(add_color_bar(ax, mesh), "y", sweep.model, output, "amplitude of")
     label_axis(ax, "x", sweep.model.parameter(sweep.vary))
     ax.set_ylabel("frequency over that of the forcing")
     return ax

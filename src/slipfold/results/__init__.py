@@ -1,1 +1,1 @@
-"""Results: labelled, saved and read back, printed and exported."""
+"""Results: labeled, saved and read back, printed and exported."""

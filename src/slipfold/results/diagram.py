@@ -101,7 +101,7 @@ def _stuck(branch: Branch) -> str:
     return f"contacts stick for up to {most:.4g} of the period" if most > 0 else ""
 
 
-class Labelled(NamedTuple):
+class Labeled(NamedTuple):
     """A special point with the branch that it lies on."""
 
     branch: Branch
@@ -203,11 +203,9 @@ class Diagram(Result):
     tori: Annotated[tuple[TorusBranch, ...], Tori()] = ()
 
     @property
-    def special(self) -> tuple[Labelled, ...]:
+    def special(self) -> tuple[Labeled, ...]:
         """All special points, each with its branch, branch after branch."""
-        return tuple(
-            Labelled(branch, point) for branch in self.branches for point in branch.special
-        )
+        return tuple(Labeled(branch, point) for branch in self.branches for point in branch.special)
 
     @cached_property
     def _end_orbits(self) -> Mapping[tuple[int, int], PeriodicOrbit]:

@@ -50,7 +50,7 @@ from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.regions import Regions
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
-from slipfold.text.one_line import capitalised, certain, listed
+from slipfold.text.one_line import capitalized, certain, listed
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 
@@ -129,7 +129,7 @@ def _regions_table(diagram: LocusDiagram) -> PrintedTable:
     return PrintedTable([*heads, "motions"] if with_motions else heads, lines, words)
 
 
-class LabelledLocus(NamedTuple):
+class LabeledLocus(NamedTuple):
     """A special point with the locus that it lies on."""
 
     locus: Locus
@@ -229,9 +229,9 @@ class LocusDiagram(Result):
     ] = ()
 
     @property
-    def special(self) -> tuple[LabelledLocus, ...]:
+    def special(self) -> tuple[LabeledLocus, ...]:
         """All special points, each with its locus, locus after locus."""
-        return tuple(LabelledLocus(locus, point) for locus in self.loci for point in locus.special)
+        return tuple(LabeledLocus(locus, point) for locus in self.loci for point in locus.special)
 
     @property
     def failed(self) -> bool:
@@ -291,7 +291,7 @@ class LocusDiagram(Result):
                 for locus, point in self.special
             ),
         )
-        missing = [capitalised(item, self.model.parameters) for item in self.missing]
+        missing = [capitalized(item, self.model.parameters) for item in self.missing]
         return [*notes, *missing, *super()._notes()]
 
     def _endings(self, locus: Locus) -> list[str]:

@@ -21,7 +21,7 @@ from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Tabl
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
-from slipfold.text.one_line import capitalised, headed, listed, number_text
+from slipfold.text.one_line import capitalized, headed, listed, number_text
 from slipfold.text.printed_table import PrintedTable, with_unit
 
 QUANTITIES = Items("quantity", Quantity, (
@@ -331,7 +331,7 @@ class Fit(Result):
         errors_given = np.isfinite(self.measurement.errors).any()
         used = f"{int(self.used.sum())} of {len(self.measurement)} rows used"
         expected = ", 1 expected" if errors_given else " of the readings' range"
-        message = capitalised(self.message, self.model.parameters)
+        message = capitalized(self.message, self.model.parameters)
         return [f"{used}; scatter {self.scatter:.3g}{expected}", *([message] if message else [])]
 
     def _line(self) -> str:

@@ -25,7 +25,7 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
-from slipfold.results.tables import LabelledTable
+from slipfold.results.tables import LabeledTable
 from slipfold.version import package_version
 
 
@@ -250,7 +250,7 @@ def _check_kind(kind: Any) -> None:
 class SavedTable:
     """Contents of a file, before a result is made from it."""
 
-    table: LabelledTable
+    table: LabeledTable
     given: Mapping[str, Any]
     """The input of the computation."""
     model: Model
@@ -293,7 +293,7 @@ class SavedTable:
         return values
 
 
-def open_table(table: LabelledTable, kind: type[Model] | None = None) -> SavedTable:
+def open_table(table: LabeledTable, kind: type[Model] | None = None) -> SavedTable:
     """Find out what a table was computed with."""
     given = json.loads(table.attributes["input"])
     parameters = given["parameters"]

@@ -18,7 +18,7 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Field, Items, Labels, Part
 from slipfold.results.records import Provenance, SavedTable, open_table
 from slipfold.results.result import Result
-from slipfold.results.tables import Frame, LabelledTable, frame_of
+from slipfold.results.tables import Frame, LabeledTable, frame_of
 from slipfold.text.one_line import listed
 from slipfold.text.printed_table import PrintedTable
 
@@ -152,7 +152,7 @@ class Responses(Result, Sequence["Diagram | None"]):
         """
         return {name: float(values[index]) for name, values in self.over.items()}
 
-    def _table(self) -> LabelledTable:
+    def _table(self) -> LabeledTable:
         """Return cases and special points; each diagram is a group of its own."""
         known = enumerate(self.diagrams)
         return replace(

@@ -33,7 +33,7 @@ from slipfold.results.records import (
     structure_record,
     types_of,
 )
-from slipfold.results.tables import Frame, LabelledTable, Variable, frame_of, read_netcdf
+from slipfold.results.tables import Frame, LabeledTable, Variable, frame_of, read_netcdf
 from slipfold.results.writing import write_file
 from slipfold.text.one_line import OneLine
 from slipfold.text.printed_table import PrintedTable, html_list
@@ -158,7 +158,7 @@ class Result(OneLine, ReadOnly, ABC):
         return {**finite(head | scales_record(self.model) | self._record()), **checked}
 
     def to_xarray(self) -> xarray.Dataset:
-        """Return all numbers as one labelled dataset; the notes of the class say along what.
+        """Return all numbers as one labeled dataset; the notes of the class say along what.
 
         Returns
         -------
@@ -300,15 +300,15 @@ class Result(OneLine, ReadOnly, ABC):
                 found |= names(name, items)
         return found
 
-    def _table(self) -> LabelledTable:
-        """Return everything as labelled arrays, with the input and the origin as attributes."""
+    def _table(self) -> LabeledTable:
+        """Return everything as labeled arrays, with the input and the origin as attributes."""
         model, structure = self.model, structure_record(self.model)
         given = {"model": model.name, "parameters": dict(model.values), **scales_record(model)}
         given |= ({"structure": structure} if structure else {}) | self._given()
         head = {"schema": self.schema, "title": self._title(), "model": model.name}
         checked = {} if self.checked is None else {"checked": json.dumps(self.checked.to_json())}
         origin = {"input": json.dumps(given), **self.provenance.attributes(), **checked}
-        return LabelledTable(self._variables(), {**self._attributes(), **head, **origin})
+        return LabeledTable(self._variables(), {**self._attributes(), **head, **origin})
 
     @classmethod
     def _read(cls, saved: SavedTable) -> Self:

@@ -22,7 +22,7 @@ from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, F
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
-from slipfold.text.one_line import capitalised
+from slipfold.text.one_line import capitalized
 from slipfold.text.printed_table import PrintedTable
 
 if TYPE_CHECKING:
@@ -263,7 +263,7 @@ class Simulation(Trajectory, Result):
         pairs = zip(model.states, self.strobe[-1], strict=True)
         state = ", ".join(f"{item.name} = {value:.12g}" for item, value in pairs)
         sentences = [
-            capitalised(self.settlement.message, (*model.parameters, *model.states)),
+            capitalized(self.settlement.message, (*model.parameters, *model.states)),
             f"Last state{' at phase zero' if model.forced else ''}: {state}",
         ]
         if last is not None and last.sticking:

@@ -1,4 +1,4 @@
-"""The result of a study: one labelled dataset of all its cases."""
+"""The result of a study: one labeled dataset of all its cases."""
 
 from __future__ import annotations
 

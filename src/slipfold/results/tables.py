@@ -1,4 +1,4 @@
-"""Labelled arrays, as netCDF files, xarray datasets, spreadsheets and data frames."""
+"""Labeled arrays, as netCDF files, xarray datasets, spreadsheets and data frames."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Variable:
 
 
 @dataclass(frozen=True, eq=False)
-class LabelledTable:
+class LabeledTable:
     """Variables that share dimensions, with attributes.
 
     It goes to a netCDF file without xarray, which takes longer to import than a diagram to compute.
@@ -67,7 +67,7 @@ class LabelledTable:
     variables: Mapping[str, Variable]
     attributes: Mapping[str, Any]
     """Of the whole; text, numbers or arrays of numbers."""
-    groups: Mapping[str, LabelledTable] = field(default_factory=dict)
+    groups: Mapping[str, LabeledTable] = field(default_factory=dict)
     """Tables of their own in the same file."""
 
     def to_xarray(self) -> xarray.Dataset:
@@ -142,7 +142,7 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
     written.attrs.update(attributes)
 
 
-def read_netcdf(path: str | Path) -> LabelledTable:
+def read_netcdf(path: str | Path) -> LabeledTable:
     """Read a netCDF-4 file."""
     try:
         content = Path(path).read_bytes()
@@ -164,7 +164,7 @@ def read_netcdf(path: str | Path) -> LabelledTable:
         ) from error
 
 
-def _read_table(file: Any, store: Any) -> LabelledTable:
+def _read_table(file: Any, store: Any) -> LabeledTable:
     """Read a file, or a group in it."""
     attributes = {key: _plain(value) for key, value in file.attrs.items()}
     labels = str(attributes.pop("coordinates", "")).split()
@@ -174,7 +174,7 @@ def _read_table(file: Any, store: Any) -> LabelledTable:
         for name, item in file.variables.items()
     }
     groups = {name: _read_table(group, store[name]) for name, group in file.groups.items()}
-    return LabelledTable(variables, attributes, groups)
+    return LabeledTable(variables, attributes, groups)
 
 
 def _read_variable(item: Any, values: NDArray[Any], label: bool) -> Variable:

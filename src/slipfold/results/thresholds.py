@@ -68,7 +68,7 @@ class ThresholdMap(GridThresholds, Result):
     ``dataset.Nd.sel(Vd=0.6, alpha=1.0)`` is a threshold; further along ``state`` and
     ``multiplier``. In the spreadsheet of `to_csv`, one row a point of the grid. In `to_json`,
     schema slipfold.threshold_map/1, thresholds and failures, a list for each value of the first
-    parameter. `plot` draws the thresholds as colours, without contour lines if ``contours=False``.
+    parameter. `plot` draws the thresholds as colors, without contour lines if ``contours=False``.
 
     Examples
     --------

@@ -31,7 +31,7 @@ from slipfold.models.turns import without_turns
 from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Field, Items, Labels, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.text.one_line import capitalised, number_text
+from slipfold.text.one_line import capitalized, number_text
 from slipfold.text.printed_table import PrintedTable
 
 
@@ -127,7 +127,7 @@ class LyapunovExponents(Result):
         if not model.forced:
             length = f"{self.periods * model.values[DURATION.name]:.6g} s"
             model = model.replace(**{DURATION.name: DURATION.default})
-        verdict = capitalised(message, (*model.parameters, *model.states))
+        verdict = capitalized(message, (*model.parameters, *model.states))
         return f"{model!r} over {length}\n{verdict}"
 
     def _notes(self) -> list[str]:

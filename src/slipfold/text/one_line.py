@@ -103,7 +103,7 @@ def parameter_text(parameter: Quantity, *values: float) -> str:
     return with_unit(f"{parameter.name} = {span}", parameter.unit)
 
 
-def capitalised(text: str, named: Iterable[Quantity]) -> str:
+def capitalized(text: str, named: Iterable[Quantity]) -> str:
     """Return a sentence with a capital letter, unless it begins with the name of a quantity."""
     names = [item.name for item in named]
     return text if text.split(" ")[0] in names else text[:1].upper() + text[1:]

@@ -17,7 +17,7 @@ from slipfold.arrays import Array, Indices, Mask
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.continuation.unseen import TOUCH
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow.explicit_steps import linearised_steps_of
+from slipfold.flow.explicit_steps import linearized_steps_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.model import Model, carried_whole
@@ -136,7 +136,7 @@ class BatchedThresholds:
     def __init__(self, model: Model, vary: str, span: tuple[float, float]) -> None:
         self.model, self.span = model, span
         self._vary = vary, abs(span[1] - span[0])
-        self._steps = linearised_steps_of(model)
+        self._steps = linearized_steps_of(model)
         self._bounds = np.array([limit.bound for limit in model.limits])
 
     def orbits(self, parameters: Array, scales: Array) -> OrbitBatch:
@@ -255,19 +255,19 @@ class _Doubling:
         if len(done):
             far = done[found.moved[done] > SAME]
             if len(far):
-                self._matrices[far] = orbits.linearise(far, found.z[far], EXACTLY).blocks[:, 0]
+                self._matrices[far] = orbits.linearize(far, found.z[far], EXACTLY).blocks[:, 0]
             self.residuals[done] = orbits.residuals(done, found.z[done])
             self.multipliers[done] = floquet_multipliers(self._matrices[done])
         self.distance = np.linalg.norm((self.states - states) / orbits.scales, axis=1)
         self.distance[~(self.residuals <= NEARLY)] = np.inf
 
     def _approach(self, some: Indices, z: Array) -> Array:
-        part = self._orbits.linearise(some, z, NEARLY)
+        part = self._orbits.linearize(some, z, NEARLY)
         self.clear[some] = part.seen.clear(self._bounds)
         return self._step(some, z, part, NEARLY)
 
     def _last(self, some: Indices, z: Array) -> Array:
-        return self._step(some, z, self._orbits.linearise(some, z, EXACTLY), EXACTLY)
+        return self._step(some, z, self._orbits.linearize(some, z, EXACTLY), EXACTLY)
 
     def _step(self, some: Indices, z: Array, part: Part, tolerance: float) -> Array:
         """Return Newton's steps."""
@@ -280,7 +280,7 @@ class _Doubling:
         if len(renew):
             perturbed = z[renew]
             perturbed[:, :n] += PERTURBATION * right[renew]
-            other = self._orbits.linearise(some[renew], perturbed, tolerance)
+            other = self._orbits.linearize(some[renew], perturbed, tolerance)
             by_states = other.blocks[:, 0] - matrices[renew]
             change = np.concatenate(
                 [by_states, (other.along - part.along[renew]).swapaxes(1, 2)], axis=2

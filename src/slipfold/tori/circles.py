@@ -190,19 +190,19 @@ class Circles(Curve[CirclePoint]):
         ends = self.flow.advance(self.states(z), zero, zero + self.period, self.constants(z))
         return self._apart(z, ends)
 
-    def linearise(self, z: Array) -> _Linearised:
+    def linearize(self, z: Array) -> _Linearized:
         """Return the same with its derivatives."""
         zero, states, turns = np.zeros(self.count), self.states(z), self.rotation(z)
         constants = self.constants(z)
         along = constants.rates[:, self._indices]
-        ends, matrices, pulls = self.flow.linearise(
+        ends, matrices, pulls = self.flow.linearize(
             states, zero, zero + self.period, constants, along
         )
         by_turns = -(slopes(turned(states, turns)) / self._sizes).ravel()
         by_free = (pulls * self._units / self._sizes[:, None]).reshape(self.size, -1)
-        return _Linearised(self._apart(z, ends), matrices, turns, by_turns, by_free, self)
+        return _Linearized(self._apart(z, ends), matrices, turns, by_turns, by_free, self)
 
-    def blended(self, known: Sequence[_Linearised | None], weights: Array) -> _Linearised | None:
+    def blended(self, known: Sequence[_Linearized | None], weights: Array) -> _Linearized | None:
         """Return a weighted sum of derivatives at several circles."""
         whole = [item for item in known if item is not None and item.circles is self]
         if len(whole) < len(known):
@@ -211,7 +211,7 @@ class Circles(Curve[CirclePoint]):
         def mixed(name: str) -> Any:
             return sum(w * getattr(item, name) for w, item in zip(weights, whole, strict=True))
 
-        return _Linearised(
+        return _Linearized(
             whole[-1].defect,
             mixed("matrices"),
             mixed("turns"),
@@ -251,8 +251,8 @@ class Circles(Curve[CirclePoint]):
             correction.residual,
             bordered.volume,
             curve=self,
-            linearisation=correction.linearisation,
-            matrices=correction.linearisation.matrices,
+            linearization=correction.linearization,
+            matrices=correction.linearization.matrices,
         )
 
     def renewed(self, points: Sequence[CirclePoint]) -> tuple[Any, list[CirclePoint]] | None:
@@ -283,7 +283,7 @@ class Circles(Curve[CirclePoint]):
             tests=point.tests | {"size": self._size(z)},
             orientation=same * point.orientation,
             curve=self,
-            linearisation=None,
+            linearization=None,
             matrices=matrices.reshape(self.count, *point.matrices.shape[1:]),
         )
 
@@ -336,7 +336,7 @@ class Circles(Curve[CirclePoint]):
 
 
 @dataclass(frozen=True, eq=False)
-class _Linearised:
+class _Linearized:
     """Mismatch and Jacobian, with the derivatives of the map at the angles."""
 
     defect: Array

@@ -94,7 +94,7 @@ class _LockedOrbits:
                 return np.full_like(z, np.nan)
             constants = circles.flow.constants_of(model.replace(**{circles.vary: value}))
             zero, along = np.zeros(1), constants.rates[:, index]
-            ends, matrices, pulls = circles.flow.linearise(
+            ends, matrices, pulls = circles.flow.linearize(
                 state[None], zero, zero + circles.period * self.returns, constants, along
             )
             apart = without_turns(ends[0] - state, model.whole_turns) / scales

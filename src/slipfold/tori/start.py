@@ -56,7 +56,7 @@ def _critical(model: Model, state: Array, period: int) -> tuple[float, NDArray[n
     flow = flow_of(model)
     constants, zero = flow.constants_of(model), np.zeros(1)
     still = np.zeros((len(constants.values), 0))
-    matrix = flow.linearise(state[None], zero, zero + period, constants, still)[1][0]
+    matrix = flow.linearize(state[None], zero, zero + period, constants, still)[1][0]
     values, vectors = np.linalg.eig(matrix)
     turning = np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
     which = int(turning.argmin())

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from helpers.explorer_page import PLANE, ExplorerPage
-from slipfold.plots.regions import OTHERS, PALE, region_colour
+from slipfold.plots.regions import OTHERS, PALE, region_color
 
 WINDOW = "model=sliding&p.f=12.2&p.Nd=0.1&plane=f~12.1~12.5~Nd~0~0.3"
 """Two responses are stable in a part of it: many seconds to compute."""
@@ -131,9 +131,9 @@ def test_it_is_put_away_and_comes_back(new_tab):
 
 
 SHADES = """async (combinations) => {
-  const { regionColour } = await import("/page/plane_plot.js");
-  const { colours } = await import("/page/theme.js");
-  return combinations.map((stable) => regionColour(stable, colours()));
+  const { regionColor } = await import("/page/plane_plot.js");
+  const { colors } = await import("/page/theme.js");
+  return combinations.map((stable) => regionColor(stable, colors()));
 }"""
 
 
@@ -149,7 +149,7 @@ def test_each_combination_of_stable_responses_has_its_shade_as_in_figures(explor
     assert len(set(light)) == len(combinations)
     known = {*PALE.values(), *OTHERS}
     for stable, shade in zip(combinations, light, strict=True):
-        figure = region_colour(tuple(stable))
+        figure = region_color(tuple(stable))
         assert shade == figure if figure in known else shade.startswith("hsl(")
     page.evaluate("document.documentElement.dataset.theme = 'dark'")
     dark = page.evaluate(SHADES, combinations)

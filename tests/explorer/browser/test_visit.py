@@ -19,14 +19,14 @@ CONTRAST = """
 () => {
   const channel = (value) =>
     (value /= 255) <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
-  const light = (colour) => {
-    const [r, g, b] = colour.match(/[0-9.]+/g).map(Number).map(channel);
+  const light = (color) => {
+    const [r, g, b] = color.match(/[0-9.]+/g).map(Number).map(channel);
     return 0.2126 * r + 0.7152 * g + 0.0722 * b;
   };
   const paper = (node) => {
     for (; node; node = node.parentElement) {
-      const colour = getComputedStyle(node).backgroundColor;
-      if (!/, 0\\)$|transparent/.test(colour)) return colour;
+      const color = getComputedStyle(node).backgroundColor;
+      if (!/, 0\\)$|transparent/.test(color)) return color;
     }
   };
   return [...document.querySelectorAll('p, h2, button:enabled, .unit, .choice span')]

@@ -1,4 +1,4 @@
-"""The sliding oscillator written by hand, in metres and seconds, with no code of the package.
+"""The sliding oscillator written by hand, in meters and seconds, with no code of the package.
 
 Everything is analytic, so that complex steps differentiate it to rounding.
 """

@@ -21,7 +21,7 @@ def den_hartog(frequency, kinetic, static=None, phases=(0.0,)):
 
 
 def masses_on_belt(coefficients, statics, speed, *, coupling=0.0, damping=0.0):
-    """Unit masses on unit springs, each on the belt, neighbours coupled."""
+    """Unit masses on unit springs, each on the belt, neighbors coupled."""
     n = len(statics)
     chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     chain[[0, -1], [0, -1]] -= 1
@@ -34,7 +34,7 @@ def masses_on_belt(coefficients, statics, speed, *, coupling=0.0, damping=0.0):
 
 
 def sliding(**given):
-    """The sliding oscillator in metres, x before y; values may be arrays, a motion each."""
+    """The sliding oscillator in meters, x before y; values may be arrays, a motion each."""
     p = {**BASE, "mu_s": given.get("mu", BASE["mu"]), **given}
     m1 = p["k1"] / (2 * np.pi * p["f1"]) ** 2
     m2 = p["k2"] / (2 * np.pi * p["f2"]) ** 2

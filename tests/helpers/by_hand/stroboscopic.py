@@ -21,7 +21,7 @@ class StroboscopicByHand:
         self.p = {**BASE, **values}
         self.period = period
         self.scales = scales(values)
-        self.centre = np.asarray(state) / self.scales
+        self.center = np.asarray(state) / self.scales
         self.radius = radius
 
     def images(self, starts):
@@ -41,7 +41,7 @@ class StroboscopicByHand:
     def monodromy(self):
         """First derivative by complex steps, shape (4, 4)."""
         columns = [
-            integrate((self.centre + 1j * TINY * unit) * self.scales, self.p, self.period).imag
+            integrate((self.center + 1j * TINY * unit) * self.scales, self.p, self.period).imag
             / TINY
             / self.scales
             for unit in np.eye(4)
@@ -51,13 +51,13 @@ class StroboscopicByHand:
     def along_parameter(self, name):
         """Derivative with respect to a parameter at fixed time of the clock, by a complex step."""
         p = {**self.p, name: self.p[name] + 1j * TINY}
-        return integrate(self.centre * self.scales, p, self.period).imag / TINY / self.scales
+        return integrate(self.center * self.scales, p, self.period).imag / TINY / self.scales
 
     def powers(self, directions):
         """B(v, v) and C(v, v, v) for real directions, shape (m, 4) each."""
         lengths = np.linalg.norm(directions, axis=1)
         steps = self.radius / np.where(lengths > 0, lengths, 1.0)
-        starts = self.centre + (steps[:, None] * NODES)[:, :, None] * directions[:, None]
+        starts = self.center + (steps[:, None] * NODES)[:, :, None] * directions[:, None]
         ends = self.images(starts.reshape(-1, 4)).reshape(len(directions), len(NODES), 4)
         second, third = np.empty_like(directions), np.empty_like(directions)
         for row, (line, step) in enumerate(zip(ends, steps, strict=True)):

@@ -4,10 +4,10 @@ import { escaped } from "./diagram_data.js";
 import { Choice, element } from "./dom.js";
 import { CONFIG, layout, mapping } from "./plot_tools.js";
 import { axisTitle, display } from "./quantities.js";
-import { colours, themeChanged } from "./theme.js";
+import { colors, themeChanged } from "./theme.js";
 import { basinsRequest } from "./view.js";
 
-/** Colours of attractors: the first two differ most in lightness. */
+/** Colors of attractors: the first two differ most in lightness. */
 const TINTS = ["region-2", "live", ...Array.from({ length: 12 }, (_, i) => `region-other-${i + 1}`)];
 
 /** What starts came to that came to no attractor, from the least label on. */
@@ -18,7 +18,7 @@ const NOTHING = [
 ];
 
 /**
- * Names and colours of all that starts came to, in the order of their labels.
+ * Names and colors of all that starts came to, in the order of their labels.
  * @param {{labels: number[][], attractors: {name: string, share: number}[]}} basins
  */
 function keysOf({ labels, attractors }) {
@@ -70,19 +70,19 @@ class BasinsPlot {
   #draw() {
     if (!this.#basins || this.node.clientWidth === 0) return;
     const { x, y, labels } = this.#basins;
-    const colour = colours();
+    const color = colors();
     const keys = keysOf(this.#basins);
     const [across, up] = [x, y].map((axis) => axis.values.map((value) => value * display(axis).factor));
     const size = [this.node.clientWidth, this.node.clientHeight];
     const range = { x: ends(across), y: ends(up) };
     this.#map = mapping(size, range.x, range.y);
-    const sheet = layout(colour, { title: escaped(axisTitle(x)), range: range.x },
+    const sheet = layout(color, { title: escaped(axisTitle(x)), range: range.x },
       { title: escaped(axisTitle(y)), range: range.y }, size);
     sheet.dragmode = false;
     sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
     sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
     const colorscale = keys.flatMap(({ tint }, i) =>
-      [i, i + 1].map((end) => [end / keys.length, colour(tint)]));
+      [i, i + 1].map((end) => [end / keys.length, color(tint)]));
     const trace = {
       type: "heatmap", x: across, y: up, z: labels, colorscale, showscale: false, hoverinfo: "skip",
       zmin: keys[0].label - 0.5, zmax: keys.at(-1).label + 0.5,

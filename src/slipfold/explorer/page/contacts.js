@@ -72,7 +72,7 @@ function described({ name, pieces }) {
 }
 
 /** A label with the unit, if there is one. */
-function labelled(word, unit) {
+function labeled(word, unit) {
   return unit ? `${word} (${unit})` : word;
 }
 
@@ -88,8 +88,8 @@ function loop(id, title, word, unit, over) {
           x: piece[over][axis], y: piece.friction[axis], tint: tintOf(i, piece),
         })));
       plot.draw({
-        x: { label: labelled(word, contacts[0].units[unit]) },
-        y: { label: labelled("friction", contacts[0].units[2]) },
+        x: { label: labeled(word, contacts[0].units[unit]) },
+        y: { label: labeled("friction", contacts[0].units[2]) },
         lines: [...inFront(lines), ...legendOf(names)],
       });
     },
@@ -113,8 +113,8 @@ function path() {
         x: piece.displacement[0], y: piece.displacement[1], tint: tintOf(i, piece),
       })));
       plot.draw({
-        x: { label: labelled("x", contacts[0].units[0]) },
-        y: { label: labelled("y", contacts[0].units[0]) },
+        x: { label: labeled("x", contacts[0].units[0]) },
+        y: { label: labeled("y", contacts[0].units[0]) },
         lines: [...inFront(lines), ...legendOf(contacts.map(({ name }) => name))],
       });
     },
@@ -147,7 +147,7 @@ function inFront(lines) {
   return [...lines.filter((line) => !isStuck(line)), ...lines.filter(isStuck)];
 }
 
-/** What lines mean: their colours if there are several, and the thick ones. */
+/** What lines mean: their colors if there are several, and the thick ones. */
 function legendOf(names) {
   const several = names.length > 1 ? names.map((name, i) => ({ x: [], y: [], tint: `tint-${(i % 3) + 1}`, name })) : [];
   return [...several, { x: [], y: [], tint: `${names.length > 1 ? "" : "tint-1 "}stuck`, name: "sticks" }];

@@ -211,7 +211,7 @@ function distinct(marks) {
 }
 
 /** Lines of a diagram, one trace a kind of stability, so that their number never changes. */
-export function lineTraces(diagram, colour, name) {
+export function lineTraces(diagram, color, name) {
   const [fx, fy] = factors(diagram);
   return Object.keys(DASHES).map((kind) => {
     const x = [];
@@ -227,17 +227,17 @@ export function lineTraces(diagram, colour, name) {
         y.push(null);
       }
     }
-    const line = { color: colour, dash: DASHES[kind], width: WIDTHS[kind] };
+    const line = { color: color, dash: DASHES[kind], width: WIDTHS[kind] };
     return { type: "scatter", mode: "lines", x, y, line, name: `${name}, ${kind}`, hoverinfo: "skip" };
   });
 }
 
 /**
  * Markers of a diagram with their names.
- * @param {string} paper colour within open markers
+ * @param {string} paper color within open markers
  * @param {string[]} positions where each name stands; none are written if it is empty
  */
-export function markTrace(diagram, colour, paper, positions) {
+export function markTrace(diagram, color, paper, positions) {
   const [fx, fy] = factors(diagram);
   const marks = marksOf(diagram);
   return {
@@ -247,12 +247,12 @@ export function markTrace(diagram, colour, paper, positions) {
     y: marks.map((mark) => mark.y * fy),
     text: positions.length ? marks.map((mark) => escaped(mark.text)) : undefined,
     textposition: positions,
-    textfont: { color: colour, size: 12 },
+    textfont: { color: color, size: 12 },
     marker: {
       symbol: marks.map((mark) => MARKERS[mark.type] ?? "circle"),
       size: marks.map((mark) => (mark.type === "LIMIT" ? 9 : 8)),
-      color: marks.map((mark) => (mark.hollow ? paper : colour)),
-      line: { color: colour, width: 1.6 },
+      color: marks.map((mark) => (mark.hollow ? paper : color)),
+      line: { color: color, width: 1.6 },
     },
     cliponaxis: false,
     hoverinfo: "skip",

@@ -9,7 +9,7 @@ import {
 } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
 import { readingTraces, readingValues } from "./readings.js";
-import { LIGHT, colours, themeChanged } from "./theme.js";
+import { LIGHT, colors, themeChanged } from "./theme.js";
 import { STATISTICS, inside } from "./view.js";
 
 const REACH = 14;
@@ -113,11 +113,11 @@ export class DiagramPlot {
     const size = [this.node.clientWidth, this.node.clientHeight];
     const range = this.#ranges(diagram);
     this.#drawn = { diagram, size, map: mapping(size, range.x, range.y), names: view.pins };
-    const colour = colours();
+    const color = colors();
     const title = { x: axisTitle(diagram.x), y: valueTitle(diagram.y) };
-    const sheet = layout(colour, { title: escaped(title.x), range: range.x },
+    const sheet = layout(color, { title: escaped(title.x), range: range.x },
       { title: escaped(title.y), range: range.y }, size);
-    const plotted = window.Plotly.react(this.#canvas, this.#traces(diagram, colour), sheet, CONFIG);
+    const plotted = window.Plotly.react(this.#canvas, this.#traces(diagram, color), sheet, CONFIG);
     this.#place();
     await plotted;
     this.#listenToPlot();
@@ -132,23 +132,23 @@ export class DiagramPlot {
     this.node.dispatchEvent(new CustomEvent("painted", { detail: { id, draft } }));
   }
 
-  #traces(diagram, colour) {
+  #traces(diagram, color) {
     const { pins } = this.#session;
-    const paper = colour("panel");
+    const paper = color("panel");
     const pinned = this.#session.view.pins.flatMap((pin, i) => {
       const answer = pins.get(pin.id);
       if (!answer) return [];
-      const tint = colour(`pin-${(i % 6) + 1}`);
+      const tint = color(`pin-${(i % 6) + 1}`);
       const name = escaped(pin.name);
       return faint([...lineTraces(answer, tint, name), markTrace(answer, tint, paper, [])], answer.draft);
     });
-    const live = colour("live");
+    const live = color("live");
     const marks = markTrace(diagram, live, paper, this.#positions(diagram));
     this.#isDrawnFaint = this.#isFaint;
     return [
-      ...pinned, ...this.#simulatedTraces(colour),
+      ...pinned, ...this.#simulatedTraces(color),
       ...faint([...lineTraces(diagram, live, "live"), marks], this.#isDrawnFaint),
-      ...readingTraces(this.#measured(diagram), factors(diagram), colour("readings")),
+      ...readingTraces(this.#measured(diagram), factors(diagram), color("readings")),
     ];
   }
 
@@ -157,10 +157,10 @@ export class DiagramPlot {
     return !this.#session.isSettled;
   }
 
-  #simulatedTraces(colour) {
+  #simulatedTraces(color) {
     const { x = 0, y = [] } = this.#simulated ?? {};
     const [fx, fy] = factors(this.#session.diagram);
-    const tint = colour("simulation");
+    const tint = color("simulation");
     const opacity = y.map((_, i) => 0.15 + (0.6 * (i + 1)) / y.length);
     const dots = { color: tint, size: 4, opacity };
     const last = { color: tint, size: 9, symbol: "circle-open", line: { width: 2, color: tint } };

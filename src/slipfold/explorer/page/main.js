@@ -15,7 +15,7 @@ import { Refusals, Session } from "./session.js";
 import { Simulation, SimulationPanel } from "./simulation.js";
 import { Study, StudyPanel } from "./study.js";
 import { pictureOf, sheetOf } from "./svg_file.js";
-import { apply, colours } from "./theme.js";
+import { apply, colors } from "./theme.js";
 import { ExportMenu, Toolbar } from "./toolbar.js";
 import { TOLD_OF, Tour, isFirstVisit } from "./tour.js";
 import { addressOf, diagramRequest, initialView, planeRequest, readAddress } from "./view.js";
@@ -180,6 +180,6 @@ async function plotted(plot, format) {
 }
 
 async function drawn(title, figures, format) {
-  const sheet = sheetOf(title, figures, colours());
+  const sheet = sheetOf(title, figures, colors());
   return format === "svg" ? new Blob([sheet.text], { type: "image/svg+xml" }) : pictureOf(sheet);
 }

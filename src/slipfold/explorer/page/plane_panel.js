@@ -2,10 +2,10 @@
 
 import { Choice, element, svg } from "./dom.js";
 import { QuantityBox } from "./parameters.js";
-import { lineStyle, nameOf, regimeKeys, regionColour } from "./plane_plot.js";
+import { lineStyle, nameOf, regimeKeys, regionColor } from "./plane_plot.js";
 import { display } from "./quantities.js";
 import { Signal } from "./store.js";
-import { colours } from "./theme.js";
+import { colors } from "./theme.js";
 import { planeRequest, spanOf } from "./view.js";
 
 export class Regimes {
@@ -109,13 +109,13 @@ function lineKeys({ loci }) {
 }
 
 /**
- * Names and colours of the shades that are seen: those of motions where there are such.
+ * Names and colors of the shades that are seen: those of motions where there are such.
  * @param {object|null} plane the server's answer, or as far as it has come
  * @param {object|null} picture of what motions do
  */
-export function shadesOf(plane, picture, colour) {
-  if (picture) return regimeKeys(picture).map(({ name, tint }) => ({ name, tint: colour(tint) }));
-  return shadeKeys(plane ?? { regions: null }).map(({ name, stable }) => ({ name, tint: regionColour(stable, colour) }));
+export function shadesOf(plane, picture, color) {
+  if (picture) return regimeKeys(picture).map(({ name, tint }) => ({ name, tint: color(tint) }));
+  return shadeKeys(plane ?? { regions: null }).map(({ name, stable }) => ({ name, tint: regionColor(stable, color) }));
 }
 
 /** The shades of regions, each once; what is unknown has none. */
@@ -136,12 +136,12 @@ export class PlaneLegend {
    * @param {object|null} picture of what motions do
    */
   show(plane, picture) {
-    const colour = colours();
+    const color = colors();
     const lines = plane ? lineKeys(plane) : [];
-    const shades = shadesOf(plane, picture, colour);
+    const shades = shadesOf(plane, picture, color);
     this.node.replaceChildren(
       ...lines.map(({ name, locus, criticality }) =>
-        element("li", {}, sample(lineStyle(locus, criticality, colour)), name)),
+        element("li", {}, sample(lineStyle(locus, criticality, color)), name)),
       ...shades.map(({ name, tint }) =>
         element("li", {}, element("span", { class: "shade", style: `background: ${tint}` }), name)));
   }

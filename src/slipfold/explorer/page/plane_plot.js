@@ -6,7 +6,7 @@ import { element } from "./dom.js";
 import { PlaneLegend, shadesOf } from "./plane_panel.js";
 import { CONFIG, frame, labelPlaces, layout, mapping, padded, roundStep, snapped } from "./plot_tools.js";
 import { axisTitle, display, withUnit } from "./quantities.js";
-import { colours, themeChanged } from "./theme.js";
+import { colors, themeChanged } from "./theme.js";
 import { inside } from "./view.js";
 
 const SHADES = { 1: "region-1", "1-2": "region-1-2", 2: "region-2", "": "region-none" };
@@ -16,16 +16,16 @@ const OTHERS = 12;
 const GOLDEN = 0.6180339887498949;
 
 /**
- * The colour of regions with these stable responses.
+ * The color of regions with these stable responses.
  * @param {number[]} stable their periods
- * @param {(name: string) => string} colour of the style sheet
+ * @param {(name: string) => string} color of the style sheet
  */
-export function regionColour(stable, colour) {
+export function regionColor(stable, color) {
   const known = SHADES[stable.join("-")];
-  if (known) return colour(known);
+  if (known) return color(known);
   const rank = rankOf(stable);
-  if (rank < OTHERS) return colour(`region-other-${rank + 1}`);
-  return `hsl(${((rank * GOLDEN % 1) * 360).toFixed(1)}, 45%, ${colour("region-lightness")})`;
+  if (rank < OTHERS) return color(`region-other-${rank + 1}`);
+  return `hsl(${((rank * GOLDEN % 1) * 360).toFixed(1)}, 45%, ${color("region-lightness")})`;
 }
 
 /** Combinations numbered from 0: those of periods 1 and 2 by how many there are, then others. */
@@ -68,10 +68,10 @@ export function regimeKeys({ names }) {
  * @param {object|null} picture the server's
  * @param {[number, number]} factors of the two axes
  */
-function regimeTraces(picture, colour, [fx, fy]) {
+function regimeTraces(picture, color, [fx, fy]) {
   if (!picture) return [];
   const { x, y, labels, names } = picture;
-  const tints = ["rgba(0,0,0,0)", ...names.map((name) => colour(shadeOf(name)))];
+  const tints = ["rgba(0,0,0,0)", ...names.map((name) => color(shadeOf(name)))];
   return [{
     type: "heatmap", x: x.values.map((v) => v * fx), y: y.values.map((v) => v * fy), z: labels,
     zmin: -0.5, zmax: tints.length - 0.5, showscale: false, hoverinfo: "skip", zsmooth: false,
@@ -87,12 +87,12 @@ const FAINT = 0.55;
 const UNMARKED = ["MIN", "MAX", "EVENT"];
 
 /**
- * How a stretch of a locus is drawn: its colour tells the type, its dashes the criticality, its
+ * How a stretch of a locus is drawn: its color tells the type, its dashes the criticality, its
  * width the period.
  */
-export function lineStyle({ type, period }, criticality, colour) {
+export function lineStyle({ type, period }, criticality, color) {
   return {
-    color: colour(`locus-${type}`) || colour("ink"), width: WIDTHS[period] ?? 1.1,
+    color: color(`locus-${type}`) || color("ink"), width: WIDTHS[period] ?? 1.1,
     dash: type === "LP" ? "7px,2px,1.5px,2px" : DASHES[criticality] ?? "1.5px,2.5px",
   };
 }
@@ -119,12 +119,12 @@ function draftOf(lines) {
  * @param {string[]} positions where the names of the points stand
  * @param {object[]} motions what is drawn between areas and lines
  */
-function planeTraces(plane, colour, [fx, fy], positions, motions) {
+function planeTraces(plane, color, [fx, fy], positions, motions) {
   return [
-    ...regionTraces(plane.regions, colour, fx, fy),
+    ...regionTraces(plane.regions, color, fx, fy),
     ...motions,
-    ...plane.loci.flatMap((locus) => locusTraces(locus, colour, fx, fy, plane.isDraft)),
-    specialTrace(markedPoints(plane), positions, colour, fx, fy),
+    ...plane.loci.flatMap((locus) => locusTraces(locus, color, fx, fy, plane.isDraft)),
+    specialTrace(markedPoints(plane), positions, color, fx, fy),
   ];
 }
 
@@ -142,11 +142,11 @@ function markedPoints({ loci }) {
   return [...points.values()];
 }
 
-function regionTraces(regions, colour, fx, fy) {
+function regionTraces(regions, color, fx, fy) {
   if (!regions) return [];
   const ids = Object.keys(regions.names).map(Number);
   const largest = Math.max(1, ...ids);
-  const tint = (id) => (id in regions.stable ? regionColour(regions.stable[id], colour) : "rgba(0,0,0,0)");
+  const tint = (id) => (id in regions.stable ? regionColor(regions.stable[id], color) : "rgba(0,0,0,0)");
   const scale = Array.from({ length: largest + 1 }, (_, id) => [
     [id / (largest + 1), tint(id)], [(id + 1) / (largest + 1), tint(id)],
   ]).flat();
@@ -157,22 +157,22 @@ function regionTraces(regions, colour, fx, fy) {
   }];
 }
 
-function locusTraces(locus, colour, fx, fy, isDraft) {
+function locusTraces(locus, color, fx, fy, isDraft) {
   return locus.stretches.map(({ criticality, x, y }) => ({
     type: "scatter", mode: "lines", hoverinfo: "skip", opacity: isDraft ? FAINT : 1,
     name: nameOf(locus, criticality),
     x: x.map((v) => v * fx), y: y.map((v) => v * fy),
-    line: lineStyle(locus, criticality, colour),
+    line: lineStyle(locus, criticality, color),
   }));
 }
 
-function specialTrace(special, positions, colour, fx, fy) {
+function specialTrace(special, positions, color, fx, fy) {
   return {
     type: "scatter", mode: "markers+text", hoverinfo: "skip",
     x: special.map(({ x }) => x * fx), y: special.map(({ y }) => y * fy),
     text: special.map(({ type }) => escaped(type)), textposition: positions,
-    textfont: { size: 11, color: colour("ink") },
-    marker: { size: 6, color: colour("ink") },
+    textfont: { size: 11, color: color("ink") },
+    marker: { size: 6, color: color("ink") },
   };
 }
 
@@ -180,11 +180,11 @@ function specialTrace(special, positions, colour, fx, fy) {
  * The names of the regions where they fit.
  * @param {{width: number, height: number}} frame of the plot in pixels
  */
-function regionNames(regions, colour, [fx, fy], frame) {
+function regionNames(regions, color, [fx, fy], frame) {
   if (!regions) return [];
   return regionPlaces(regions, frame).map(({ text, x, y }) => ({
     x: x * fx, y: y * fy, text: escaped(text), showarrow: false,
-    font: { size: 12, color: colour("muted") },
+    font: { size: 12, color: color("muted") },
   }));
 }
 
@@ -251,9 +251,9 @@ function summed(labels, id) {
 }
 
 /** The coordinate at a place between cells. */
-function middle(centres, place) {
-  const step = (centres.at(-1) - centres[0]) / (centres.length - 1);
-  return centres[0] + (place - 0.5) * step;
+function middle(centers, place) {
+  const step = (centers.at(-1) - centers[0]) / (centers.length - 1);
+  return centers[0] + (place - 0.5) * step;
 }
 
 class UnderPointer {
@@ -355,14 +355,14 @@ export class PlanePlot {
 
   /** The figure as plotly's data and layout, for a file. */
   figure() {
-    const colour = colours();
+    const color = colors();
     const named = new Set();
     const data = structuredClone(this.#canvas.data).map((trace) => {
       const isNew = trace.mode === "lines" && !named.has(trace.name);
       if (isNew) named.add(trace.name);
       return { ...trace, showlegend: isNew };
     });
-    const shades = shadesOf(this.#shown, this.#regimes.picture, colour).map(({ name, tint }) => ({
+    const shades = shadesOf(this.#shown, this.#regimes.picture, color).map(({ name, tint }) => ({
       type: "scatter", mode: "markers", x: [null], y: [null], name, showlegend: true,
       marker: { symbol: "square", size: 12, color: tint },
     }));
@@ -374,7 +374,7 @@ export class PlanePlot {
     return {
       data: [...data, ...shades],
       layout: {
-        ...sheet, paper_bgcolor: colour("panel"), plot_bgcolor: colour("panel"),
+        ...sheet, paper_bgcolor: color("panel"), plot_bgcolor: color("panel"),
         height: sheet.height + room, margin: { ...sheet.margin, b: sheet.margin.b + room },
         showlegend: true,
         legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom", x: 0, entrywidth: widest - LEGEND_SAMPLE },
@@ -420,8 +420,8 @@ export class PlanePlot {
       y: padded(plane.y.span, 0).map((v) => v * fy),
     };
     this.#map = mapping(size, range.x, range.y);
-    const colour = colours();
-    const sheet = layout(colour, { title: escaped(axisTitle(x)), range: range.x },
+    const color = colors();
+    const sheet = layout(color, { title: escaped(axisTitle(x)), range: range.x },
       { title: escaped(axisTitle(y)), range: range.y }, size);
     sheet.dragmode = false;
     sheet.xaxis.showgrid = sheet.yaxis.showgrid = false;
@@ -429,10 +429,10 @@ export class PlanePlot {
     const shown = this.#shown;
     const { picture } = this.#regimes;
     // Names of regions would lie on what motions do there.
-    sheet.annotations = picture ? [] : regionNames(shown?.regions, colour, [fx, fy], frame(size));
-    const below = regimeTraces(picture, colour, [fx, fy]);
+    sheet.annotations = picture ? [] : regionNames(shown?.regions, color, [fx, fy], frame(size));
+    const below = regimeTraces(picture, color, [fx, fy]);
     const traces = shown
-      ? planeTraces(shown, colour, [fx, fy], this.#positions(shown, fx, fy, size), below) : below;
+      ? planeTraces(shown, color, [fx, fy], this.#positions(shown, fx, fy, size), below) : below;
     window.Plotly.react(this.#canvas, traces, sheet, CONFIG);
     this.legend.show(shown, picture);
     this.checked.show(shown?.checked);

@@ -102,39 +102,39 @@ export const CONFIG = {
 
 /**
  * A layout in the page's style.
- * @param {(name: string) => string} colour from `colours()`
+ * @param {(name: string) => string} color from `colors()`
  * @param {[number, number]} size in pixels
  */
-export function layout(colour, x, y, [width, height]) {
+export function layout(color, x, y, [width, height]) {
   return {
     width,
     height,
     margin: { ...MARGIN },
     paper_bgcolor: "rgba(0,0,0,0)",
     plot_bgcolor: "rgba(0,0,0,0)",
-    font: { family: "system-ui, sans-serif", size: 13, color: colour("ink") },
+    font: { family: "system-ui, sans-serif", size: 13, color: color("ink") },
     showlegend: false,
     hovermode: false,
     dragmode: "zoom",
-    xaxis: axis(colour, x),
-    yaxis: axis(colour, y),
+    xaxis: axis(color, x),
+    yaxis: axis(color, y),
   };
 }
 
-function axis(colour, { title, range }) {
+function axis(color, { title, range }) {
   return {
     title: { text: title, standoff: 8 },
     range: [...range],
     autorange: false,
     zeroline: false,
     showgrid: true,
-    gridcolor: colour("grid"),
-    linecolor: colour("axis"),
+    gridcolor: color("grid"),
+    linecolor: color("axis"),
     linewidth: 1,
     mirror: true,
     ticks: "inside",
     ticklen: 5,
-    tickcolor: colour("axis"),
+    tickcolor: color("axis"),
     nticks: 7,
     automargin: false,
     exponentformat: "power",

@@ -90,16 +90,16 @@ const WAYS = {
  * @param {Measured|null} measured in SI units
  * @param {[number, number]} factors what its numbers are multiplied with to be shown
  */
-export function readingTraces(measured, [fx, fy], colour) {
+export function readingTraces(measured, [fx, fy], color) {
   if (!measured) return [];
   const { values, readings, errors } = measured;
   return Object.entries(WAYS).map(([way, { name, symbol, size }]) => {
     const rows = rowsOf(measured).filter((i) => measured.sweep[i] === way);
-    const error = { type: "data", array: rows.map((i) => errors[i] * fy), color: colour, thickness: 1, width: 2 };
+    const error = { type: "data", array: rows.map((i) => errors[i] * fy), color: color, thickness: 1, width: 2 };
     return {
       type: "scatter", mode: "markers", name, hoverinfo: "skip",
       x: rows.map((i) => values[i] * fx), y: rows.map((i) => readings[i] * fy), error_y: error,
-      marker: { symbol, size, color: colour, line: { color: colour, width: 1.2 } },
+      marker: { symbol, size, color: color, line: { color: color, width: 1.2 } },
     };
   });
 }

@@ -4,7 +4,7 @@ import { escaped } from "./diagram_data.js";
 import { Choice, element } from "./dom.js";
 import { CONFIG, layout, mapping, padded } from "./plot_tools.js";
 import { axisTitle, display, formatted, withUnit } from "./quantities.js";
-import { LIGHT, colours, themeChanged } from "./theme.js";
+import { LIGHT, colors, themeChanged } from "./theme.js";
 import { initialView, inside } from "./view.js";
 
 /** Plasma, as in the package's figures. */
@@ -12,19 +12,19 @@ const PLASMA = [
   "#0d0887", "#46039f", "#7201a8", "#9c179e", "#bd3786", "#d8576b", "#ed7953", "#fb9f3a", "#fdca26", "#f0f921",
 ];
 
-/** Names in the style sheet of the colours of words. */
+/** Names in the style sheet of the colors of words. */
 const WORDS = ["live", "pin-3", "pin-5", "pin-1", "pin-6", "pin-2", "pin-4", "simulation"];
 
 /** The scale of numbers as a style sheet writes it. */
 const GRADIENT = `linear-gradient(to right, ${PLASMA.join(", ")})`;
 
 /**
- * Numbers, as they are shown, colours and keys of a quantity.
+ * Numbers, as they are shown, colors and keys of a quantity.
  * @param {number[]} cases that are seen
  * @returns {{numbers: (number|null)[], range: [number, number], scale: [number, string][],
- * words: {text: string, colour: string}[]|null, ends: [string, string]|null}}
+ * words: {text: string, color: string}[]|null, ends: [string, string]|null}}
  */
-function colouring(quantity, cases, colour) {
+function coloring(quantity, cases, color) {
   const { isText, values: found } = quantity;
   if (!isText) {
     const { factor } = display(quantity);
@@ -37,10 +37,10 @@ function colouring(quantity, cases, colour) {
       ends: known.length ? [formatted(low), formatted(high)] : null,
     };
   }
-  // A word has one colour whatever part of the study is seen.
+  // A word has one color whatever part of the study is seen.
   const texts = [...new Set(found.filter((value) => value !== null))].sort();
-  const words = texts.map((text, i) => ({ text, colour: colour(WORDS[i % WORDS.length]) }));
-  const scale = words.flatMap(({ colour: tint }, i) => [[i / words.length, tint], [(i + 1) / words.length, tint]]);
+  const words = texts.map((text, i) => ({ text, color: color(WORDS[i % WORDS.length]) }));
+  const scale = words.flatMap(({ color: tint }, i) => [[i / words.length, tint], [(i + 1) / words.length, tint]]);
   return {
     numbers: found.map((value) => (value === null ? null : texts.indexOf(value))), words, ends: null,
     range: [-0.5, Math.max(texts.length, 1) - 0.5], scale: words.length ? scale : [[0, PLASMA[0]], [1, PLASMA[0]]],
@@ -113,7 +113,7 @@ const DOT = 9;
 /** Pixels between a case and what is said of it. */
 const AWAY = 6;
 
-/** Pixels that a file has besides for what explains its colours, for each letter of a word there, and for a title. */
+/** Pixels that a file has besides for what explains its colors, for each letter of a word there, and for a title. */
 const BAR = 90;
 const LETTER = 7;
 const TITLE = 26;
@@ -160,10 +160,10 @@ class StudyPlot {
     this.#put(this.#chosen, this.#boxes.find((box) => box.number === number));
   }
 
-  /** What is drawn, with its colours explained: for a file. */
+  /** What is drawn, with its colors explained: for a file. */
   figure() {
     const { quantity, y } = this.#picture;
-    const { trace, sheet, colour_of: { words } } = this.#drawn;
+    const { trace, sheet, color_of: { words } } = this.#drawn;
     const bar = {
       title: { text: escaped(axisTitle(quantity)), side: words ? "top" : "right" }, outlinewidth: 0, thickness: 14,
       ...(words ? { tickvals: words.map((_, i) => i), ticktext: words.map(({ text }) => escaped(text)) } : {}),
@@ -199,24 +199,24 @@ class StudyPlot {
     if (!this.#picture || this.node.clientWidth === 0) return;
     const { x, y, at, quantity } = this.#picture;
     const cases = this.#study.seen(x, y, at);
-    const colour = colours();
-    const colour_of = colouring(quantity, cases, colour);
+    const color = colors();
+    const color_of = coloring(quantity, cases, color);
     const size = [this.node.clientWidth, this.node.clientHeight];
-    const drawn = y === null ? this.#overOne(cases, colour_of, colour)
-      : this.#study.isGrid ? this.#asMap(cases, colour_of) : this.#asDots(cases, colour_of, colour);
+    const drawn = y === null ? this.#overOne(cases, color_of, color)
+      : this.#study.isGrid ? this.#asMap(cases, color_of) : this.#asDots(cases, color_of, color);
     const titled = (name) => escaped(axisTitle(this.#study.parameter(name)));
-    const sheet = layout(colour, { title: titled(x), range: drawn.x },
+    const sheet = layout(color, { title: titled(x), range: drawn.x },
       { title: y === null ? escaped(axisTitle(quantity)) : titled(y), range: drawn.y }, size);
     sheet.dragmode = false;
     sheet.xaxis.fixedrange = sheet.yaxis.fixedrange = true;
     if (y !== null) sheet.xaxis.showgrid = sheet.yaxis.showgrid = !this.#study.isGrid;
-    if (y === null && colour_of.words) {
+    if (y === null && color_of.words) {
       Object.assign(sheet.yaxis, {
-        tickvals: colour_of.words.map((_, i) => i), ticktext: colour_of.words.map(({ text }) => escaped(text)),
+        tickvals: color_of.words.map((_, i) => i), ticktext: color_of.words.map(({ text }) => escaped(text)),
       });
     }
     this.#map = mapping(size, drawn.x, drawn.y);
-    this.#drawn = { trace: drawn.trace, sheet, colour_of };
+    this.#drawn = { trace: drawn.trace, sheet, color_of };
     window.Plotly.react(this.#canvas, [drawn.trace], sheet, CONFIG);
     this.#boxes = drawn.boxes(this.#map.toPixel);
     this.mark(this.#number);
@@ -229,7 +229,7 @@ class StudyPlot {
     return parameter.values.map((value) => value * display(parameter).factor);
   }
 
-  #overOne(cases, { numbers, words }, colour) {
+  #overOne(cases, { numbers, words }, color) {
     const across = this.#shown(this.#picture.x);
     const known = cases.filter((i) => numbers[i] !== null).sort((a, b) => across[a] - across[b]);
     const x = known.map((i) => across[i]);
@@ -240,13 +240,13 @@ class StudyPlot {
       y: words ? [-0.5, words.length - 0.5] : padded(y),
       trace: {
         type: "scatter", mode: isLine ? "lines+markers" : "markers", x, y, hoverinfo: "skip",
-        line: { color: colour("live"), width: 1.5 }, marker: { color: colour("live"), size: 6 },
+        line: { color: color("live"), width: 1.5 }, marker: { color: color("live"), size: 6 },
       },
       boxes: dotsAt(known, x, y),
     };
   }
 
-  #asDots(cases, { numbers, range, scale }, colour) {
+  #asDots(cases, { numbers, range, scale }, color) {
     const { x: first, y: second } = this.#picture;
     const [across, up] = [this.#shown(first), this.#shown(second)];
     const x = cases.map((i) => across[i]);
@@ -258,7 +258,7 @@ class StudyPlot {
         type: "scatter", mode: "markers", x, y, hoverinfo: "skip",
         marker: {
           size: DOT, color: cases.map((i) => numbers[i] ?? range[0]), cmin: range[0], cmax: range[1],
-          colorscale: scale, showscale: false, line: { color: colour("muted"), width: 0.8 },
+          colorscale: scale, showscale: false, line: { color: color("muted"), width: 0.8 },
           symbol: cases.map((i) => (isKnown(i) ? "circle" : "x-thin-open")),
         },
       },
@@ -453,12 +453,12 @@ export class StudyPanel {
 
   #showLegend() {
     const { x, y, at, quantity } = this.#picture;
-    const { words, ends } = colouring(quantity, this.#study.seen(x, y, at), colours());
+    const { words, ends } = coloring(quantity, this.#study.seen(x, y, at), colors());
     const title = element("span", { title: quantity.doc }, axisTitle(quantity));
     if (y === null) this.#legend.replaceChildren(element("span", {}, quantity.doc));
     else if (words) {
-      this.#legend.replaceChildren(title, ...words.map(({ text, colour }) => element("span", { class: "word" },
-        element("span", { class: "shade", style: `background: ${colour}` }), text)));
+      this.#legend.replaceChildren(title, ...words.map(({ text, color }) => element("span", { class: "word" },
+        element("span", { class: "shade", style: `background: ${color}` }), text)));
     } else if (ends) {
       this.#legend.replaceChildren(title, element("span", {}, ends[0]),
         element("span", { class: "scale", style: `background: ${GRADIENT}` }), element("span", {}, ends[1]),

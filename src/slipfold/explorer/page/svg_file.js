@@ -15,7 +15,7 @@ const LETTER = 8.8;
  * Drawings at their places on the page with their captions, as one.
  * @param {string} title what they show
  */
-export function sheetOf(title, figures, colour) {
+export function sheetOf(title, figures, color) {
   const parts = figures.flatMap(({ drawing, caption }) => [drawing, caption ?? drawing]);
   const boxes = parts.map((part) => part.getBoundingClientRect());
   const left = Math.min(...boxes.map((box) => box.left));
@@ -25,9 +25,9 @@ export function sheetOf(title, figures, colour) {
   const height = Math.max(...boxes.map((box) => box.bottom)) - top;
   const font = getComputedStyle(document.body).fontFamily;
   const sheet = svg("svg", { viewBox: `0 0 ${width} ${height}`, width, height, "font-family": font },
-    svg("rect", { width, height, fill: colour("panel") }),
+    svg("rect", { width, height, fill: color("panel") }),
     ...lines.map((line, i) => svg("text", {
-      x: 10, y: LINE * (i + 1), "font-size": 14, "font-weight": 600, fill: colour("ink"),
+      x: 10, y: LINE * (i + 1), "font-size": 14, "font-weight": 600, fill: color("ink"),
     }, line)),
     ...figures.map(({ drawing }) => placed(drawing, drawing.getBoundingClientRect(), left, top)),
     ...figures.flatMap(({ caption }) => (caption ? captioned(caption, left, top) : [])));
@@ -55,7 +55,7 @@ function wrapped(sentence, most) {
   }, [""]);
 }
 
-/** The words of a caption at their places, those of its legend behind their colours. */
+/** The words of a caption at their places, those of its legend behind their colors. */
 function captioned(caption, left, top) {
   return [...caption.querySelectorAll("span")].filter((span) => span.childElementCount === 0)
     .flatMap((span) => {

@@ -6,7 +6,7 @@ const KEY = "slipfold-theme";
 const CHOICES = ["auto", "light", "dark"];
 const preference = window.matchMedia("(prefers-color-scheme: dark)");
 
-/** Announces when colours have changed. */
+/** Announces when colors have changed. */
 export const themeChanged = new Signal();
 
 preference.addEventListener("change", () => apply(choice()));
@@ -17,7 +17,7 @@ export function choice() {
   return CHOICES.includes(kept) ? kept : "auto";
 }
 
-/** Take a choice, or the kept one, and recolour. */
+/** Take a choice, or the kept one, and recolor. */
 export function apply(chosen = choice()) {
   localStorage.setItem(KEY, chosen);
   const dark = chosen === "dark" || (chosen === "auto" && preference.matches);
@@ -31,15 +31,15 @@ export function nextChoice() {
 }
 
 /**
- * Colours of the style sheet by name.
- * @returns {(name: string) => string} e.g. `colours()("ink")`
+ * Colors of the style sheet by name.
+ * @returns {(name: string) => string} e.g. `colors()("ink")`
  */
-export function colours() {
+export function colors() {
   const style = getComputedStyle(document.documentElement);
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-/** Colours of figures that go into files. */
+/** Colors of figures that go into files. */
 export const LIGHT = {
   ink: "#1a1c20", panel: "#ffffff", live: "#0d0887", grid: "#ececea", axis: "#55585e",
   simulation: "#00695c", readings: "#c2410c", "pin-1": "#a72197", "pin-2": "#d8576b", "pin-3": "#f0843c",

@@ -284,7 +284,7 @@ def _table(
             if len(found) > MOST_ENTRIES:
                 raise source.error((name,), f"[{name}] has more than {MOST_ENTRIES} entries")
             chosen = _value(source, path, value, element.numbers, element.picks)
-            found[whole] = _labelled(name, match[1], element.indices, chosen)
+            found[whole] = _labeled(name, match[1], element.indices, chosen)
             _note_places(places, path, (name, whole))
     return found
 
@@ -393,7 +393,7 @@ def _picked(
     return _value(source, path, value[position], numbers, tuple(rest))
 
 
-def _labelled(table: str, base: str, indices: tuple[int, ...], value: Any) -> Any:
+def _labeled(table: str, base: str, indices: tuple[int, ...], value: Any) -> Any:
     """Give an element the label ``$x_{12}$`` if it has none; names of several letters stay."""
     key = LABEL.get(table)
     if key is None or len(base) > 1:

@@ -14,5 +14,5 @@ from slipfold.models.friction.without_memory import Coulomb as Coulomb
 from slipfold.models.friction.without_memory import CoulombViscous as CoulombViscous
 from slipfold.models.friction.without_memory import CubicStribeck as CubicStribeck
 from slipfold.models.friction.without_memory import RationalStribeck as RationalStribeck
-from slipfold.models.friction.without_memory import Regularised as Regularised
+from slipfold.models.friction.without_memory import Regularized as Regularized
 from slipfold.models.friction.without_memory import Stribeck as Stribeck

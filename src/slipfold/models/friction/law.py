@@ -307,7 +307,7 @@ class FrictionLaw(ABC):
         """
         if not speed > 0:
             raise InputError(
-                f"speed = {speed:g} m/s: friction is linearised about steady slip; give speed > 0"
+                f"speed = {speed:g} m/s: friction is linearized about steady slip; give speed > 0"
             )
         e = np.array([np.cos(direction), np.sin(direction)])
         along = np.outer(e, e)
@@ -362,7 +362,7 @@ class FrictionLaw(ABC):
         if self.sticks and not is_symbolic(square) and np.any(np.asarray(square) == 0):
             raise InputError(
                 f"at rest the friction force of {type(self).__name__} can have any value up to its "
-                "limit; give a slip that is not zero, or a regularised law"
+                "limit; give a slip that is not zero, or a regularized law"
             )
         contact = ContactState(components, tuple(memory), normal)
         return tuple(normal * part for part in self.traction(contact, given))

@@ -16,7 +16,7 @@ from slipfold.models.friction.without_memory import (
     CoulombViscous,
     CubicStribeck,
     RationalStribeck,
-    Regularised,
+    Regularized,
     Stribeck,
 )
 
@@ -26,7 +26,7 @@ _LAWS: tuple[type[FrictionLaw], ...] = (
     Stribeck,
     RationalStribeck,
     CubicStribeck,
-    Regularised,
+    Regularized,
     Dahl,
     LuGre,
     BoucWen,
@@ -78,7 +78,7 @@ def read_law(source: Source, path: Keys, value: object) -> FrictionLaw:
     """Make a friction law of what stands in a file.
 
     >>> from slipfold.models.definitions.source import source_of_tables
-    >>> table = {"law": "Regularised", "of": "Coulomb", "e": "1 mm/s"}
+    >>> table = {"law": "Regularized", "of": "Coulomb", "e": "1 mm/s"}
     >>> read_law(source_of_tables({"friction": table}), ("friction",), table).law
     Coulomb(mu_s=0.5, mu_k=0.5)
     """

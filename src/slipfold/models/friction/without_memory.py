@@ -310,7 +310,7 @@ _FLOOR = 1e-8
 
 
 @dataclass(frozen=True)
-class Regularised(FrictionLaw):
+class Regularized(FrictionLaw):
     r"""A law without memory that rises from zero over a small slip speed instead of jumping.
 
     .. math::
@@ -333,19 +333,19 @@ class Regularised(FrictionLaw):
 
     References
     ----------
-    P. Wriggers, Computational Contact Mechanics, Springer 2006, on the regularisation of Coulomb's
+    P. Wriggers, Computational Contact Mechanics, Springer 2006, on the regularization of Coulomb's
     law (``"tanh"``, ``"sqrt"``); R. I. Leine, D. H. van Campen, A. de Kraker and L. van den Steen,
     Nonlinear Dynamics 16 (1998) 41-54 (``"atan"``).
 
     Examples
     --------
     >>> from slipfold.models.friction import Coulomb
-    >>> law = Regularised(Coulomb(mu_k=0.5), "sqrt", e=0.03)
+    >>> law = Regularized(Coulomb(mu_k=0.5), "sqrt", e=0.03)
     >>> round(law.coefficient(0.04), 12), law.sticks
     (0.4, False)
     """
 
-    title: ClassVar[str] = "regularised"
+    title: ClassVar[str] = "regularized"
     sticks: ClassVar[bool] = False
 
     law: FrictionLaw = field(metadata={"entry": "of"})
@@ -362,7 +362,7 @@ class Regularised(FrictionLaw):
             raise InputError(f"{self.law!r} is not a friction law; give one such as Coulomb()")
         if not self.law.sticks:
             raise InputError(
-                f"{type(self.law).__name__} does not jump at zero slip; regularise a law that does"
+                f"{type(self.law).__name__} does not jump at zero slip; regularize a law that does"
             )
         if self.shape not in _SHAPES:
             raise InputError(
@@ -377,7 +377,7 @@ class Regularised(FrictionLaw):
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of the law, and ``e``."""
-        return (*self.law.parameters, *declared(Regularised))
+        return (*self.law.parameters, *declared(Regularized))
 
     @property
     def values(self) -> dict[str, float]:
@@ -392,7 +392,7 @@ class Regularised(FrictionLaw):
     @property
     def label(self) -> str:
         """What figures call the law."""
-        return f"{self.law.label}, regularised ({self.shape})"
+        return f"{self.law.label}, regularized ({self.shape})"
 
     @property
     def typical_speed(self) -> float:

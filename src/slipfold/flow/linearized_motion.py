@@ -36,17 +36,17 @@ UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 
 
 @dataclass(frozen=True, eq=False)
-class LinearisedMotion:
+class LinearizedMotion:
     """Derivatives of a trajectory's end, by its beginning and along changes of the coefficients."""
 
     matrix: Array  # shape (n, n)
     vectors: Array  # shape (n, k)
 
 
-def linearised_motion(
+def linearized_motion(
     system: HybridSystem, start: Array, passed: Sequence[tuple[Leg, Mode]], directions: Array
-) -> LinearisedMotion:
-    """Linearise a trajectory of some smooth phases, each with the mode that follows.
+) -> LinearizedMotion:
+    """Linearize a trajectory of some smooth phases, each with the mode that follows.
 
     Shapes: start (n,); directions (n_c, k).
     """
@@ -65,7 +65,7 @@ def linearised_motion(
             continue
         if leg.event.ending not in UNCHANGED:
             varied = variations.changed(leg, after, ends[place], beyond[place], varied)
-    return LinearisedMotion(varied[:, :n], varied[:, n:])
+    return LinearizedMotion(varied[:, :n], varied[:, n:])
 
 
 def _equations_in(leg: Leg) -> Mode:
@@ -120,13 +120,13 @@ class _Variations:
         for one, leg in enumerate(legs):
             if leg.beginning is not None:
                 begun[one], ends[one] = True, leg.state
-                known = leg.beginning.linearised(leg.end, self._directions)
+                known = leg.beginning.linearized(leg.end, self._directions)
                 matrices[one], vectors[one] = known
         for mode in dict.fromkeys(modes):
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
             some = np.flatnonzero(in_mode & ~begun)
             if len(some):
-                ends[some], matrices[some], vectors[some] = self._flow.of(mode).linearise(
+                ends[some], matrices[some], vectors[some] = self._flow.of(mode).linearize(
                     starts[some], begin[some], end[some], self._constants, self._directions
                 )
         return ends, matrices, vectors

@@ -1,4 +1,4 @@
-"""Discretisations of orbits, and those that cut an orbit into segments."""
+"""Discretizations of orbits, and those that cut an orbit into segments."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ PHASES = 256
 """Phases at which the start of one cycle that lies nearest to another is searched."""
 
 
-class Discretisation(ABC):
+class Discretization(ABC):
     """How equations of orbits are computed from states at the beginnings of m segments of a period.
 
     It knows which parameters are free, but no unknown: states and constants go in, and mismatches
@@ -133,7 +133,7 @@ class Discretisation(ABC):
         """
         return None
 
-    def better(self, nodes: Array, constants: Constants) -> Discretisation | None:
+    def better(self, nodes: Array, constants: Constants) -> Discretization | None:
         """Return one that is made for this orbit, None where this one serves as well.
 
         Shapes: nodes (m, n).
@@ -262,8 +262,8 @@ class Discretisation(ABC):
         """
         raise NotImplementedError
 
-    def taken(self, other: Discretisation, nodes: Array, constants: Constants) -> Array:
-        """Return the nodes of an orbit that has those of another discretisation, shape (m, n).
+    def taken(self, other: Discretization, nodes: Array, constants: Constants) -> Array:
+        """Return the nodes of an orbit that has those of another discretization, shape (m, n).
 
         Shapes: nodes (m', n).
         """
@@ -281,9 +281,9 @@ class Discretisation(ABC):
         return np.clip(which, 0, self.segments - 1), within
 
     def moved_to(
-        self, other: Discretisation, nodes: Array, constants: Constants, along: Array, rates: Array
+        self, other: Discretization, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Array, Array]:
-        """Return an orbit and a direction at the phases of another discretisation.
+        """Return an orbit and a direction at the phases of another discretization.
 
         Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
         """
@@ -333,5 +333,5 @@ class Discretisation(ABC):
         return np.concatenate([along_nodes, along_free]), forward, bent
 
 
-Cut = Callable[[Model, Mapping[str, float], int, int], Discretisation]
-"""Makes a discretisation of a model, its free parameters, a period and a number of segments."""
+Cut = Callable[[Model, Mapping[str, float], int, int], Discretization]
+"""Makes a discretization of a model, its free parameters, a period and a number of segments."""

@@ -164,7 +164,7 @@ NO_CONDITIONS = Conditions()
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation:
+class Linearization:
     """Mismatch of an orbit and its derivatives, in scaled variables."""
 
     residual: Array  # shape (m, n), in scaled states
@@ -173,12 +173,12 @@ class Linearisation:
     along: Array
     conditions: Conditions = NO_CONDITIONS  # further equations
     # Gives the matrix whose eigenvalues are watched; the product of the blocks if None
-    watched: Callable[[Linearisation], Array] | None = None
+    watched: Callable[[Linearization], Array] | None = None
     # The blocks without what decays within a segment, shape (m, n, n); None where they are as good
     settled: Array | None = None
 
     @staticmethod
-    def blend(parts: Sequence[Linearisation], weights: Array) -> Linearisation:
+    def blend(parts: Sequence[Linearization], weights: Array) -> Linearization:
         """Return what is the weighted sum of several in its Jacobian, and the first in all else."""
 
         def total(arrays: Sequence[Array]) -> Array:
@@ -205,18 +205,18 @@ class Linearisation:
         return self.blocks if self.settled is None else self.settled
 
     @staticmethod
-    def blended_monodromies(parts: Sequence[Linearisation], weights: Array) -> Array:
+    def blended_monodromies(parts: Sequence[Linearization], weights: Array) -> Array:
         """Return the watched matrices of several blends, shape (t, n, n).
 
         Shapes: weights (t, parts).
         """
         if parts[0].watched is None:
             return _product(np.tensordot(weights, [part.few for part in parts], axes=1))
-        return np.array([Linearisation.blend(parts, row).monodromy for row in weights])
+        return np.array([Linearization.blend(parts, row).monodromy for row in weights])
 
     @cached_property
     def few(self) -> Array:
-        """Products of neighbouring factors, so that there are no more than twelve, shape (q, n, n).
+        """Products of neighboring factors, so that there are no more than twelve, shape (q, n, n).
 
         They turn by little as well, and of few it is quicker to form weighted sums.
         """
@@ -344,25 +344,25 @@ class Eliminated(SquareMatrix):
     Shapes: row (m n + k,).
     """
 
-    def __init__(self, linearisation: Linearisation, row: Array) -> None:
-        self.linearisation = linearisation
+    def __init__(self, linearization: Linearization, row: Array) -> None:
+        self.linearization = linearization
         self.row = row
 
     @property
     def matrix(self) -> Array:
         """The whole matrix."""
-        return np.concatenate([self.linearisation.jacobian, self.row[None]])
+        return np.concatenate([self.linearization.jacobian, self.row[None]])
 
     @cached_property
     def _lines(self) -> Array:
         """The rows below those of the segments, shape (k, m n + k)."""
-        gradients = self.linearisation.conditions.gradients
+        gradients = self.linearization.conditions.gradients
         return self.row[None] if gradients is None else np.vstack([gradients, self.row])
 
     @cached_property
     def _carried(self) -> Array:
         """Nodes, then parameters, by the first node and the parameters: shape (m n + k, n + k)."""
-        part = self.linearisation
+        part = self.linearization
         m, n, k = part.along.shape
         carried = np.zeros((m * n + k, n + k))
         carried[m * n :, n:] = np.eye(k)
@@ -380,7 +380,7 @@ class Eliminated(SquareMatrix):
         Its determinant is that of the whole matrix: the pivots are -1, and as many columns change
         places.
         """
-        part = self.linearisation
+        part = self.linearization
         m, n, _ = part.along.shape
         last = part.blocks[-1] @ self._carried[(m - 1) * n : m * n]
         last[:, n:] += part.along[-1]
@@ -397,7 +397,7 @@ class Eliminated(SquareMatrix):
 
     def solve(self, right: Array) -> Array:
         """Return the solution for a right-hand side, NaN if the matrix is singular."""
-        part = self.linearisation
+        part = self.linearization
         m, n, k = part.along.shape
         alone = np.zeros(m * n + k)  # what the right-hand side does with the first node held
         nodes, sides = alone[: m * n].reshape(m, n), right[: m * n].reshape(m, n)
@@ -409,7 +409,7 @@ class Eliminated(SquareMatrix):
 
     def solve_transposed(self, right: Array) -> Array:
         """Return the solution with the transposed matrix, NaN if it is singular."""
-        part = self.linearisation
+        part = self.linearization
         m, n, _ = part.along.shape
         left = self._inverse.T @ (self._carried.T @ right)
         pull = right - self._lines.T @ left[n:]
