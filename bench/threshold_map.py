@@ -21,7 +21,7 @@ import machine
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.models import SlidingOscillator
-from slipfold.thresholds.threshold_map import GridThresholds, find_threshold_map
+from slipfold.parameter_space.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version
 
 SPAN = (0.0, grid.LAST)

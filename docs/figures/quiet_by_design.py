@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.design_space.optimum import PlacedOrbit, PlacedPoint
 from slipfold.loci.locus import locus_curve
+from slipfold.parameter_space.optimum import PlacedOrbit, PlacedPoint
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import COLUMN, figure_style, settle
 

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from slipfold.continuation.end import End as End
     from slipfold.continuation.settings import Newton as Newton
     from slipfold.continuation.settings import Steps as Steps
-    from slipfold.design_space.sampling import SobolIndices as SobolIndices
-    from slipfold.design_space.scatter import Scatter as Scatter
     from slipfold.errors import InputError as InputError
     from slipfold.loci.locus import Locus as Locus
     from slipfold.loci.locus import LocusEnd as LocusEnd
@@ -51,10 +49,6 @@ if TYPE_CHECKING:
     from slipfold.long_term.attractor import Attractor as Attractor
     from slipfold.long_term.spectrum import Spectrum as Spectrum
     from slipfold.long_term.spectrum import find_spectrum as find_spectrum
-    from slipfold.measured.least_squares import Estimate as Estimate
-    from slipfold.measured.measurement import Measurement as Measurement
-    from slipfold.measured.measurement import Quantity as Quantity
-    from slipfold.measured.measurement import read_measurement as read_measurement
     from slipfold.models import BaseMotion as BaseMotion
     from slipfold.models import BoucWen as BoucWen
     from slipfold.models import ConstantLoad as ConstantLoad
@@ -100,6 +94,12 @@ if TYPE_CHECKING:
     from slipfold.orbits.extrema import Extrema as Extrema
     from slipfold.orbits.find import periodic_orbit as periodic_orbit
     from slipfold.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit
+    from slipfold.parameter_space.least_squares import Estimate as Estimate
+    from slipfold.parameter_space.measurement import Measurement as Measurement
+    from slipfold.parameter_space.measurement import Quantity as Quantity
+    from slipfold.parameter_space.measurement import read_measurement as read_measurement
+    from slipfold.parameter_space.sampling import SobolIndices as SobolIndices
+    from slipfold.parameter_space.scatter import Scatter as Scatter
     from slipfold.progress import Progress as Progress
     from slipfold.results.attractors import Attractors as Attractors
     from slipfold.results.attractors import BasinFractions as BasinFractions
@@ -148,15 +148,15 @@ _HOMES = {
     "slipfold.computations.thresholds": ("design", "threshold_map", "uncertainty"),
     "slipfold.continuation.end": ("End",),
     "slipfold.continuation.settings": ("Newton", "Steps"),
-    "slipfold.design_space.sampling": ("SobolIndices",),
-    "slipfold.design_space.scatter": ("Scatter",),
+    "slipfold.parameter_space.sampling": ("SobolIndices",),
+    "slipfold.parameter_space.scatter": ("Scatter",),
     "slipfold.errors": ("InputError",),
     "slipfold.loci.locus": ("Locus", "LocusEnd", "LocusPoint"),
     "slipfold.loci.region_map": ("Region", "RegionCheck", "RegionMap", "RegionMotion"),
     "slipfold.long_term.attractor": ("Attractor",),
     "slipfold.long_term.spectrum": ("Spectrum", "find_spectrum"),
-    "slipfold.measured.least_squares": ("Estimate",),
-    "slipfold.measured.measurement": ("Measurement", "Quantity", "read_measurement"),
+    "slipfold.parameter_space.least_squares": ("Estimate",),
+    "slipfold.parameter_space.measurement": ("Measurement", "Quantity", "read_measurement"),
     "slipfold.models": (
         "BaseMotion",
         "BoucWen",

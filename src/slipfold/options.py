@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from slipfold.branches.special_point import SpecialPoint
-    from slipfold.measured.measurement import Measurement
     from slipfold.models.model import Model
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
+    from slipfold.parameter_space.measurement import Measurement
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

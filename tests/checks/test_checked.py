@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.checks import curves as choice
-from slipfold.checks.checked import Check, Checked
-from slipfold.checks.curves import Candidate, check_some, check_thresholds
 from slipfold.models import model_named
+from slipfold.results.checks import curves as choice
+from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.curves import Candidate, check_some, check_thresholds
 
 GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)
 FAIR = Check("end of branch 1 at Nd = 0.376 N", "collocation", 3.1e-10, 1e-8)

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.checks.checked import Checked
-from slipfold.checks.motions import check_motion
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
+from slipfold.results.checks.checked import Checked
+from slipfold.results.checks.motions import check_motion
 
 
 def epidemic():

@@ -8,21 +8,21 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipfold import Settings, SlidingOscillator, System, periodic_orbit, response
-from slipfold.checks import orbit_difference as checks
-from slipfold.checks.checked import Check, Checked
-from slipfold.checks.motions import check_motion
-from slipfold.checks.orbit_difference import (
+from slipfold.flow.settlement import Settlement
+from slipfold.flow.simulate import simulate
+from slipfold.flow.trajectory import Trajectory
+from slipfold.models import model_named
+from slipfold.models.model import evaluation_of
+from slipfold.results.checks import orbit_difference as checks
+from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.motions import check_motion
+from slipfold.results.checks.orbit_difference import (
     ALLOWED,
     Difference,
     orbit_difference,
     pieces_of,
     retraced_difference,
 )
-from slipfold.flow.settlement import Settlement
-from slipfold.flow.simulate import simulate
-from slipfold.flow.trajectory import Trajectory
-from slipfold.models import model_named
-from slipfold.models.model import evaluation_of
 
 STEEP = """
 name = "steep"

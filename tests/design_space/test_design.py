@@ -7,8 +7,8 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.design_space import optimum as confirmed
-from slipfold.design_space.optimum import PlacedOrbit, PlacedPoint
+from slipfold.parameter_space import optimum as confirmed
+from slipfold.parameter_space.optimum import PlacedOrbit, PlacedPoint
 
 CHOOSE = {"alpha": ("75deg", "85deg"), "Vd": (0.3, 1.0)}
 LOAD = 0.02

@@ -7,9 +7,9 @@ from matplotlib.figure import Figure
 import slipfold as sf
 from helpers.command_line import run
 from slipfold import Scatter
-from slipfold.design_space.optimum import Lost, PlacedPoint
-from slipfold.design_space.sampling import drawn, index_design, indices_of, names_of
-from slipfold.design_space.scatter import parse_scatter
+from slipfold.parameter_space.optimum import Lost, PlacedPoint
+from slipfold.parameter_space.sampling import drawn, index_design, indices_of, names_of
+from slipfold.parameter_space.scatter import parse_scatter
 
 SMALL = {"Vd": "normal 0.2%", "alpha": "uniform 0.2deg", "mu": "normal 0.002"}
 

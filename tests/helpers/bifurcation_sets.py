@@ -18,9 +18,9 @@ from slipfold.continuation.newton import correct
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import coefficient_at
-from slipfold.normal_forms.normal_form import criticality_of
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.normal_forms.normal_form import criticality_of
 
 PLANES = {
     ("f", "Nd"): ((11.5, 13.5), (0.0, 0.98)),

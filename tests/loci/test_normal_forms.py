@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from helpers.polynomial_map import DisguisedMap, times
-from slipfold.normal_forms.codimension_two import codimension_two_coefficients
+from slipfold.orbits.normal_forms.codimension_two import codimension_two_coefficients
 
 SEEDS = range(4)
 STABLE = np.array([0.4, -0.7])

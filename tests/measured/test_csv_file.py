@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold import read_measurement
-from slipfold.measured.measurement import csv_of
+from slipfold.parameter_space.measurement import csv_of
 
 MODEL = sf.SlidingOscillator()
 

@@ -130,7 +130,7 @@ def test_what_far_from_a_resonance_is_told_of_damping_is_an_interval_to_its_boun
 
 def nearest_read(fit, d):
     """What the stable responses nearest to readings are at another damping."""
-    from slipfold.measured.stable_orbits import stable_orbits
+    from slipfold.parameter_space.stable_orbits import stable_orbits
 
     seen = fit.measurement
     orbits = stable_orbits(fit.model.replace(d=d), "W", seen.values, seen.quantities)
@@ -192,7 +192,7 @@ def test_intervals_hold_the_truth_of_friction_and_damping():
 
 
 def test_an_interrupted_branch_is_not_taken_for_a_whole_one(monkeypatch):
-    from slipfold.measured import stable_orbits
+    from slipfold.parameter_space import stable_orbits
 
     whole = stable_orbits.trace_response
 

@@ -3,9 +3,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from slipfold import SlidingOscillator
+from slipfold.parameter_space.threshold_map import GridThresholds
 from slipfold.plots import draw_threshold_map
 from slipfold.plots.maps import HATCHES
-from slipfold.thresholds.threshold_map import GridThresholds
 
 SPEEDS, ANGLES = np.linspace(0.4, 1.0, 7), np.radians(np.linspace(30, 75, 6))
 

@@ -6,7 +6,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
-from slipfold.checks.motions import check_motion
+from slipfold.results.checks.motions import check_motion
 
 
 @pytest.mark.parametrize(

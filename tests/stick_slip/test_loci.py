@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from helpers.dry_friction import belt, highest_after_a_touch
-from slipfold.checks.curves import check_loci
+from slipfold.results.checks.curves import check_loci
 
 ROWS = [0, 3, 6, -4, -1]
 

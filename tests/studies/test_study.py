@@ -9,7 +9,7 @@ import xarray as xr
 import slipfold as sf
 from helpers.studies import CHEAP, content
 from slipfold import InputError
-from slipfold.design_space.sampling import drawn
+from slipfold.parameter_space.sampling import drawn
 from slipfold.results import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan
@@ -65,7 +65,7 @@ def test_a_failed_case_says_why_and_stops_no_others(tmp_path):
 def test_only_failed_cases_are_tried_again(tmp_path, monkeypatch):
     store = tmp_path / "listed.study"
     with monkeypatch.context() as patched:
-        patched.setattr("slipfold.thresholds.loss.trace_response", _broken)
+        patched.setattr("slipfold.parameter_space.loss.trace_response", _broken)
         patched.setattr("slipfold.studies.works.first_doublings", _broken_together)
         found = sf.study(LISTED, store)
         assert "the computation broke down (it is broken)" in found.failures[0]

@@ -5,8 +5,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation.locate import CLOSE
+from slipfold.parameter_space.batch import DOUBLING
 from slipfold.studies.works import ResponseWork
-from slipfold.thresholds.batch import DOUBLING
 
 
 def study(compute, cases, **parameters):

@@ -18,7 +18,7 @@ from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
-from slipfold.normal_forms.forms import forms_of
+from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed

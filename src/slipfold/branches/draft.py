@@ -24,9 +24,9 @@ from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import polynomial
 from slipfold.models.model import Model
-from slipfold.normal_forms.normal_form import normal_form
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.normal_forms.normal_form import normal_form
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch, correct_orbits
 
 APART = 0.02

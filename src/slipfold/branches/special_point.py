@@ -67,7 +67,7 @@ class SpecialPoint(OneLine, ReadOnly):
         Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov
         coefficient), LP (quadratic) and BP (cubic of a pitchfork, else quadratic), of an
         equilibrium that of the flow; first Lyapunov coefficient of HB; None elsewhere. See
-        `slipfold.normal_forms.normal_form`.
+        `slipfold.orbits.normal_forms.normal_form`.
     leads_to
         Id of the branch that was started here, or None.
     stuck_fraction

@@ -19,8 +19,8 @@ KEEPING = frozenset(
     {
         "slipfold.branches.make_branch.complete_branches",
         "slipfold.branches.make_branch.describe_in_turn",
-        "slipfold.checks.curves.check_some",
-        "slipfold.checks.motions.check_motion",
+        "slipfold.results.checks.curves.check_some",
+        "slipfold.results.checks.motions.check_motion",
         "slipfold.continuation.curve_set.CurveSet.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.integrate",

@@ -31,7 +31,7 @@ from slipfold.options import Errors, Fitted, Option, Quantities, Seed, Sweeping
 from slipfold.progress import Progress
 
 if TYPE_CHECKING:
-    from slipfold.measured.measurement import Measurement
+    from slipfold.parameter_space.measurement import Measurement
 
 Varied = Annotated[
     tuple[str, tuple[float, float]], varied("The parameter that is swept, e.g. f=11:14.")
@@ -52,7 +52,7 @@ DATA = argument(
 
 
 def _read_data(given: Any, values: Any) -> Measurement:
-    from slipfold.measured.measurement import read_measurement
+    from slipfold.parameter_space.measurement import read_measurement
 
     return read_measurement(given["data"], values["model"])
 
@@ -98,7 +98,7 @@ def measure(
     measured by then is kept.
     """
     from slipfold.computations.measured import measure as compute
-    from slipfold.measured.measurement import csv_of
+    from slipfold.parameter_space.measurement import csv_of
     from slipfold.results.writing import check_writable, write_file
 
     if csv is not None:

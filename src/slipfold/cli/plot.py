@@ -129,7 +129,7 @@ def plot(
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     _check_options(given, type(found).__name__, result)
     if measured is not None:
-        from slipfold.measured.measurement import read_measurement
+        from slipfold.parameter_space.measurement import read_measurement
 
         given["measured"] = read_measurement(measured, found.model)
     if isinstance(found, (Diagram, Sweep)) and at is not None:

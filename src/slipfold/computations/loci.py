@@ -11,7 +11,6 @@ import numpy as np
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.checks.curves import check_loci
 from slipfold.computations.given import (
     checked_count,
     checked_model,
@@ -40,6 +39,7 @@ from slipfold.options import (
 from slipfold.options import Window as GivenWindow
 from slipfold.orbits.find import may_slip
 from slipfold.progress import Observer, Progress
+from slipfold.results.checks.curves import check_loci
 from slipfold.results.diagram import Labeled
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.records import provenance

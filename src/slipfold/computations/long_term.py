@@ -53,9 +53,9 @@ from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
 
 if TYPE_CHECKING:
-    from slipfold.checks.checked import Checked
     from slipfold.flow.trajectory import Trajectory
     from slipfold.results.attractors import Attractors, BasinFractions, Basins
+    from slipfold.results.checks.checked import Checked
     from slipfold.results.simulation import Simulation
     from slipfold.results.trajectories import LyapunovExponents, RegimeMap, Sweep
 
@@ -119,8 +119,8 @@ def _unobserved(progress: Progress) -> None:
 
 def _checked(motion: Trajectory, on_progress: Observer) -> Checked:
     """Check a solution, unless it was interrupted."""
-    from slipfold.checks.checked import Checked
-    from slipfold.checks.motions import check_motion
+    from slipfold.results.checks.checked import Checked
+    from slipfold.results.checks.motions import check_motion
 
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         return Checked((), interrupted=True)

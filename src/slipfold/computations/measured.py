@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from slipfold.computations.given import Values, checked_model, parse_ends, parse_values
 from slipfold.errors import InputError
-from slipfold.measured.measurement import Measurement, parse_measured
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.options import (
@@ -25,6 +24,7 @@ from slipfold.options import (
     Vary,
     documented,
 )
+from slipfold.parameter_space.measurement import Measurement, parse_measured
 from slipfold.progress import Observer
 from slipfold.results.records import provenance
 
@@ -71,7 +71,7 @@ def measure(
     >>> len(seen), seen.errors.tolist()
     (2, [[1e-05], [1e-05]])
     """
-    from slipfold.measured.stand import swept
+    from slipfold.parameter_space.stand import swept
 
     changed = checked_model(model).replace(**parameters)
     if not changed.forced:
@@ -152,7 +152,7 @@ def fit(
     >>> sf.fit(truth.replace(mu=0.5), seen, {"mu": (0.3, 0.7)})["mu"].value.__round__(6)
     0.46
     """
-    from slipfold.measured.least_squares import find_fit
+    from slipfold.parameter_space.least_squares import find_fit
     from slipfold.results.measured import Fit
 
     changed = checked_model(model).replace(**parameters)
@@ -240,7 +240,7 @@ def plan_measurement(
     >>> planned.errors_expected.shape
     (2,)
     """
-    from slipfold.measured.information import plan
+    from slipfold.parameter_space.information import plan
     from slipfold.results.measured import MeasurementPlan
 
     changed = checked_model(model).replace(**parameters)

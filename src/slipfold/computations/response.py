@@ -18,8 +18,6 @@ from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
-from slipfold.checks.checked import Checked
-from slipfold.checks.curves import check_branches
 from slipfold.computations.given import (
     Values,
     checked_model,
@@ -52,6 +50,8 @@ from slipfold.options import (
 from slipfold.orbits.find import attractor_from, may_slip, orbit_near, periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
+from slipfold.results.checks.checked import Checked
+from slipfold.results.checks.curves import check_branches
 from slipfold.results.diagram import Diagram, finalised
 from slipfold.results.records import provenance
 from slipfold.tori.follow import tori_from, tori_of

@@ -51,8 +51,8 @@ from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
 
 if TYPE_CHECKING:
-    from slipfold.design_space.optimum import Choice
-    from slipfold.design_space.scatter import Scatter
+    from slipfold.parameter_space.optimum import Choice
+    from slipfold.parameter_space.scatter import Scatter
     from slipfold.results.thresholds import Design, ThresholdMap
     from slipfold.results.uncertainty import ThresholdUncertainty
 
@@ -94,9 +94,9 @@ def threshold_map(
     >>> print(found.values[1, 1].round(9))
     0.043578911
     """
-    from slipfold.checks.curves import check_thresholds
+    from slipfold.parameter_space.threshold_map import find_threshold_map
+    from slipfold.results.checks.curves import check_thresholds
     from slipfold.results.thresholds import ThresholdMap
-    from slipfold.thresholds.threshold_map import find_threshold_map
 
     model = checked_model(model)
     if not isinstance(over, Mapping):
@@ -164,8 +164,8 @@ def uncertainty(
     >>> [round(end, 4) for end in found.band(0.95)]
     [0.0431, 0.0442]
     """
-    from slipfold.design_space.optimum import PlacedPoint
-    from slipfold.design_space.sampling import (
+    from slipfold.parameter_space.optimum import PlacedPoint
+    from slipfold.parameter_space.sampling import (
         INTERRUPTED,
         drawn,
         index_design,
@@ -173,7 +173,7 @@ def uncertainty(
         names_of,
         thresholds_at,
     )
-    from slipfold.design_space.scatter import parse_correlation
+    from slipfold.parameter_space.scatter import parse_correlation
     from slipfold.results.uncertainty import ThresholdUncertainty
 
     point = checked_point(point)
@@ -233,7 +233,7 @@ def _load(value: float | str, parameter: Parameter) -> float:
 def _scatters(
     point: SpecialPoint, scatter: Mapping[str, str | Mapping[str, Any]]
 ) -> tuple[Scatter, ...]:
-    from slipfold.design_space.scatter import parse_scatter
+    from slipfold.parameter_space.scatter import parse_scatter
 
     if not scatter:
         raise InputError('no parameter scatters; give some, e.g. scatter={"mu": "normal 5%"}')
@@ -257,7 +257,7 @@ def _checked_name(model: Model, vary: str, name: str) -> None:
 
 def _missing(reasons: NDArray[np.str_]) -> str:
     """Return why indices are missing: they need the thresholds of all their samples."""
-    from slipfold.design_space.sampling import INTERRUPTED
+    from slipfold.parameter_space.sampling import INTERRUPTED
 
     if (reasons == INTERRUPTED).any():
         return "interrupted before all of their samples were reached"
@@ -305,7 +305,13 @@ def design(
     >>> found.values.round(4).tolist(), found.thresholds.round(4).tolist()
     ([[0.8727, 0.4]], [[0.0816]])
     """
-    from slipfold.design_space.optimum import Choice, Demand, PlacedOrbit, PlacedPoint, choose_least
+    from slipfold.parameter_space.optimum import (
+        Choice,
+        Demand,
+        PlacedOrbit,
+        PlacedPoint,
+        choose_least,
+    )
     from slipfold.results.thresholds import Design
 
     point = checked_point(point)
@@ -487,7 +493,7 @@ def _confirmed(
 
 
 def _is_confirmed(point: SpecialPoint, names: tuple[str, ...], choice: Choice, load: float) -> bool:
-    from slipfold.design_space.optimum import is_confirmed
+    from slipfold.parameter_space.optimum import is_confirmed
 
     values = dict(zip(names, choice.values.tolist(), strict=True))
     return is_confirmed(point, values, float(choice.thresholds[0]), load)

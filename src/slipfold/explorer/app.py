@@ -32,7 +32,7 @@ from slipfold.explorer.messages import (
 from slipfold.explorer.security import Access, Allowance, Application, Guard, Limits
 from slipfold.explorer.worker import Reply
 from slipfold.explorer.workers import Job, Workers
-from slipfold.measured.measurement import parse_measurement
+from slipfold.parameter_space.measurement import parse_measurement
 
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
 """Codes with which a WebSocket is closed (RFC 6455)."""

@@ -10,15 +10,15 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
-from slipfold.checks.checked import Checked
 from slipfold.errors import InputError
 from slipfold.explorer.plain import BETWEEN, axis_of, number, short
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import LocusLine
-from slipfold.measured.measurement import Measurement
+from slipfold.parameter_space.measurement import Measurement
 from slipfold.progress import Progress
+from slipfold.results.checks.checked import Checked
 from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.study import StudyResult

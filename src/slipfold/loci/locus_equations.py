@@ -13,10 +13,10 @@ from slipfold.arrays import Array
 from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
-from slipfold.normal_forms.forms import forms_of
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.grazing import MET, MarginalShooting
 from slipfold.orbits.linearization import Linearization
+from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED, critical_places
 

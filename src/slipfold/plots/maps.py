@@ -23,6 +23,8 @@ from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
 from slipfold.models.parameter import Parameter
+from slipfold.parameter_space.search import INTERRUPTED
+from slipfold.parameter_space.threshold_map import GridThresholds
 from slipfold.plots.loci import HasLoci, draw_loci, legend_options
 from slipfold.plots.regions import COLORS, OTHERS, grouped
 from slipfold.plots.style import (
@@ -39,8 +41,6 @@ from slipfold.results.trajectories import RegimeMap
 from slipfold.studies.plan import Grid
 from slipfold.studies.works import Quantity
 from slipfold.text.one_line import headed
-from slipfold.thresholds.search import INTERRUPTED
-from slipfold.thresholds.threshold_map import GridThresholds
 
 Edges = tuple[Array, Array]
 

@@ -23,8 +23,8 @@ from slipfold.lines import (
     measured_at,
     torus_segments,
 )
-from slipfold.measured.measurement import Measurement, parse_measured
 from slipfold.models.model import Model
+from slipfold.parameter_space.measurement import Measurement, parse_measured
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import (
     LINES,

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import BIFURCATIONS, LOCUS_TYPES, SpecialPoint, sensitive_to
-from slipfold.checks.checked import Checked
 from slipfold.continuation.end import End
 from slipfold.errors import InputError
 from slipfold.long_term.branch_search import BranchSearch
@@ -23,6 +22,7 @@ from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import ROUNDING, Curves, sticking, uncertainty_notes, without_defaults
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Part, axes_of, meaning_of
 from slipfold.results.records import Provenance, SavedTable

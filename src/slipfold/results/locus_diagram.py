@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
-from slipfold.checks.checked import Checked
 from slipfold.loci.locus import (
     CODIMENSION_TWO,
     COEFFICIENT,
@@ -25,7 +24,8 @@ from slipfold.loci.locus import (
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.normal_forms.normal_form import criticality_of
+from slipfold.orbits.normal_forms.normal_form import criticality_of
+from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import (
     LASTING,
     ROUNDING,

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.measured.information import Planned, best_rows, expected
-from slipfold.measured.least_squares import Estimate
-from slipfold.measured.measurement import Measurement, Quantity
 from slipfold.models.model import Model
+from slipfold.parameter_space.information import Planned, best_rows, expected
+from slipfold.parameter_space.least_squares import Estimate
+from slipfold.parameter_space.measurement import Measurement, Quantity
 from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result

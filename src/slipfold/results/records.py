@@ -16,7 +16,6 @@ from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.checks.checked import Checked
 from slipfold.errors import InputError
 from slipfold.models.friction import law_from_record, law_record
 from slipfold.models.model import Model
@@ -25,6 +24,7 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
+from slipfold.results.checks.checked import Checked
 from slipfold.results.tables import LabeledTable
 from slipfold.version import package_version
 

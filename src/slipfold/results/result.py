@@ -14,13 +14,13 @@ from textwrap import fill
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, get_origin, get_type_hints
 
-from slipfold.checks.checked import Checked
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
 from slipfold.read_only import ReadOnly
+from slipfold.results.checks.checked import Checked
 from slipfold.results.fields import Part, bound, names, parts_of
 from slipfold.results.records import (
     Provenance,

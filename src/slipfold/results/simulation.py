@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.checks.checked import Checked
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.switched_motion import Interval
 from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.results.checks.checked import Checked
 from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, Field, Part, Table
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
-from slipfold.design_space.sampling import SALTELLI, SobolIndices, indices_of
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.parameter_space.sampling import SALTELLI, SobolIndices, indices_of
 from slipfold.results.fields import REAL, TEXT, Column, meaning_of
 from slipfold.results.gathered import KINDS, Gathered, type_of
 from slipfold.results.records import Provenance, SavedTable

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.checks.checked import Checked
 from slipfold.models.model import Model
+from slipfold.parameter_space.threshold_map import GridThresholds
+from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import without_defaults
 from slipfold.results.fields import TEXT, Field, Labels
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import headed, parameter_text
 from slipfold.text.printed_table import PrintedTable, with_unit
-from slipfold.thresholds.threshold_map import GridThresholds
 
 GRID = "{axes[0]} {axes[1]}"
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.design_space.sampling import INTERRUPTED, SobolIndices
-from slipfold.design_space.scatter import Scatter, scatter_text, scattered_away
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.parameter_space.sampling import INTERRUPTED, SobolIndices
+from slipfold.parameter_space.scatter import Scatter, scatter_text, scattered_away
 from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result

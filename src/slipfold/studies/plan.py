@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from slipfold.arrays import Array
-from slipfold.design_space.sampling import SALTELLI, check_power, drawn, index_design
-from slipfold.design_space.scatter import parse_correlation, parse_scatter
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import source_of_tables
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.registry import model_of_case, read_case_file
+from slipfold.parameter_space.sampling import SALTELLI, check_power, drawn, index_design
+from slipfold.parameter_space.scatter import parse_correlation, parse_scatter
 from slipfold.studies.works import WORK, Work
 from slipfold.text.validated import validated
 

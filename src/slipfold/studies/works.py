@@ -29,8 +29,8 @@ from slipfold.models.parameter import DURATION, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.options import ExponentPeriods, Periods, SearchPeriods, Seed, Starts
 from slipfold.orbits.extrema import steady_extrema
-from slipfold.thresholds.batch import first_doublings
-from slipfold.thresholds.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
+from slipfold.parameter_space.batch import first_doublings
+from slipfold.parameter_space.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
 
 Value = float | int | str | None
 """A number or a word; None where there is none."""

@@ -11,8 +11,14 @@ from slipfold.arrays import Array, Indices
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.thresholds.batch import FRACTIONS, BatchedThresholds, Found, Paths, proved_doublings
-from slipfold.thresholds.loss import NO_THRESHOLD, lasting_reason, threshold_by_response
+from slipfold.parameter_space.batch import (
+    FRACTIONS,
+    BatchedThresholds,
+    Found,
+    Paths,
+    proved_doublings,
+)
+from slipfold.parameter_space.loss import NO_THRESHOLD, lasting_reason, threshold_by_response
 
 INTERRUPTED = "interrupted"
 

@@ -15,26 +15,26 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.progress import branch_progress
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.checks.checked import Check, Checked
-from slipfold.checks.orbit_difference import (
-    ALLOWED,
-    Difference,
-    orbit_difference,
-    pieces_of,
-    retraced_difference,
-)
-from slipfold.checks.switched import switched_difference
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.check import rests
 from slipfold.orbits.grazing import MET
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer
+from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.orbit_difference import (
+    ALLOWED,
+    Difference,
+    orbit_difference,
+    pieces_of,
+    retraced_difference,
+)
+from slipfold.results.checks.switched import switched_difference
 from slipfold.text.one_line import parameter_text
 
 if TYPE_CHECKING:
     from slipfold.loci.locus import Locus
-    from slipfold.thresholds.threshold_map import GridThresholds
+    from slipfold.parameter_space.threshold_map import GridThresholds
 
 SHARE = 0.1
 """Fraction of the work for a result that goes into its checks."""

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.normal_forms.maps import FieldMap
-from slipfold.normal_forms.normal_form import (
+from slipfold.orbits.normal_forms.maps import FieldMap
+from slipfold.orbits.normal_forms.normal_form import (
     MapDerivatives,
     critical_vectors,
     pair_cubic,

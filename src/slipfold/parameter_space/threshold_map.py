@@ -15,9 +15,9 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
+from slipfold.parameter_space.search import INTERRUPTED, ThresholdSearch
 from slipfold.progress import Observer, Progress
 from slipfold.read_only import ReadOnly
-from slipfold.thresholds.search import INTERRUPTED, ThresholdSearch
 
 TYPES = ("PD",)
 

@@ -9,11 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.checks.checked import Check, Checked
-from slipfold.checks.curves import spread
-from slipfold.checks.orbit_difference import ALLOWED, PIECES
-from slipfold.checks.retraced import Motion, retrace
-from slipfold.checks.switched import FORCES, elsewhere, hold_legs
 from slipfold.collocation_points import radau_points
 from slipfold.flow.batches import LANES
 from slipfold.flow.contact_motion import dense_legs
@@ -23,6 +18,11 @@ from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
 from slipfold.flow.switched_flow import hybrid_system
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
+from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.curves import spread
+from slipfold.results.checks.orbit_difference import ALLOWED, PIECES
+from slipfold.results.checks.retraced import Motion, retrace
+from slipfold.results.checks.switched import FORCES, elsewhere, hold_legs
 
 AGAIN, ONE_IN = 48, 20
 """Forcing periods that are integrated again in any case, and one in how many of a long motion: in

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.newton import Rule, correct_many, solve_each
-from slipfold.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
 from slipfold.orbits.linearization import Linearization
+from slipfold.orbits.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]

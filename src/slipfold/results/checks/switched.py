@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.checks.orbit_difference import ALLOWED, Difference
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.contact_state import ContactsNow, friction_in
@@ -21,6 +20,7 @@ from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.turns import without_turns
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
+from slipfold.results.checks.orbit_difference import ALLOWED, Difference
 
 FIRST = 0.0137
 """Fraction of a period after which the integration is restarted, so that all later steps fall

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.normal_forms.codimension_two import (
+from slipfold.orbits.critical import Critical
+from slipfold.orbits.kinds import Cycles
+from slipfold.orbits.linearization import Linearization
+from slipfold.orbits.normal_forms.codimension_two import (
     codimension_two_coefficients,
     equilibrium_coefficients,
 )
-from slipfold.normal_forms.maps import FieldMap, ReturnMap, SegmentMap
-from slipfold.normal_forms.normal_form import (
+from slipfold.orbits.normal_forms.maps import FieldMap, ReturnMap, SegmentMap
+from slipfold.orbits.normal_forms.normal_form import (
     critical_coefficient,
     equilibrium_form,
     first_lyapunov_coefficient,
@@ -18,9 +21,6 @@ from slipfold.normal_forms.normal_form import (
     normal_form,
     quintic_coefficient,
 )
-from slipfold.orbits.critical import Critical
-from slipfold.orbits.kinds import Cycles
-from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import critical_places
 

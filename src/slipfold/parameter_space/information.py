@@ -9,11 +9,11 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.measured.explanation import Prediction, sensitivities
-from slipfold.measured.least_squares import covariance_of
-from slipfold.measured.measurement import Quantity
-from slipfold.measured.stable_orbits import StableOrbit, stable_orbits
 from slipfold.models.model import Model
+from slipfold.parameter_space.explanation import Prediction, sensitivities
+from slipfold.parameter_space.least_squares import covariance_of
+from slipfold.parameter_space.measurement import Quantity
+from slipfold.parameter_space.stable_orbits import StableOrbit, stable_orbits
 
 
 @dataclass(frozen=True, eq=False)

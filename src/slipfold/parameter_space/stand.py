@@ -10,9 +10,9 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate_smooth_or_switched
 from slipfold.flow.trajectory import Trajectory
-from slipfold.measured.measurement import Measurement, Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import steady_extrema
+from slipfold.parameter_space.measurement import Measurement, Quantity, read_off
 from slipfold.progress import Observer, Progress
 
 EACH = 500

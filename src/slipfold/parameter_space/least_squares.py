@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.measured.explanation import Explanation, Readings
-from slipfold.measured.measurement import Measurement
 from slipfold.models.model import Model
+from slipfold.parameter_space.explanation import Explanation, Readings
+from slipfold.parameter_space.measurement import Measurement
 from slipfold.progress import Observer, Progress
 
 Report = Callable[[Explanation], None]

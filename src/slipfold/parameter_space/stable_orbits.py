@@ -14,13 +14,13 @@ from slipfold.branches.response import measured_over, trace_response
 from slipfold.branches.settings import Settings
 from slipfold.continuation.interpolation import polynomial
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.measured.measurement import Quantity, read_off
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import correct_orbits
+from slipfold.parameter_space.measurement import Quantity, read_off
 from slipfold.text.stability import outside
 
 FINE = 65

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.design_space.optimum import Lost, PlacedPoint
-from slipfold.design_space.scatter import Scatter, correlated
 from slipfold.errors import InputError
+from slipfold.parameter_space.optimum import Lost, PlacedPoint
+from slipfold.parameter_space.scatter import Scatter, correlated
 
 
 def drawn(

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.measured.measurement import Measurement, Quantity
-from slipfold.measured.stable_orbits import StableOrbit, orbits_at, stable_orbits
 from slipfold.models.model import Model
+from slipfold.parameter_space.measurement import Measurement, Quantity
+from slipfold.parameter_space.stable_orbits import StableOrbit, orbits_at, stable_orbits
 
 STEP = 1e-4
 """Difference by which a parameter is moved, over its size: orbits are known to 1e-12, so that

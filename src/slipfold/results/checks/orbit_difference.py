@@ -8,8 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
-from slipfold.checks.checked import LOOSEST as NOT_KNOWN
-from slipfold.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
@@ -21,6 +19,8 @@ from slipfold.models.turns import without_turns
 from slipfold.orbits.check import SINGULAR, is_singular, rests
 from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.results.checks.checked import LOOSEST as NOT_KNOWN
+from slipfold.results.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
 
 PARTS = 8
 """Parts of an orbit, each from a node of its own, so that errors do not grow on the way."""

@@ -1,1 +1,0 @@
-"""What thresholds do where parameters scatter, and where they are chosen."""

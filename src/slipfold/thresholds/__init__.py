@@ -1,1 +1,0 @@
-"""Maps of thresholds over a grid of two parameters, in SIMD batches."""
