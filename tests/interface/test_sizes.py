@@ -11,12 +11,12 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 82_500, "tests": 34_000}
+TOTAL = {"src": 75_500, "tests": 33_800}
 """Lines of Python. A budget that falls: lower it whenever code is deleted, never raise it."""
 
 FILE_LINES = 600
-FUNCTION_LINES = 80  # below the docstring
-FOLDER_FILES = 50
+FUNCTION_LINES = 60  # below the docstring
+FOLDER_FILES = 35
 
 
 @pytest.fixture(scope="module")

@@ -328,7 +328,6 @@ def design(
     at = _number(load, parameter)
     watched = _state(point, state)
     started = perf_counter()
-    begin = np.array([model.values[name] for name in names])
     orbit = PlacedOrbit.at(model.replace(**{vary: at}), names)
     placed = PlacedPoint.at(point, names)
     stay = [Demand(PlacedPoint.at(other, names), "above", least) for other, least in kept.values()]
@@ -338,7 +337,7 @@ def design(
         return choose_least(orbit, watched, demands, bounds, start)
 
     nothing = Choice.none(len(names), 1 + len(kept), INTERRUPTED)
-    choices, settled = _searched(find, sides, _starts(begin, bounds), nothing, on_progress)
+    choices, settled = _searched(find, sides, _starts(model, bounds), nothing, on_progress)
     if outside is not None and settled:
         least = choices.index(_best(choices))
         choices, sides = [choices[least]], [sides[least]]
@@ -440,10 +439,11 @@ def _state(point: SpecialPoint, state: str | None) -> int:
     return names.index(state)
 
 
-def _starts(begin: Array, bounds: Mapping[str, tuple[float, float]]) -> list[Array]:
-    """Return the starts of searches: the point's own values, and evenly over the bounds."""
+def _starts(model: Model, bounds: Mapping[str, tuple[float, float]]) -> list[Array]:
+    """Return the starts of searches: the model's own values, and evenly over the bounds."""
     from scipy.stats import qmc
 
+    begin = np.array([model.values[name] for name in bounds])
     low, high = np.array(list(bounds.values())).T
     shares = qmc.Halton(len(low), scramble=False).random(STARTS + 1)[1:]
     return [np.clip(begin, low, high), *(low + shares * (high - low))]
