@@ -1,1 +1,1 @@
-"""Continuation: stepping, test functions, location, normal forms, switching."""
+"""Branches of orbits: how they start, their bifurcations, ends and switching."""

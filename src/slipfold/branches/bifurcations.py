@@ -387,7 +387,7 @@ def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
 
 
 def _turns(found: Found) -> bool:
-    """Whether a branch turns at a branch point: its multiplier touches one and goes back.
+    """Whether a branch turns at a branch point: its multiplier reaches one and returns.
 
     If less of the other branch's direction is along the parameter, it is that one which turns, and
     this one has a fold nearby.

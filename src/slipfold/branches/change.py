@@ -1,4 +1,4 @@
-"""Where a branch leaves shooting in slip: for collocation, or for stick and slip."""
+"""Replace shooting where a branch cannot continue with it: by collocation or by stick-slip."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.shooting import Shooting
 
 FARTHER = 1.02
-"""A branch has come no farther until it is this many times as long."""
+"""Minimum ratio of branch lengths for collocation to count as having reached farther."""
 
 GROWS = "grows"
-"""Kind of an end that is none: the branch goes on, by collocation if that can take it up."""
+"""Kind of an internal end: the branch continues by collocation if possible."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class _Before:
 
 
 class Change:
-    """Takes a branch up by other means, once, where shooting had to end it, if settings let it."""
+    """Continues a branch once with another discretization where shooting ends."""
 
     def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
         self._through_stick = through_stick and settings.discretization == "automatic"
@@ -94,13 +94,13 @@ class Change:
 
 
 class Growing:
-    """Ends shooting where perturbations grow, on the way round, by more than leaves digits."""
+    """Ends shooting where perturbations grow so much over one period that no digits remain."""
 
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the point from which on they do."""
+        """Return the point at which this begins."""
         part = interval.point.linearization
         if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:
             return MonitorResult()

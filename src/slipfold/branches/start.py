@@ -29,8 +29,7 @@ from slipfold.orbits.shooting import SEGMENTS, Shooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 WORST = 1e8
-"""Newton's method at a worse condition leaves half of all digits: the value held is that of a fold
-or branch point."""
+"""Condition number above which the first value of the parameter is a fold or branch point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +119,7 @@ def orbit_start(
     correction = correct(orbits, guess, row)
     if not correction.converged:
         raise InputError(
-            f"the orbit given could not be taken up at {vary} = {first:g}: {correction.failure}; "
+            f"the given orbit could not be corrected at {vary} = {first:g}: {correction.failure}; "
             "give one that is closed"
         )
     return orbits, _first_point(orbits, correction, first)

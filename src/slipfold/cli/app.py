@@ -1,4 +1,4 @@
-"""The command line put together: whatever goes wrong becomes one sentence and an exit status."""
+"""The command-line application: its commands, error messages and exit statuses."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ def lyapunov(
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> LyapunovExponents:
-    """Compute all Lyapunov exponents of a solution, and tell a torus from chaos by them.
+    """Compute all Lyapunov exponents of a solution, and use them to distinguish a torus from chaos.
 
     Orthogonal perturbations are propagated with the exact derivatives of the flow, also across
     sticking phases. The exponents are averaged over the second half of the solution with smooth

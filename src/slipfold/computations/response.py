@@ -52,7 +52,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Checked
 from slipfold.results.checks.curves import check_branches
-from slipfold.results.diagram import Diagram, finalised
+from slipfold.results.diagram import Diagram, finalized
 from slipfold.results.records import provenance
 from slipfold.tori.follow import tori_from, tori_of
 from slipfold.tori.torus_branch import TorusBranch
@@ -166,7 +166,7 @@ def response(
         searched,
         torus_set,
     )
-    return diagram if diagram.interrupted else finalised(diagram)
+    return diagram if diagram.interrupted else finalized(diagram)
 
 
 def _first(

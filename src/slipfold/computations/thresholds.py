@@ -400,8 +400,8 @@ def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, 
     """Return the sides and bounds of the threshold, one search each."""
     if (above is None) == (outside is None):
         raise InputError(
-            "give either above (--above), what the threshold is to exceed, or outside (--outside), "
-            "a window that it is to leave"
+            "give either above (--above), a lower bound of the threshold, or outside (--outside), "
+            "an interval that the threshold must leave"
         )
     if outside is not None:
         low, high = (_number(end, parameter) for end in outside)

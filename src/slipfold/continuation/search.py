@@ -16,7 +16,7 @@ from slipfold.continuation.locate import insert, locate, point_at
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 
 DEPTH = 7
-"""An interval is halved this often, to 1/128 of a step, before its account is left open."""
+"""Maximum number of halvings of an interval, to 1/128 of a step."""
 
 KNOTS = 4
 """Points that test functions are interpolated through."""
@@ -41,7 +41,7 @@ class Watch(ABC, Generic[P]):
         return point.values
 
     def foreseen(self, points: Sequence[P], weights: Array) -> Array | None:
-        """Return the functions elsewhere as more than their values at points lets expect them.
+        """Return predictions of the functions that use more than their values at points.
 
         None where those are all that is known. Shapes: weights (t, points); returns (t, functions).
         """

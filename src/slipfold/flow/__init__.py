@@ -1,1 +1,1 @@
-"""Time: compiled flows, their derivatives, batches of them, and simulation."""
+"""Integration: compiled flows, derivatives, batches, stick-slip events, simulation."""

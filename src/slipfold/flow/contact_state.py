@@ -249,7 +249,7 @@ class _Instant:
         return alone, [[column[row] - alone[row] for column in columns] for row in size]
 
     def violations(self, mode: Mode) -> dict[int, Status]:
-        """Return the contacts at rest that cannot go on like this, and what they had better do."""
+        """Return the contacts at rest that cannot stay as they are, and what they do next."""
         friction, rates = self.forces(mode)
         found = {}
         for contact in self.rest:

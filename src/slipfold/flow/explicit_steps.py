@@ -234,7 +234,7 @@ MAX_LINEARIZED_OPERATIONS = 5_000
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Where motions came to, NaN where they did not come; everything in the states' own units."""
+    """Final states, NaN where not reached; everything in the states' own units."""
 
     ends: Array  # shape (l, n)
     matrices: Array  # derivatives by the first states, shape (l, n, n)

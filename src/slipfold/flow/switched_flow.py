@@ -196,7 +196,7 @@ def _equations(field: Field, lengths: Array, stages: Array, phases: Array) -> In
 
 
 FOREVER = 1e30
-"""An end of the time that goes with the speed of slip, which no motion comes to."""
+"""Upper end of the rescaled time, which no trajectory reaches."""
 
 
 @dataclass(eq=False, slots=True)  # frozen ones take three times as long to make

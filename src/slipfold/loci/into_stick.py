@@ -79,7 +79,7 @@ times as long as in slip, of contacts in the plane seconds; a locus is met by se
 
 
 def follow_sticking(plane: Plane, lines: list[FanLine]) -> Iterator[Branch]:
-    """Add to lines their responses through stick, where they come to it, and return these."""
+    """Add the stick-slip responses of lines that reach stick, and return them."""
     if not contacts_of(plane.model):
         return
     coming = [number for number, line in enumerate(lines) if _comes_to_stick(line)]
@@ -219,7 +219,7 @@ class Settled(NamedTuple):
 
 
 def settle(model: Model, state: Array) -> Settled:
-    """Return what a trajectory from a state settles on. Shapes: state (n,)."""
+    """Return the attractor that a trajectory from a state converges to. Shapes: state (n,)."""
     before = 0
     for count in ROUNDS:
         motion = simulate_smooth_or_switched(model, count, state, tolerance=SETTLED)

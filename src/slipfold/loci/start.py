@@ -468,7 +468,7 @@ def as_unknown(
 ) -> tuple[Orbits, Array]:
     """Return what the locus of a special point consists of, and the point as one of them.
 
-    It is of the discretization that the branch had come to, unless settings ask for one: shooting
+    It is of the discretization that the branch used last, unless settings ask for one: shooting
     gives an orbit at eight phases, collocation at more.
     """
     if not np.isnan(point.stuck_fraction):

@@ -1,1 +1,1 @@
-"""What trajectories converge to: spectra, and what their contacts do."""
+"""Long-term behavior: attractors, basins, exponents, regimes, sweeps, spectra."""

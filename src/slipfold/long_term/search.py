@@ -92,7 +92,7 @@ def box_around(model: Model, reached: Array | None = None) -> Box:
 
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
-"""What a start came to that came to no attractor."""
+"""Labels of starts that converge to no attractor."""
 
 CHUNK = 16
 """Periods between looks at which trajectories have come near to what is known."""
@@ -267,7 +267,7 @@ class _Search:
                 self._tell()
 
     def _catch_later(self, known: Known) -> None:
-        """Label the trajectories that come to it within as many periods as tell surely."""
+        """Label open trajectories that converge to this attractor within `SURELY` periods."""
         which = self._open
         if len(which):
             states = self._motions.go_on(which, SURELY)

@@ -42,7 +42,7 @@ def find_sweep(
     kept: int,
     observer: Observer | None = None,
 ) -> Swept:
-    """Sweep up, then down from where that came to, each value from the state of the one before.
+    """Sweep up, then down from the last state; each value starts from the previous state.
 
     Shapes: values (m,), increasing; start (n,); starts (k, n), each for all values.
     """
@@ -90,7 +90,7 @@ class _Sweep:
             order = list(range(len(self.values)))
             if name == DOWN:
                 order.reverse()
-                if run:  # only from where the sweep up came to
+                if run:  # only from the final state of the sweep up
                     order = [place for place in order if not self.reasons[0, place]]
             state = self._sweep(run, order, state)
         some = max(TOGETHER // len(self.values), 1)
@@ -107,7 +107,7 @@ class _Sweep:
         return state
 
     def _at(self, run: int, place: int, state: Array) -> tuple[str, Array]:
-        """Follow a motion at a value; return why it stopped, if it did, and where it came to."""
+        """Integrate at one value; return why it stopped, if it did, and the final state."""
         model, periods = self.models[place], self.transient + self.kept - 1
         motion = SingleTrajectory(model, flow_of(model).constants_of(model), state)
         found = np.concatenate([state[None], motion.go_on(state, periods)])

@@ -1,1 +1,1 @@
-"""Orbits, cycles and equilibria: their equations, how perturbations grow, extrema."""
+"""Orbits, cycles and equilibria: equations, multipliers, extrema, limits, normal forms."""

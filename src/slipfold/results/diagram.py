@@ -274,7 +274,7 @@ class Diagram(Result):
             if name not in known:
                 has = ", ".join(known)
                 raise InputError(f"no output {name!r}; {suggest(name, known)}it has {has}")
-        finalised(self)
+        finalized(self)
         noise, ends = self._noise(), self._end_orbits
         rows = [row for branch in self.branches for row in _rows(branch, ends, noise)]
         scales = dict(zip(states, self.model.state_scales().tolist(), strict=True))
@@ -517,7 +517,7 @@ def _special(
     return point
 
 
-def finalised(diagram: Diagram) -> Diagram:
+def finalized(diagram: Diagram) -> Diagram:
     """Compute what the summary shows, so that it is data: extrema at ends and special points.
 
     Orbits that have as many nodes are integrated together.

@@ -1,1 +1,1 @@
-"""Quasi-periodic tori: invariant circles of the stroboscopic map, born at Neimark-Sacker points."""
+"""Quasi-periodic tori: invariant circles of the stroboscopic map, which bifurcate at NS points."""
