@@ -3,19 +3,13 @@
 import math
 import sys
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
 from PIL import Image
 
 import slipfold as sf
-from helpers.hand_drawn_loci_plots import (
-    drawn_fold,
-    drawn_locus,
-    drawn_regions,
-    drawn_torus,
-    locus_diagram,
-    valley,
-)
+from helpers.hand_drawn_loci_plots import drawn_locus, locus_diagram
 from slipfold import SlidingOscillator
 from slipfold.paper import reproduce
 from slipfold.paper.cases import Cases, Plane, PlaneFigure, read_cases
@@ -41,23 +35,11 @@ def test_planes():
     assert {figure.plane.model for figure in PLANES} == {SlidingOscillator()}
 
 
-def markdown(*loci, regions=None):
-    diagram = locus_diagram(*loci, regions=regions)
-    return planes_markdown(PLANES[:1], {PLANES[0].plane: diagram})
-
-
-def test_the_text_says_where_the_criticality_changes_and_the_threshold_is_lowest():
-    text = markdown(valley(), drawn_fold(), drawn_torus(), regions=drawn_regions())
-    assert "GPD, f = 12.4 Hz (± 1e-12), Nd = 0.06 N (± 2e-13)" in text
-    assert "subcritical for f from 12 Hz to 12.4 Hz" in text
-    assert "supercritical for f from 12.4 Hz to 13 Hz" in text
-    assert "The threshold is lowest at f = 12.5 Hz (± 1e-12), Nd = 0.05 N (± 2e-13)** (MIN)" in text
-
-
-def test_the_text_does_not_hide_a_simulation_that_disagrees():
-    text = markdown(valley(), regions=drawn_regions(agrees=False))
-    assert "Simulations that agree: 2 of 3." in text
-    assert "| 0 of 1 agree | from rest: nothing periodic |" in text
+def test_the_text_has_the_summary_of_each_plane_that_was_computed():
+    diagram = SimpleNamespace(summary=lambda: "the loci of the first plane")
+    text = planes_markdown(PLANES[:2], {PLANES[0].plane: diagram})
+    assert "```text\nthe loci of the first plane\n```" in text
+    assert text.count("Not computed.") == 1
 
 
 @pytest.mark.parametrize("figure", PLANES, ids=lambda figure: figure.plane.vary[0])
