@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import slipfold as sf
 from slipfold.models import model_named
@@ -162,3 +163,43 @@ def test_an_undamped_response_is_neutral():
     diagram = sf.response(model, vary="W", span=(0.55, 0.8))
     ends = [line.split() for line in diagram.summary().splitlines() if " EP " in line]
     assert [line[-1] for line in ends] == ["neutral", "neutral"]
+
+
+def test_cycles_of_hindmarsh_and_rose_where_zero_is_not_near_the_rest():
+    # Hindmarsh and Rose (1984). At I = 0 Newton's method finds no equilibrium from zero, where
+    # the equations are nearly degenerate: scales measured there made the cycles unresolvable.
+    model = sf.System(
+        parameters={"I": 2.0},
+        states={
+            "x": "y - x^3 + 3*x^2 - z + I",
+            "y": "1 - 5*x^2 - y",
+            "z": "0.006*(4*(x + 1.6) - z)",
+        },
+    )
+    diagram = sf.response(model, vary="I", span=(0, 1.5), settings=sf.Settings(largest_period=1))
+
+    def routh_hurwitz(current):
+        rest = brentq(lambda x: 1 - x**3 - 2 * x**2 - 4 * (x + 1.6) + current, -1.6, -1)
+        slopes = [[6 * rest - 3 * rest**2, 1, -1], [-10 * rest, -1, 0], [0.024, 0, -0.006]]
+        _, a, b, c = np.poly(np.array(slopes))
+        return a * b - c
+
+    (hopf,) = special(diagram, "HB")
+    assert hopf.value == pytest.approx(brentq(routh_hurwitz, 1, 1.5, xtol=1e-13), abs=1e-9)
+    cycles = diagram.branches[1]
+    assert [point.type for point in cycles.special] == ["LP", "PD", "PD"]
+    assert cycles.stopped.kind == "span"
+    last = cycles.orbit(-1)
+    end = solve_ivp(
+        lambda t, u: [
+            u[1] - u[0] ** 3 + 3 * u[0] ** 2 - u[2] + 1.5,
+            1 - 5 * u[0] ** 2 - u[1],
+            0.006 * (4 * (u[0] + 1.6) - u[2]),
+        ],
+        (0, last.duration),
+        last.state,
+        rtol=1e-11,
+        atol=1e-12,
+        method="DOP853",
+    ).y[:, -1]
+    assert end == pytest.approx(last.state, abs=1e-7)

@@ -14,7 +14,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.models.equilibria import damped_newton
+from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
 ROUNDS = 60
@@ -281,6 +281,9 @@ class _Look:
         guess = _largest(np.abs(found).max(axis=0) / ratios) / self._rate(slopes, ratios)
         constants = self.flow.constants(self.model.vector)
         state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
+        if np.isnan(state).any() and not self.model.forced:
+            equilibrium = search_equilibrium(self.model, start)
+            state = start if equilibrium is None else equilibrium
         # Newton's method, and the mean of a forcing, leave of a zero what is no size of anything.
         zero = ROUNDING_OF_ZERO * np.maximum(np.abs(start), ratios * guess)
         state = np.where(np.abs(state) < zero, 0.0, state)
