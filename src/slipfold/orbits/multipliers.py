@@ -79,14 +79,14 @@ def product_eigenvalues(matrices: Array) -> Complex:
         return np.full(matrices.shape[1], np.nan + 0j)
     factors = [product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
     basis = _dominant_first(product(np.array(factors)))
-    groups = [slice(None)]
+    groups, below = [slice(None)], np.full(len(basis) - 1, np.inf)
     for _ in range(SWEEPS):
         start, triangles = basis, []
         for factor in factors:
             basis, triangle = np.linalg.qr(factor @ basis)
             triangles.append(triangle)
         turn = start.T @ basis
-        groups = _groups(turn)
+        groups, below = _groups(turn, below)
         growth = np.sum([_logarithms(np.diag(item)) for item in triangles], axis=0)
         if all(np.ptp(growth[group]) < np.log(GAP) for group in groups):
             break
@@ -177,11 +177,17 @@ def _dominant_first(product: Array) -> Array:
     return np.linalg.qr(real + 1e-14 * np.eye(len(values)))[0]
 
 
-def _groups(turn: Array) -> list[slice]:
-    """Return the parts of the basis that span subspaces which are mapped into themselves."""
+def _groups(turn: Array, before: Array) -> tuple[list[slice], Array]:
+    """Return the parts of the basis that span invariant subspaces, and how far each part turns.
+
+    Between separate moduli a sweep divides that by `GAP`: a small turn that no longer falls is
+    rounding. Shapes: before (n - 1,), of the sweep before; returns the same.
+    """
     n = len(turn)
-    inner = [i for i in range(1, n) if np.abs(turn[i:, :i]).max() < SEPARATE]
-    return [slice(first, last) for first, last in pairwise([0, *inner, n])]
+    below = np.array([np.abs(turn[i:, :i]).max() for i in range(1, n)])
+    rounded = (below < np.sqrt(SEPARATE)) & (below > 0.5 * before)
+    inner = 1 + np.flatnonzero((below < SEPARATE) | rounded)
+    return [slice(first, last) for first, last in pairwise([0, *inner.tolist(), n])], below
 
 
 def _mean_near(value: complex, values: Complex) -> complex:

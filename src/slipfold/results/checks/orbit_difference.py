@@ -326,13 +326,12 @@ def _sensitive_eigenvalues(matrices: Array) -> tuple[Complex, Array]:
     as near a saddle, it is large though no multiplier is.
     """
     values, right = np.linalg.eig(product(matrices))
-    propagated = [right.astype(complex)]
+    columns = [right.astype(complex)]
     for matrix in matrices[:-1]:
-        propagated.append(matrix @ propagated[-1])
-    left = np.linalg.inv(propagated[0])  # rows; the columns on the right have unit length
-    moved = np.zeros(len(values))
-    for matrix, columns in zip(matrices[::-1], propagated[::-1], strict=True):
-        lengths = np.linalg.norm(left, axis=1) * np.linalg.norm(columns, axis=0)
-        moved += np.linalg.norm(matrix, 2) * lengths
-        left = left @ matrix
-    return values.astype(complex), moved
+        columns.append(matrix @ columns[-1])
+    rows = [np.linalg.inv(columns[0])]  # the columns on the right have unit length
+    for matrix in matrices[:0:-1]:
+        rows.append(rows[-1] @ matrix)
+    lengths = np.linalg.norm(rows[::-1], axis=2) * np.linalg.norm(columns, axis=1)
+    norms = np.linalg.svd(matrices, compute_uv=False)[:, 0]
+    return values.astype(complex), np.asarray(norms @ lengths)
