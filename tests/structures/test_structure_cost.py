@@ -22,7 +22,7 @@ def chain(size):
 def test_large_structures_carry_a_few_derivatives_at_a_time(size):
     model = chain(size)
     cost = model.cost()
-    parts = [flow_of(model)._code.perturbed(tangent=False, changed=x) for x in (False, True)]
+    parts = [flow_of(model)._code.variations(*counts) for counts in ((4, 0), (0, 1))]
     compiled = sum(len(part.decomposition) for part in parts)
     assert cost.equations == sum(len(part.state) for part in parts)
     assert cost.runs == -(-2 * size // 4)

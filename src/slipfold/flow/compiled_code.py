@@ -26,12 +26,10 @@ from slipfold.flow.equations import (
     Constants,
     Equations,
     Scaled,
-    perturbed_system,
-    with_derivatives,
-    with_tangent,
+    with_variations,
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.model import COLUMNS, compiled_function
+from slipfold.models.model import compiled_function
 
 
 class OwnCopies:
@@ -222,67 +220,33 @@ class CompiledCode:
 
         return self._own("single", build)
 
-    def linear(self, directions: int) -> Any:
-        """Batch of the states and their first derivatives.
+    def variations(self, columns: int, directions: int = 0, *, tangent: bool = False) -> Any:
+        """Batch of the states and variations of them: see `with_variations`.
 
-        Parameters are the coefficients c, the scales, and the changes of c along which there are
-        derivatives, one after the other.
+        Parameters are the coefficients c, the scales, and the changes of c, one after the other.
+        With a tangent, one perturbation of the states is propagated as well, and there are
+        variations of both: second derivatives with the perturbation as one direction.
         """
 
         def build() -> Any:
-            return self._derivatives(self._equations, self._scaled, directions)
+            base = with_variations(self._equations, 1) if tangent else self._equations
+            changes = [
+                [hy.expression(f"change {k} of {symbol}") for symbol in base.coefficients]
+                for k in range(directions)
+            ]
+            whole = with_variations(base, columns, changes)
+            scaled, known = Scaled.of(whole), self._places()
+            rows = np.arange(base.dimension) % self._equations.dimension
+            places = self._count + np.concatenate([rows, np.repeat(rows, columns + directions)])
+            symbols = [symbol for change in changes for symbol in change]
+            known |= {str(s): hy.par[i] for s, i in zip(scaled.scales, places, strict=True)}
+            known |= {str(symbol): hy.par[self._known + i] for i, symbol in enumerate(symbols)}
+            rates = hy.subs(list(scaled.rates), known)
+            system = list(zip(whole.states, rates, strict=True))
+            size = len(places) // self._equations.dimension
+            return self._batch(system, self._known + len(symbols), known, size=size)
 
-        return self._own(f"derivatives along {directions}", build)
-
-    def _derivatives(self, equations: Equations, scaled: Scaled, directions: int) -> Any:
-        """Batch of states and their first derivatives; the scales are those of the model's own."""
-        own, known = self._equations.dimension, self._places()
-        for i, scale in enumerate(scaled.scales):
-            known[str(scale)] = hy.par[self._count + i % own]
-        system = with_derivatives(equations, scaled, own, directions, self._known)
-        rates = hy.subs([rate for _, rate in system], known)
-        system = [(state, rate) for (state, _), rate in zip(system, rates, strict=True)]
-        size = (1 + own + directions) * (equations.dimension // own)
-        return self._batch(system, self._known + directions * self._count, known, size=size)
-
-    def curved(self, directions: int) -> Any:
-        """Batch of the states, one derivative of them along a vector, and the derivatives of both.
-
-        A perturbation v is propagated along by the linearized equations; differentiated it gives
-        second derivatives with v as one direction. Parameters are as for `linear`.
-        """
-
-        def build() -> Any:
-            both = with_tangent(self._equations)
-            return self._derivatives(both, Scaled.of(both), directions)
-
-        return self._own(f"second derivatives along {directions}", build)
-
-    def _alone(self) -> tuple[list[Any], list[Any]]:
-        """Scaled states and their rates."""
-        return list(self._equations.states), list(self._scaled.rates)
-
-    def _with_tangent(self) -> tuple[list[Any], list[Any]]:
-        """States and one perturbation of them, and the rates of both."""
-        states, rates = self._alone()
-        carried = [hy.expression(f"carried_{state}") for state in states]
-        slopes = _slopes(rates, states, carried)
-        return [*states, *carried], [*rates, *slopes]
-
-    def perturbed(self, *, tangent: bool, changed: bool) -> Any:
-        """Batch of the states and a few perturbations of them, see `perturbed_system`."""
-        columns = 1 if changed else COLUMNS
-
-        def build() -> Any:
-            states, rates = self._with_tangent() if tangent else self._alone()
-            changing = self._equations.coefficients if changed else ()
-            system = perturbed_system(states, rates, changing, columns, first=self._known)
-            system = [(state, hy.subs(rate, self._places())) for state, rate in system]
-            parameters = self._known + columns * len(changing)
-            size = (1 + columns) * (2 if tangent else 1)
-            return self._batch(system, parameters, self._places(), size=size)
-
-        return self._own(f"{columns} perturbations tangent={tangent} changed={changed}", build)
+        return self._own(f"{columns} variations, {directions} along, tangent={tangent}", build)
 
     def _places(self) -> dict[str, Any]:
         """Parameters of an integrator that stand for coefficients, scales and the phase."""

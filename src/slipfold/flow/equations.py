@@ -7,7 +7,6 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -207,96 +206,34 @@ def of_order_one(directions: Array) -> tuple[Array, Array]:
     return directions / lengths[:, None], lengths
 
 
-def with_derivatives(
-    equations: Equations, scaled: Scaled, starts: int, directions: int, first: int
-) -> list[tuple[Any, Any]]:
-    r"""Add derivatives with respect to the first states' start, and along changes of coefficients.
+def with_variations(
+    equations: Equations, columns: int, changes: Sequence[Sequence[Expression]] = ()
+) -> Equations:
+    r"""Add variations of a trajectory: by its start, then one along each change of coefficients.
 
-    In scaled states :math:`y = q / s` each column v of them satisfies, d being its change,
+    A variation v, and one along a change d of the coefficients, satisfy
 
-    .. math:: s_i v_i' = T \sum_j \partial_j f_i \, (s_j v_j)
-              + T \sum_k \partial_{c_k} f_i \, d_k + d_T f_i
+    .. math:: v' = T \, \partial_q f \, v, \qquad
+              v' = T \, (\partial_q f \, v + \partial_c f \, d) + d_T f .
 
-    and only those along a change have the last terms; the changes are parameters of the integrator
-    from the given one on. Numbers are applied one after the other: multiplied by each other they
-    would be series to the integrator, and a product of series takes ten times as long as one by a
-    number.
+    What a variation differentiates by is in its initial value alone, so that a few serve any
+    number, one group after the other. The rows of their matrix follow the states.
     """
-    states, coefficients, scales = equations.states, equations.coefficients, scaled.scales
-    count, zero = len(coefficients), hy.expression(0.0)
+    states, coefficients, zero = equations.states, equations.coefficients, hy.expression(0.0)
     slopes = hy.diff_tensors(
         list(equations.field), diff_args=[*states, *coefficients], diff_order=1
-    ).jacobian
-    field = scaled.express(equations.field)
-    own = [scaled.express(row) for row in slopes.tolist()]
-    columns = [
-        [hy.expression(f"derivative {column} of {state}") for state in states]
-        for column in range(starts + directions)
+    ).jacobian.tolist()
+    along = [
+        [*(hy.expression(f"{column} of {len(states)}: {state}") for state in states), *change]
+        for column, change in enumerate([*([()] * columns), *changes])
     ]
-    system = list(zip(states, scaled.rates, strict=True))
-    for i, row in enumerate(own):
-        for column, symbols in enumerate(columns):
-            along = [scale * symbol for scale, symbol in zip(scales, symbols, strict=True)]
-            if column >= starts:
-                begin = first + (column - starts) * count
-                along += [hy.par[begin + k] for k in range(count)]
-            terms = [slope * each for slope, each in zip(row, along, strict=False) if slope != zero]
-            rate = coefficients[-1] * hy.sum(terms) if terms else zero
-            if column >= starts:
-                rate += along[-1] * field[i]
-            system.append((symbols[i], rate / scales[i]))
-    return system
-
-
-def with_tangent(equations: Equations) -> Equations:
-    """Add one perturbation of the states, which the linearized equations carry along."""
-    carried = [hy.expression(f"carried_{state}") for state in equations.states]
-    slopes = [
-        hy.sum(
-            [
-                hy.diff(item, state) * along
-                for state, along in zip(equations.states, carried, strict=True)
-            ]
-        )
-        for item in equations.field
-    ]
-    return replace(
-        equations,
-        names=(*equations.names, *map(str, carried)),
-        states=(*equations.states, *carried),
-        field=(*equations.field, *slopes),
-    )
-
-
-def perturbed_system(
-    states: Sequence[Expression],
-    rates: Sequence[Expression],
-    changing: Sequence[Expression],
-    columns: int,
-    *,
-    first: int,
-) -> list[tuple[Any, Any]]:
-    r"""Add perturbations to a system.
-
-    Each column is one derivative of the trajectory, with respect to its start or along a change
-    :math:`d_j` of coefficients,
-
-    .. math:: v_j' = \partial_x f \, v_j + \partial_c f \, d_j,
-
-    so a system with few of them serves any number, one group after the other: its size grows with
-    the number of states and not with its square.
-    """
-    count = len(changing)
-    slopes = hy.diff_tensors(list(rates), diff_args=[*states, *changing], diff_order=1).jacobian
-    zero = hy.expression(0.0)
-    symbols, expressions = list(states), list(rates)
-    for column in range(columns):
-        carried = [hy.expression(f"perturbed_{column}_{state}") for state in states]
-        symbols += carried
-        carried += [hy.par[first + column * count + i] for i in range(count)]
-        for row in slopes:
-            terms = [
-                slope * along for slope, along in zip(row, carried, strict=True) if slope != zero
-            ]
-            expressions.append(hy.sum(terms) if terms else zero)
-    return list(zip(symbols, expressions, strict=True))
+    symbols, field = list(states), list(equations.field)
+    for place, (rate, row) in enumerate(zip(equations.field, slopes, strict=True)):
+        for column in along:
+            terms = [a * b for a, b in zip(row, column, strict=False) if a != zero]
+            if len(column) > len(states):
+                terms.append(column[-1] * rate / coefficients[-1])
+            field.append(hy.sum(terms) if terms else zero)
+            symbols.append(column[place])
+    names = tuple(str(symbol) for symbol in symbols)
+    return replace(equations, names=names, states=tuple(symbols), field=tuple(field))

@@ -9,7 +9,7 @@ trajectory takes steps of its own length.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import Any
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
-from slipfold.flow.equations import Equations, build_equations
+from slipfold.flow.equations import Equations, build_equations, with_variations
 from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns, take_apart
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression, Limit
@@ -277,8 +277,8 @@ class LinearizedSteps:
         size = n * (n + 2)
         work = np.zeros((size + 2 + coefficients.shape[1] * 2 + n, count))
         work[:n] = states.T
-        columns = work[n:size].reshape(n + 1, n, count)
-        columns[np.arange(n), np.arange(n)] = 1.0
+        rows = work[n:size].reshape(n, n + 1, count)
+        rows[np.arange(n), np.arange(n)] = 1.0
         work[size], work[size + 1] = start, min(FIRST, length)
         work[size + 2 :] = np.concatenate([coefficients, scales, change], axis=1).T
         passed = _Passed()
@@ -293,7 +293,7 @@ class LinearizedSteps:
             if not len(going):
                 break
         work[:size, ~arrived] = np.nan
-        derivatives = work[n:size].reshape(n + 1, n, count).transpose(2, 1, 0)
+        derivatives = work[n:size].reshape(n, n + 1, count).transpose(2, 0, 1)
         bounds = passed.bounds(count, self.limits)
         return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
 
@@ -382,44 +382,18 @@ def linearized_steps_of(model: Model) -> LinearizedSteps | None:
 def _shared_linearized(kind: Kind) -> LinearizedSteps | None:
     model = kind.make()
     equations = build_equations(model)
-    whole, changes = _with_derivatives(equations)
+    changes = [hy.expression(f"change of {symbol}") for symbol in equations.coefficients]
+    whole = with_variations(equations, equations.dimension, [changes])
     if (
         len(method().B) * len(take_apart(equations)) * (equations.dimension + 2)
         > MAX_LINEARIZED_OPERATIONS
     ):
         return None
     bounds = [limit.output for limit in model.limits]
-    watching = f"errors of derivatives too, watching rates of {bounds!r}"
+    watching = f"errors of derivatives too, by rows, watching rates of {bounds!r}"
     key = f"linearized explicit steps, {watching}\n{equations.fingerprint()}"
     function = cached(key, lambda: _build_linearized(equations, whole, changes, model.limits))
     return LinearizedSteps(function, equations.dimension, len(model.limits))
-
-
-def _with_derivatives(equations: Equations) -> tuple[Equations, list[Any]]:
-    r"""Add the derivatives of the states, and return the symbols of the change of coefficients.
-
-    Each column v of them satisfies :math:`v' = T \partial f\, v`, and that along a change d of
-    the coefficients :math:`v' = T (\partial f\, v + \partial_c f\, d) + d_T f`.
-    """
-    states, coefficients, zero = equations.states, equations.coefficients, hy.expression(0.0)
-    changes = [hy.expression(f"change of {symbol}") for symbol in coefficients]
-    slopes = hy.diff_tensors(
-        list(equations.field), diff_args=[*states, *coefficients], diff_order=1
-    ).jacobian.tolist()
-    symbols, field = list(states), list(equations.field)
-    for column in range(len(states) + 1):
-        own = [hy.expression(f"derivative {column} of {state}") for state in states]
-        along = [*own, *changes] if column == len(states) else own
-        for rate, row in zip(equations.field, slopes, strict=True):
-            terms = [a * b for a, b in zip(row, along, strict=False) if a != zero]
-            if column == len(states):
-                terms.append(changes[-1] / coefficients[-1] * rate)
-            field.append(hy.sum(terms) if terms else zero)
-        symbols += own
-    names = [str(symbol) for symbol in symbols]
-    return replace(
-        equations, names=tuple(names), states=tuple(symbols), field=tuple(field)
-    ), changes
 
 
 def _build_linearized(
@@ -430,7 +404,8 @@ def _build_linearized(
     slopes = stage_slopes(whole, step)
     ends = moved_by(whole, slopes, method().B)
     # Derivatives count, too: where states hardly move they tell nothing of the rates around them.
-    sizes = [*scales, *(own / first for first in scales for own in scales), *scales]
+    rows = [[*(own / first for first in scales), own] for own in scales]
+    sizes = [*scales, *(size for row in rows for size in row)]
     own_slopes = [row[: len(scales)] for row in slopes]
     error = step_error(own_slopes, ends[: len(scales)], scales)
     error += step_error(slopes, ends, sizes)

@@ -138,72 +138,78 @@ class Flow(Evaluated):
         Shapes: states (m, n); start, end (m,); directions (n_c, k), or (m, n_c, k); returns ends
         (m, n), matrices (m, n, n), vectors (m, n, k).
         """
-        n, k = self.dimension, directions.shape[-1]
-        if not carried_whole(n):
-            ends, derivatives = self._columns(states, start, end, constants, directions)
-            return ends, derivatives[:, :, :n], derivatives[:, :, n:]
-        code, identity = self._code.linear(k), _identity(n, k)
-        finished = list[Array]()
-        for some in chunks(len(states)):
-            batch = self._prepare(code, states, start, constants, some)
-            self._direct(batch, directions, some)
-            batch.state[n:] = identity
-            finished.append(carried(batch, end[some]))
-        found = joined(finished)
-        derivatives = found[:, n:].reshape(-1, n, n + k) * _units(constants.scales, k)
-        return found[:, :n] * constants.scales, derivatives[:, :, :n], derivatives[:, :, n:]
+        n = self.dimension
+        ends, derivatives = self._vary(states, start, end, constants, directions)
+        return ends, derivatives[:, :, :n], derivatives[:, :, n:]
 
-    def _columns(
+    def _vary(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
     ) -> tuple[Array, Array]:
-        """Propagate states and their derivatives, a few columns of these at a time.
+        """Propagate states, or states and a perturbation of them, with the derivatives of both.
 
-        Shapes: states (m, n); returns ends (m, N), derivatives (m, N, n + k).
+        Shapes: states (m, N); returns ends (m, N), derivatives (m, N, n + k).
         """
-        m, size = states.shape
-        n, (count, k) = self.dimension, directions.shape[-2:]
-        tangent = size > n
-        groups = -(-n // COLUMNS)
-        units = np.eye(groups * COLUMNS, size)
-        units[n:] = 0.0
-        scales = np.broadcast_to(constants.scales, (m, n))
-        values = np.concatenate([np.broadcast_to(constants.values, (m, count)), scales], axis=1)
-        own = np.tile(scales, 2) if tangent else scales
-        states = states / own
-        finished = self._propagated(
-            self._code.perturbed(tangent=tangent, changed=False),
-            [np.repeat(states, groups, axis=0), np.tile(units.reshape(groups, -1), (m, 1))],
-            np.repeat(start, groups),
-            np.repeat(end, groups),
-            [np.repeat(values, groups, axis=0)],
-        )
-        changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
-        changed = self._propagated(
-            self._code.perturbed(tangent=tangent, changed=True),
-            [np.repeat(states, k, axis=0), np.zeros((m * k, size))],
-            np.repeat(start, k),
-            np.repeat(end, k),
-            [np.repeat(values, k, axis=0), changes.reshape(m * k, count)],
-        )
-        derivatives = np.empty((m, size, n + k))
-        columns = finished[:, size:].reshape(m, groups * COLUMNS, size)[:, :n]
-        derivatives[..., :n] = columns.transpose(0, 2, 1)
-        derivatives[..., n:] = changed[:, size:].reshape(m, k, size).transpose(0, 2, 1)
-        derivatives *= np.tile(_units(scales, k), (1, size // n, 1))
-        return finished[:, :size].reshape(m, groups, size)[:, 0] * own, derivatives
+        (m, size), n, k = states.shape, self.dimension, directions.shape[-1]
+        scales = constants.scales
+        units = _units(scales, k)
+        if size > n:
+            scales = np.concatenate([scales, scales], axis=-1)
+            units = np.concatenate([units, units], axis=-2)
+        if not carried_whole(n):
+            ends, derivatives = self._vary_in_groups(
+                states / scales, start, end, constants, directions
+            )
+            return ends * scales, derivatives * units
+        code, identity = self._code.variations(n, k, tangent=size > n), _identity(size, n, k)
+        finished = list[Array]()
+        for some in chunks(m):
+            batch = self._prepare(code, states, start, constants, some)
+            self._direct(batch, directions, some)
+            batch.state[size:] = identity
+            finished.append(carried(batch, end[some]))
+        found = joined(finished)
+        return found[:, :size] * scales, found[:, size:].reshape(m, size, n + k) * units
 
-    def _propagated(
-        self, code: Any, starts: list[Array], start: Array, end: Array, values: list[Array]
-    ) -> Array:
-        """Carry whole states of compiled code; starts and values are given in parts, by column."""
-        state, pars = np.concatenate(starts, axis=1), np.concatenate(values, axis=1)
+    def _vary_in_groups(
+        self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
+    ) -> tuple[Array, Array]:
+        """Do so with many scaled states, a few columns of derivatives at a time."""
+        (m, size), n, (count, k) = states.shape, self.dimension, directions.shape[-2:]
+        groups = -(-n // COLUMNS)
+        units = np.zeros((size, groups, COLUMNS))
+        units[:n].reshape(n, -1)[:, :n] = np.eye(n)
+        known = np.broadcast_to(constants.known, (m, count + n))
+        changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
+        found = list[Array]()
+        for along, begun, pars in (
+            (0, units.swapaxes(0, 1).reshape(groups, -1), np.empty((m * groups, 0))),
+            (1, np.zeros((k, size)), changes.reshape(m * k, count)),
+        ):
+            repeats = len(begun)
+            code = self._code.variations(0 if along else COLUMNS, along, tangent=size > n)
+            whole = np.repeat(states, repeats, axis=0), np.tile(begun, (m, 1))
+            finished = self._propagated(
+                code,
+                np.concatenate(whole, axis=1),
+                np.repeat(start, repeats),
+                np.repeat(end, repeats),
+                np.concatenate([np.repeat(known, repeats, axis=0), pars], axis=1),
+            )
+            found.append(finished.reshape(m, repeats, -1))
+        ends, columns = found[0][:, 0, :size], found[0][..., size:]
+        columns = columns.reshape(m, groups, size, COLUMNS).swapaxes(1, 2).reshape(m, size, -1)
+        vectors = found[1][..., size:].swapaxes(1, 2)
+        return ends, np.concatenate([columns[..., :n], vectors], axis=2)
+
+    def _propagated(self, code: Any, state: Array, start: Array, end: Array, pars: Array) -> Array:
+        """Propagate complete states of compiled code."""
         finished = []
         for some in chunks(len(state)):
             set_out(code, start[some])
             code.state[:] = padded(state[some]).T
             code.pars[:] = padded(pars[some]).T
             finished.append(carried(code, end[some]))
-        return joined(finished)
+        return joined(finished) if finished else state
 
     def curve(
         self,
@@ -219,24 +225,10 @@ class Flow(Evaluated):
         Shapes: states (m, n); start, end (m,); directions (n_c, k) or (m, n_c, k); vectors (m, n);
         returns matrices (m, n, n), pulls (m, n, k).
         """
-        n, k = self.dimension, directions.shape[-1]
-        if not carried_whole(n):
-            both = np.concatenate([states, vectors], axis=1)
-            second = self._columns(both, start, end, constants, directions)[1][:, n:]
-            return second[:, :, :n], second[:, :, n:]
-        result = np.empty((len(states), n, n + k))
-        code = self._code.curved(k)
-        scaled = vectors / constants.scales
-        for some in chunks(len(states)):
-            batch = self._prepare(code, states, start, constants, some)
-            self._direct(batch, directions, some)
-            batch.state[n : 2 * n] = padded(scaled[some]).T
-            batch.state[2 * n :] = 0.0
-            batch.state[2 * n : 2 * n + n * (n + k)] = _identity(n, k)
-            finished = carried(batch, end[some])
-            result[some] = finished[:, 2 * n + n * (n + k) :].reshape(-1, n, n + k)
-        result *= _units(constants.scales, k)
-        return result[:, :, :n], result[:, :, n:]
+        n = self.dimension
+        both = np.concatenate([states, vectors], axis=1)
+        second = self._vary(both, start, end, constants, directions)[1][:, n:]
+        return second[:, :, :n], second[:, :, n:]
 
     def jet(
         self,
@@ -364,7 +356,9 @@ class Flow(Evaluated):
         """Give an integrator the beginnings of some trajectories."""
         known, scales = constants.of(some)
         set_out(batch, start[some])
-        batch.state[: self.dimension] = padded(states[some]).T / scales
+        size = states.shape[1]
+        scales = scales if size == self.dimension else np.tile(scales, (2, 1))
+        batch.state[:size] = padded(states[some]).T / scales
         batch.pars[: len(known)] = known
         return batch
 
@@ -398,9 +392,11 @@ def _shared_flow(kind: Kind, tolerance: float) -> Flow:
 
 
 @cache
-def _identity(n: int, k: int) -> Array:
+def _identity(size: int, n: int, k: int) -> Array:
     """Derivatives at the start, in the order in which the integrator holds them."""
-    return np.repeat(np.eye(n, n + k).reshape(-1, 1), LANES, axis=1)
+    rows = np.zeros((size, n + k))
+    rows[:n, :n] = np.eye(n)
+    return np.repeat(rows.reshape(-1, 1), LANES, axis=1)
 
 
 def _units(scales: Array, directions: int) -> Array:
