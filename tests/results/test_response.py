@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from slipfold import Event, InputError, Settings, SlidingOscillator, load, response
+from slipfold import Event, InputError, Settings, SlidingOscillator, System, load, response
 from slipfold.models import model_named
 
 
@@ -78,3 +78,16 @@ def test_the_table_shows_rounding_as_zero():
     first, hopf, last = [line for line in cells if line and line[0] == "1"]
     assert [first[6:10], last[6:10]] == [["0"] * 4] * 2
     assert hopf[5:10] == ["0"] * 5
+
+
+def test_a_part_of_the_span_without_a_branch_is_reported():
+    # The response of the pendulum turns back at a fold; responses beyond it are not connected.
+    pendulum = System(
+        parameters={"A": 0.9},
+        states={"th": "om", "om": "-0.2*om - sin(th) + A*cos(0.66*t)"},
+        forcing={"period": "2*pi/0.66"},
+    )
+    text = response(pendulum, vary="A", span=(0.5, 1.2)).summary()
+    assert "No branch was found for A from 0.5144 to 1.2; search=True (--search)" in text
+    text = response(pendulum, vary="A", span=(0.1, 0.4)).summary()
+    assert "No branch was found" not in text

@@ -65,7 +65,8 @@ def response_start(
     if not correction.converged:
         raise InputError(
             f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-            f"{correction.failure}; start the span elsewhere"
+            f"{correction.failure}; follow the response that a simulation settles on by "
+            "settled=True (--settled), or start the span elsewhere"
         )
     return orbits, _first_point(orbits, correction, value)
 

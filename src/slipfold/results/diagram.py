@@ -40,6 +40,12 @@ WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
 _Row = tuple[list[str], float, Extrema, list[str]]
 """A line of a table: its beginning, the value of the parameter, the extrema, its end."""
 
+COMPLETE = {"span", "closed", "born"}
+"""Kinds of ends that say nothing about what lies beyond them."""
+
+GAP = 1e-3
+"""Fraction of the span below which a part without branches is not reported."""
+
 LOCATED = 1e-9
 """Accuracy of special points, over the largest value of the span."""
 
@@ -355,7 +361,38 @@ class Diagram(Result):
             ),
         )
         tori = map(torus_sentence, self.tori)
-        return [*self._endings(), *uncertain, *tori, *self._search_note(), *super()._notes()]
+        search = self._gap_note() if self.searched is None else self._search_note()
+        return [*self._endings(), *uncertain, *tori, *search, *super()._notes()]
+
+    def _gap_note(self) -> list[str]:
+        """Say where in the span there is no branch, where no end of a branch says it already."""
+        ends = {end.kind for branch in self.branches for end in branch.ends}
+        if not self.branches or not ends <= COMPLETE:
+            return []
+        low, high = sorted(self.span)
+        gaps, reached = [], low
+        for first, last in sorted(
+            (min(values), max(values))
+            for branch in self.branches
+            for values in [[*branch.parameter, *(point.value for point in branch.special)]]
+            if values
+        ):
+            if first > reached:
+                gaps.append((reached, first))
+            reached = max(reached, last)
+        if reached < high:
+            gaps.append((reached, high))
+        wide = [gap for gap in gaps if gap[1] - gap[0] > GAP * (high - low)]
+        if not wide:
+            return []
+        unit = self.model.parameter(self.vary).unit
+        where = " and ".join(
+            with_unit(f"{self.vary} from {first:.6g} to {last:.6g}", unit) for first, last in wide
+        )
+        return [
+            f"No branch was found for {where}; search=True (--search) looks for branches to which "
+            "no bifurcation leads"
+        ]
 
     def _search_note(self) -> list[str]:
         searched = self.searched
