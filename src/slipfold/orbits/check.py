@@ -234,6 +234,21 @@ def collocate(
     )
 
 
+def mesh_error(model: Model, nodes: Array, period: int) -> float:
+    """Return the error of states, in scaled ones, on a mesh such as branches are computed on.
+
+    It is the change when the intervals are halved. The equations are made regular: where they leave
+    the place along the branch open, as near a homoclinic orbit, a change of place is no error.
+    Infinite where Newton's method does not converge. Shapes: nodes (m, n).
+    """
+    shot = orbits_at(model, period, len(nodes))
+    orbits, z = on_mesh(shot, shot.unknown(nodes, model))
+    coarse = _Solution.near(orbits, z, singular=True)
+    halved = orbits.described_by(_halved(orbits.by))
+    fine = _Solution.near(halved, halved.adopt(orbits, coarse.z), singular=True)
+    return coarse.states_apart(fine) if coarse.converged and fine.converged else np.inf
+
+
 @dataclass(frozen=True, eq=False)
 class _Solution:
     """An orbit on one mesh."""
@@ -269,17 +284,21 @@ class _Solution:
         """Return how far the result on twice as many intervals is from this one."""
         if not (self.converged and finer.converged):
             return np.inf
+        periods = [item.orbits.constants(item.z).period for item in (self, finer)]
+        size = max(1.0, float(np.abs(finer.multipliers).max()))
+        return max(
+            self.states_apart(finer),
+            abs(periods[0] / periods[1] - 1),
+            multiplier_difference(self.multipliers, finer.multipliers) / size,
+        )
+
+    def states_apart(self, finer: _Solution) -> float:
+        """Return how far its states are from those on twice as many intervals, in scaled states."""
         apart = self.orbits.flat(finer.orbits.nodes(finer.z)[::2]) - self.z[: self.orbits.size]
         gauge = self.gauge
         if gauge is not None:  # wherever cycles are started
             apart = apart - (gauge[: len(apart)] @ apart) * gauge[: len(apart)]
-        periods = [item.orbits.constants(item.z).period for item in (self, finer)]
-        size = max(1.0, float(np.abs(finer.multipliers).max()))
-        return max(
-            float(np.abs(apart).max()) * float(np.sqrt(self.orbits.segments)),
-            abs(periods[0] / periods[1] - 1),
-            multiplier_difference(self.multipliers, finer.multipliers) / size,
-        )
+        return float(np.abs(apart).max()) * float(np.sqrt(self.orbits.segments))
 
     def mismatch(self) -> float:
         """Return the largest violation of an equation, in scaled states.

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Complex
 from slipfold.collocation_points import gauss_points
+from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
 from slipfold.flow.intervals import Field, newton_step
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
 from slipfold.models.turns import without_turns
-from slipfold.orbits.check import SINGULAR, is_singular, rests
+from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
 from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.uncertainty import SPREAD
 from slipfold.results.checks.checked import LOOSEST as NOT_KNOWN
 from slipfold.results.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
 
@@ -76,6 +80,9 @@ FAR = 0.01
 """Share of its distance from the unit circle by which a multiplier may be as uncertain as it says:
 that decides nothing. Fast modes of a mesh that is made for a slow motion are."""
 
+SECANTS = 10
+"""Steps to the place along a branch where multipliers agree: each adds half a digit at least."""
+
 CHUNK = 4_000_000
 """Numbers in the matrices that are stored at a time: 32 MB."""
 
@@ -118,7 +125,8 @@ def orbit_difference(
     Allowed is what the orbit's residual and the errors of steps can do as its equations are
     conditioned, and of each multiplier its uncertainty, shape (n,), as far as that decides nothing.
     Multipliers that errors of that size change in their third digit are not known: then only the
-    states decide, as long as a digit of the multipliers agrees.
+    states decide, as long as a digit of the multipliers agrees. Of states that differ, the error of
+    a mesh on which such an orbit is computed is allowed as well.
     """
     free = np.zeros(len(orbit.multipliers)) if uncertainty is None else uncertainty
     free = np.minimum(free, np.maximum(LOOSEST, FAR * np.abs(np.abs(orbit.multipliers) - 1)))
@@ -130,16 +138,77 @@ def orbit_difference(
     tried = []
     for finer in FINER:
         tried.append(_differences(orbit, finer * pieces, free))
-        if _excess(tried[-1]) <= 1:
+        if _worst(tried[-1]) <= 1:
             break
-    place, multipliers = min(tried, key=_excess)
+    best = min(tried, key=_worst)
+    states, multipliers = best.states, best.multipliers
     # A difference that falls as pieces are halved is one of the polynomials, not of the orbit.
-    if multipliers.excess > 1 and multipliers.value < 0.01 * tried[0][1].value:
-        return place
+    falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
+    if states.excess > 1:
+        states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)))
+    if states.excess <= 1 and multipliers.value > NOT_KNOWN and not falls:
+        beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
+        multipliers = beside or multipliers
+    if falls:
+        return states
     # As long as the first digits agree.
     if NOT_KNOWN < multipliers.value <= min(multipliers.allowed, 0.5):
-        return replace(place, unknown=multipliers.value)
-    return max(place, multipliers, key=lambda difference: difference.excess)
+        return replace(states, unknown=multipliers.value)
+    return max(states, multipliers, key=lambda difference: difference.excess)
+
+
+def _worst(compared: _Compared) -> float:
+    return max(compared.states.excess, compared.multipliers.excess)
+
+
+def _along_branch(
+    orbit: PeriodicOrbit, pieces: int, free: Array, compared: _Compared, allowed: float
+) -> Difference | None:
+    """Return the difference of the multipliers from those of an orbit no further away than allowed.
+
+    Where the equations leave the place along the branch open, an error of the states is mostly one
+    of that place, with which multipliers may change at any rate. The place is where the sum of the
+    multipliers is that of the orbit: a secant leads there. None if there is no such place.
+    """
+    if compared.open_direction is None:
+        return None
+    *nodes, duration = compared.open_direction.tolist()
+    nodes = np.reshape(nodes, orbit.nodes.shape) * orbit.model.state_scales()
+    reach = max(allowed, min(compared.reach, NOT_KNOWN)) * compared.size
+
+    def beside(place: float) -> _Compared:
+        model = orbit.model
+        if not model.forced:
+            longer = model.values[DURATION.name] * (1 + place * duration)
+            model = model.replace(**{DURATION.name: longer})
+        moved = replace(orbit, model=model, nodes=orbit.nodes + place * nodes)
+        return _differences(moved, pieces, free)
+
+    before, place = 0.0, 0.01 * reach
+    for _ in range(SECANTS):
+        after = beside(place)
+        if after.multipliers.value < NOT_KNOWN:
+            return after.multipliers
+        slope = (after.excess - compared.excess) / (place - before)
+        if not (np.isfinite(slope) and slope):
+            return None
+        before, place, compared = place, place - after.excess / slope, after
+        if not abs(place) <= reach:
+            return None
+    return None
+
+
+def _allowed_by_meshes(orbit: PeriodicOrbit) -> float:
+    """Return the difference of states that errors of meshes explain, 0 if they are not known.
+
+    Two meshes differ by a sample of the errors of both.
+    """
+    try:
+        error = SPREAD * mesh_error(orbit.model, orbit.nodes, orbit.period)
+    except BREAKDOWNS:
+        return 0.0
+    size = max(1.0, float(np.abs(orbit.nodes / orbit.model.state_scales()).max()))
+    return error / size if error < NOT_KNOWN * size else 0.0
 
 
 def _excess(differences: tuple[Difference, Difference]) -> float:
@@ -180,23 +249,35 @@ def _field(model: Model, flow: Flow, constants: Constants) -> Field:
     return Field(flow, constants, model.state_scales(), [], LinearPart())
 
 
-def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> tuple[Difference, Difference]:
-    """Return the difference of place and duration, and that of the multipliers."""
+class _Compared(NamedTuple):
+    """An orbit compared with polynomials in pieces."""
+
+    states: Difference  # of states and duration
+    multipliers: Difference
+    size: float = 1.0  # scaled states are relative to it
+    excess: float = 0.0  # real part of the sum of multipliers by this method less the orbit's
+    reach: float = 0.0  # distance along the branch, over the size, that errors make
+    # Direction of scaled states and duration in which the equations leave the orbit open, if any
+    open_direction: Array | None = None
+
+
+def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> _Compared:
+    """Compare states, duration and multipliers."""
     flow = flow_of(orbit.model)
     motion = motion_of(orbit, flow, pieces, slopes=True)
     retraced = retrace(flow, orbit.model.state_scales(), motion)
     if not (retraced.complete and np.isfinite(retraced.stages).all()):
-        return Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED)
+        return _Compared(Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED))
     field = _field(orbit.model, flow, motion.constants)
     try:
         return _newton_step(orbit, motion.phases, field, retraced, free)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
-        return Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED)
+        return _Compared(Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED))
 
 
 def _newton_step(
     orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
-) -> tuple[Difference, Difference]:
+) -> _Compared:
     forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
     turns = orbit.model.whole_turns / field.scales
     condensed = _condensed(field, retraced, turns, autonomous=not forced)
@@ -210,7 +291,8 @@ def _newton_step(
     # By either method: a wrong critical multiplier must not make the orbit seem less well known.
     singular = is_singular(orbit.multipliers, own) or is_singular(values, own)
     off = float(np.abs(values[: len(values) - own] - 1).min(initial=np.inf))
-    step, growth, along = _solved(matrices, pulls, defects, rates, off if singular else None)
+    solved = _solved(matrices, pulls, defects, rates, off if singular else None)
+    step, growth, along = solved.step, solved.growth, solved.along
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
     errors = orbit.residual / retraced.size + SMALL
@@ -221,9 +303,13 @@ def _newton_step(
     allowed = np.maximum(np.maximum(max(ALLOWED, along * errors), free / size), sensitive)
     # Where all agree the largest difference counts.
     worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
-    return (
+    return _Compared(
         Difference(float(_finite(step / retraced.size)), max(ALLOWED, growth * errors)),
         Difference(float(apart[worst]), float(allowed[worst]), what="multipliers"),
+        retraced.size,
+        float((values.sum() - orbit.multipliers.sum()).real),
+        along * errors,
+        solved.open_direction,
     )
 
 
@@ -267,13 +353,22 @@ def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Ar
     return found[:, :, :n], found[:, :, n], found[:, :, n + 1]
 
 
+class _Solved(NamedTuple):
+    """Newton's step, and how much longer steps are than the defects that they remove."""
+
+    step: float  # length
+    growth: float  # largest ratio
+    along: float  # the same with the place along the branch, on which multipliers depend
+    open_direction: Array | None  # direction of anchors and duration that the equations leave open
+
+
 def _solved(
     matrices: Array, pulls: Array, defects: Array, rates: Array | None, off: float | None
-) -> tuple[float, float, float]:
-    """Return the length of the step, and what it is at most over that of what is lacking.
+) -> _Solved:
+    """Solve for the step that leads to the orbit.
 
-    Last comes the same with the place along the branch, on which multipliers depend: at a fold or
-    branch point by what the equations see of it as far off, in the critical multiplier, as `off`.
+    At a fold or branch point the equations see its place along the branch as far off, in the
+    critical multiplier, as `off`.
 
     The step is that of the anchors and the duration, and what of the equations it cannot solve.
 
@@ -306,7 +401,8 @@ def _solved(
     step = across.T @ (wanted / values)
     unsolved = abs(wanted[-1]) if is_open else 0.0
     length = np.max([np.abs(step).max(), unsolved])
-    return float(length), float(1 / values.min()), float(1 / least)
+    direction = across[-1] if is_open else None
+    return _Solved(float(length), float(1 / values.min()), float(1 / least), direction)
 
 
 def _multipliers(matrices: Array, rates: Array | None) -> tuple[Complex, Array]:
