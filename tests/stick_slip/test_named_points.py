@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 import slipfold as sf
+from helpers.dry_friction import den_hartog
 
 SINGLE = sf.Settings(largest_period=1)
 MU = 0.2
@@ -131,6 +132,36 @@ def test_stops_that_vanish_are_passed_in_both_directions(friction):
     for one, other in zip(there, back, strict=True):
         # The wider of the two brackets in which it was found
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
+
+
+@pytest.mark.parametrize(("friction", "phase"), [(0.2, 0.04), (0.3, 0.01)])
+@pytest.mark.parametrize("span", [(0.055, 0.09), (0.09, 0.055)])
+def test_both_halves_of_an_orbit_change_at_one_place(friction, phase, span):
+    # Without damping the orbit there is neutral to what parts its halves.
+    def missed(unknown):
+        """It is released, stops in the mirrored place, and there would be released at once."""
+        place, begin, end, rate = unknown
+        gain = 1 / (1 - rate**2)
+        forced = [friction + gain * math.cos(rate * time) for time in (begin, end)]
+        speeds = [-gain * rate * math.sin(rate * time) for time in (begin, end)]
+        free = (place - forced[0] - 1j * speeds[0]) * np.exp(1j * (begin - end))
+        x, v = free.real + forced[1], free.imag + speeds[1]
+        pulls = math.cos(rate * begin) - place, math.cos(rate * end) - x
+        return pulls[0] + friction, pulls[1] - friction, x + place, v
+
+    orbit = sf.periodic_orbit(den_hartog(2 * math.pi * span[0], friction))
+    (branch,) = sf.response(orbit, vary="f", span=span, settings=SINGLE).branches
+    (point,) = [item for item in branch.special if item.type == "MEET"]
+    period = 1 / point.value
+    guess = (
+        math.cos(2 * math.pi * phase) + friction,
+        phase * period,
+        (0.5 - phase) * period,
+        2 * math.pi / period,
+    )
+    rate = fsolve(missed, guess, xtol=1e-13)[3]
+    assert point.value == pytest.approx(rate / (2 * math.pi), abs=1e-13)
+    assert point.uncertainty < 1e-11
 
 
 def test_a_mass_shaken_across_its_belt_lifts():

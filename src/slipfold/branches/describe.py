@@ -18,8 +18,10 @@ from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
 from slipfold.continuation.search import Found
 from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 
@@ -66,16 +68,26 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
     point = found.place.nearest if isinstance(found, FoundTouch) else found.point
-    again, rounding = recomputed(orbits, point)
+    solved = isinstance(orbits.orbits.by, ReversalShooting)
+    again, rounding = _solved_again(orbits, point) if solved else recomputed(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
-        moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding + SEAM_CLOSE
-        if found.type in ("MEET", "STICK"):
-            moved += AT_ONCE
+        moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
+        if not solved:
+            moved += SEAM_CLOSE + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
         if isinstance(found, FoundTouch):
             moved += float(found.place.error[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     return _uncertain(found, moved * orbits.width, uncertain)
+
+
+def _solved_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+    """Return marginal stops found again with other steps, and what is left of the equations."""
+    other, moved, row = orbits.shifted(point.z, point.tangent)
+    beside = other.derived_point(moved, row, point.arclength, point.monodromy, point.residual)
+    again = locate_marginal_stops(other, beside)
+    left = point.residual + (np.inf if again is None else again.residual)
+    return again, left + float(np.spacing(abs(point.z[-1])))
 
 
 def _coefficient(

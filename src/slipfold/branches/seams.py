@@ -13,6 +13,8 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
     APART,
+    LOOKS,
+    Seam,
     Vanishing,
     ahead_of,
     beyond_vanishing,
@@ -26,6 +28,7 @@ from slipfold.continuation.search import Found
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
+from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
@@ -66,6 +69,9 @@ class FoundTouch(Found[OrbitPoint]):
     place: Vanishing[OrbitPoint]
 
 
+SAME = 1e-9
+"""Distance in the scaled parameter of places that are one: each is known to a tenth of it."""
+
 CAUGHT = (
     "the orbit sticks, and no other was found beyond: a contact only just comes to rest there, "
     "and static friction that is more than kinetic catches it for good or not at all; simulate "
@@ -97,10 +103,23 @@ class Seams:
                 raise
             return lost
         kind = _kind(seam.before.piece, seam.after.piece)
-        found = Found(kind, seam.before, float("inf"))
-        end = _end(kind, self._orbits, seam.before)
+        met = self._met(kind, seam)
+        found = Found(kind, met or seam.before, float("inf"))
+        end = _end(kind, self._orbits, found.point)
         beyond = seam.after if seam.apart < APART else None
-        return MonitorResult([found], Stop(seam.before, end, beyond=beyond))
+        known = met is not None and _is_known(found, interval.traced)
+        return MonitorResult([] if known else [found], Stop(seam.before, end, beyond=beyond))
+
+    def _met(self, kind: str, seam: Seam[OrbitPoint]) -> OrbitPoint | None:
+        """Return where friction only just holds a contact that stops, None if that is not why.
+
+        Slip backwards for a time dt goes as its third power: pieces differ where it is seen only.
+        """
+        if kind != "MEET" or not isinstance(self._orbits, Orbits):
+            return None
+        with suppress(*BREAKDOWNS):
+            return locate_marginal_stops(self._orbits, seam.before)
+        return None
 
     def _lost(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
         """Return where orbits cease in the plane, where ever shorter steps come no farther.
@@ -146,6 +165,15 @@ class Seams:
         if left is None or left > NEAR:  # it was caught for long: another orbit, apart from this
             beyond = None
         return MonitorResult([found], Stop(place.nearest, end, beyond=beyond))
+
+
+def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool:
+    """Whether the same change was met just before: by symmetry several contacts, or stops, may."""
+    if not traced.found:
+        return False
+    last = traced.found[-1]
+    near = found.point.arclength - last.point.arclength < max(LOOKS) + APART
+    return last.type == found.type and near and abs(last.point.z[-1] - found.point.z[-1]) < SAME
 
 
 def _fold(traced: TracedCurve[OrbitPoint]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -13,16 +13,24 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
 from slipfold.flow.modes import contacts_of
+from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import INTERVALS, Collocation
 from slipfold.orbits.discretization import STAGES
 from slipfold.orbits.kinds import STANDING
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 MESHES = 4
 """Meshes that are tried until one fits."""
+
+MARGINAL = 1e-3
+"""Fraction of what friction can hold by which a stop may miss being marginal."""
+
+MEETING = Rule(close=1e-9, longest=0.01, iterations=10)
+"""Stops that are marginal have converged after a step this short: the next is of its square."""
 
 CARRYING = Stepping(steps=Steps(smallest=1e-4, points=500))
 """An orbit that has to creep does not arrive. Where a contact begins to stick, each orbit found by
@@ -67,6 +75,61 @@ def carry_to(
     if reached is None or reached.z[-1] != end:
         return Failure("turned", "it turns back before")
     return reached
+
+
+def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | None:
+    """Return the orbit near another on which friction only just holds contacts that stop.
+
+    An orbit that is its own symmetric image has several such stops at once. It may be neutral to
+    what parts them, so that only all conditions together tell where it is. None if there is none.
+    """
+    by = orbits.by
+    assert isinstance(by, SwitchedShooting)
+    nodes, constants = orbits.nodes(point.z), orbits.constants(point.z)
+    stops = ReversalShooting.of(by, nodes, constants, sticks=True)
+    found = [stop for near, stop in stops if near < MARGINAL]
+    for some in (found, found[:1]) if len(found) > 1 else (found,):
+        met = _meet(orbits, point, some) if some else None
+        if met is not None:
+            return met
+    return None
+
+
+def _meet(
+    orbits: Orbits, point: OrbitPoint, stops: Sequence[ReversalShooting]
+) -> OrbitPoint | None:
+    curve = orbits.described_by(stops[0])
+    nodes, along = orbits.by.moved_to(
+        stops[0],
+        orbits.nodes(point.z),
+        orbits.constants(point.z),
+        orbits.nodes(point.tangent),
+        orbits.free_values(point.tangent),
+    )
+    tangent = curve.join(along, orbits.free_values(point.tangent))
+
+    def linearized(z: Array) -> tuple[Linearization, Array, Array]:
+        part, nodes, constants = curve.linearize(z), curve.nodes(z), curve.constants(z)
+        met = [stop.condition_of(stops[0], nodes, constants) for stop in stops]
+        rows = [np.concatenate(slopes) for _, *slopes in met]
+        defect = np.append(part.defect, [value for value, *_ in met])
+        return part, defect, np.vstack([part.jacobian, *rows])
+
+    def step(z: Array) -> Array:
+        _, defect, jacobian = linearized(z)
+        if not (np.isfinite(defect).all() and np.isfinite(jacobian).all()):
+            return np.full(len(z), np.nan)
+        return np.asarray(-np.linalg.lstsq(jacobian, defect, rcond=None)[0])
+
+    z = find_root(step, curve.join(nodes, orbits.free_values(point.z)), MEETING)
+    if z is None:
+        return None
+    part, defect, _ = linearized(z)
+    residual = float(np.abs(defect).max())
+    if residual > MEETING.close:  # stops that are met at different places
+        return None
+    tangent /= np.linalg.norm(tangent)
+    return curve.derived_point(z, tangent, point.arclength, part.monodromy, residual)
 
 
 class Straight(OrbitCurve):

@@ -51,6 +51,17 @@ class MarginalShooting(SwitchedShooting):
         Shapes: nodes (1, n); returns (), (n,), (k,).
         """
 
+    def condition_of(
+        self, by: SwitchedShooting, nodes: Array, constants: Constants
+    ) -> tuple[float, Array, Array]:
+        """Return the same of an orbit given at the node of another. Shapes: nodes (1, n)."""
+        if by is self:
+            return self.condition(nodes, constants)
+        _, states, matrices, vectors = by.carried_to(nodes, constants, self.start)
+        value, by_state, by_free = self.condition(states, constants)
+        moved = vectors[0] * (self.units / self.scales[:, None])
+        return value, by_state @ (matrices[0] * self.ratios), by_free + by_state @ moved
+
     @abstractmethod
     def again(self, nodes: Array, constants: Constants) -> Self | None:
         """Return the same for the event as it is found again, None if it is not."""

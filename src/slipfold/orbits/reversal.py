@@ -1,4 +1,4 @@
-"""Reversals of slip at which friction only just does not hold the contact, or only just does."""
+"""Stops of slip at which friction only just holds the contact, or only just does not."""
 
 from __future__ import annotations
 
@@ -27,10 +27,14 @@ orbit that is its own mirror image."""
 
 @dataclass(frozen=True, eq=False)
 class Reversal:
-    """A contact along a line whose slip crosses zero while friction only just lets it."""
+    """A contact along a line that stops while friction only just holds it, or only just does not.
+
+    Slip reverses at once, or the contact sticks for long: after a short stick, or a short slip
+    backwards, it does the same.
+    """
 
     before: Mode
-    after: Mode
+    after: Mode  # with the contact in reversed slip, or sticking
     held: Mode  # the same if it stuck
     stops: Event  # where slip before it reaches zero
     yields: Event  # where friction that holds it cannot any more
@@ -44,22 +48,25 @@ class Reversal:
         return self.stops.which
 
 
-def _turns(
-    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants
+def _reversals(
+    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants, sticks: bool
 ) -> Iterator[tuple[float, Reversal]]:
-    """Yield turns, without stick or after a short one, with how near the hold is to its end."""
+    """Yield stops after which contacts slip back, or stick, with how near friction is to its limit.
+
+    What lasts a short time only before that is passed over.
+    """
     for place in range(1, len(legs) - 2):
         leg, after = legs[place]
         stops = leg.event
         if stops is None or stops.ending is not Ending.STOPS or stops.scaled:
             continue
-        contact, follows = stops.which, legs[place + 1][0]
+        contact, (follows, later) = stops.which, legs[place + 1]
+        back = Status(-int(leg.mode[contact]))
+        expected = Status.STICK if sticks else back
         end = follows.end
-        if after[contact] is Status.STICK:
-            if follows.end - follows.begin > SHORT:
-                continue
-            after, end = legs[place + 1][1], legs[place + 2][0].end
-        if int(after[contact]) != -int(leg.mode[contact]):
+        if after[contact] is not expected and end - follows.begin <= SHORT:
+            after, end = later, legs[place + 2][0].end
+        if after[contact] is not expected:
             continue
         held = (*after[:contact], Status.STICK, *after[contact + 1 :])
         limits = {
@@ -67,7 +74,7 @@ def _turns(
             for event in flow.events_of(held)
             if event.ending is Ending.YIELDS and event.which == contact
         }
-        yields = limits[after[contact]]
+        yields = limits[back]
         left = [_left(flow, held, event, leg, constants) for event in limits.values()]
         size = sum(left) / 2
         near = abs(_left(flow, held, yields, leg, constants)) / size
@@ -82,22 +89,41 @@ def _left(flow: SwitchedFlow, held: Mode, event: Event, leg: Leg, constants: Con
 
 
 class ReversalShooting(MarginalShooting):
-    """Orbits that pass a turn as if friction could not hold the contact there.
+    """Orbits that pass a stop as if friction could not hold the contact there, or as if it could.
 
-    Where it could for a moment, slip would begin in the wrong direction, of second order in time:
-    orbits depend smoothly on everything on either side. The condition is that friction at the turn
-    is just what holds the contact. The node lies just before.
+    Where it could for a moment, slip would begin in the wrong direction, of second order in time;
+    where it could not for a moment, slip backwards would be of third order. So orbits depend
+    smoothly on everything on either side. The condition is that friction at the stop is just what
+    holds the contact. The node lies just before.
     """
 
     met: Reversal
 
     @classmethod
     def at(cls, by: SwitchedShooting, nodes: Array, constants: Constants) -> Self | None:
-        """Return what passes a turn of an orbit, None if it has none. Shapes: nodes (1, n)."""
-        begin = float(by.start[0])
-        passed = by.passed(nodes[0], begin, begin + 2 * by.period, constants)
-        found = min(_turns(by.switched, passed, constants), key=lambda item: item[0], default=None)
-        return None if found is None else cls(by.model, by.free, by.period, found[1])
+        """Return what passes the reversal of an orbit that friction holds least clearly.
+
+        None if slip reverses nowhere. Shapes: nodes (1, n).
+        """
+        return next((item for _, item in cls.of(by, nodes, constants, sticks=False)), None)
+
+    @classmethod
+    def of(
+        cls, by: SwitchedShooting, nodes: Array, constants: Constants, *, sticks: bool
+    ) -> list[tuple[float, Self]]:
+        """Return what passes each reversal, or each stop, with how near its hold is to its end.
+
+        Nearest first. Shapes: nodes (1, n).
+        """
+        begin, period = float(by.start[0]), by.period
+        passed = by.passed(nodes[0], begin, begin + 2 * period, constants)
+        found = list[tuple[float, Reversal]]()
+        stops = _reversals(by.switched, passed, constants, sticks)
+        for near, met in sorted(stops, key=lambda item: item[0]):
+            gaps = [abs((met.phase - other.phase) / period) for _, other in found]
+            if all(abs(gap - round(gap)) * period > SHORT for gap in gaps):
+                found.append((near, met))
+        return [(near, cls(by.model, by.free, period, met)) for near, met in found]
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
         """Return what contacts do in turn, without stick that is as good as none."""
@@ -131,8 +157,11 @@ class ReversalShooting(MarginalShooting):
         second = Leg(turn.after, phase, until, beyond, none, None), turn.after
         if end <= self._beyond:
             return [first, second]
-        slip = self._slip(beyond, until, constants)
-        if not slip * float(turn.after[turn.contact]) > 0:
+        after = turn.after[turn.contact]
+        if (
+            after is not Status.STICK
+            and not self._slip(beyond, until, constants) * float(after) > 0
+        ):
             return []
         found = self.beyond(flow.system(start, constants), turn.after, beyond, end)
         return [first, second, *found] if found else []
@@ -168,7 +197,8 @@ class ReversalShooting(MarginalShooting):
 
     def again(self, nodes: Array, constants: Constants) -> Self | None:
         """Return the same for the reversal as it is found again, None if it is not."""
-        return type(self).at(self, nodes, constants)
+        sticks = self.met.after[self.met.contact] is Status.STICK
+        return next((item for _, item in self.of(self, nodes, constants, sticks=sticks)), None)
 
     def phase_of_event(self, nodes: Array, constants: Constants) -> float | None:
         """Return the phase in the window at which slip is zero, None if it is nowhere."""
