@@ -7,7 +7,7 @@ from slipfold import End
 from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.continuation.follow import follow
 from slipfold.continuation.locate import LostCurveError, locate
-from slipfold.continuation.monitor import Zeros
+from slipfold.continuation.search import Zeros
 from slipfold.continuation.traced_curve import MonitorResult, Stop
 
 

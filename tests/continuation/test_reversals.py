@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 from slipfold import Steps
 from slipfold.continuation.curve import AlgebraicCurve
 from slipfold.continuation.follow import follow, unexplained_reversal
-from slipfold.continuation.monitor import Zeros
+from slipfold.continuation.search import Zeros
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import MonitorResult
 

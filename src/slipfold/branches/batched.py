@@ -35,8 +35,7 @@ from slipfold.branches.switching import emanating_branch
 from slipfold.continuation import curve_set
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import TracedCurve
+from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
 from slipfold.flow.flow import flow_of

@@ -14,9 +14,8 @@ from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate
-from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.search import Found, locate_test, search_between
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.continuation.search import Zeros, locate_test
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.unseen import contracts_between
 from slipfold.continuation.walk import EDGE
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -84,7 +83,7 @@ class Bifurcations(Zeros[OrbitPoint]):
 
     def between(self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[Found]:
         """Return the bifurcations between two points."""
-        found = search_between(self._orbits, self, known, a, b)
+        found = self.search(known, a, b)
         turns = [item.point.arclength for item in found if _turns(item)]
         return [
             item

@@ -10,8 +10,7 @@ from slipfold.branches.seams import beyond_seam
 from slipfold.branches.settings import Settings
 from slipfold.branches.stops import RESOLVED
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import by_collocation, through_stick
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint

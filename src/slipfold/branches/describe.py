@@ -16,7 +16,7 @@ from slipfold.branches.settings import Event
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
-from slipfold.continuation.search import Found
+from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.normal_forms.forms import forms_of

@@ -21,9 +21,8 @@ from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import SINGULAR
 from slipfold.continuation.pieces import LOOKS
-from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.traced_curve import TracedCurve
+from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.continuation.walk import EDGE, Failure, walk
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation

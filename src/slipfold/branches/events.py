@@ -12,9 +12,8 @@ from slipfold.arrays import Array
 from slipfold.branches.settings import Event
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
-from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.continuation.search import Zeros
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.orbits.extrema import find_extrema
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 

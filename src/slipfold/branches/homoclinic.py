@@ -9,8 +9,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.branches.stops import STANDS_STILL
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 

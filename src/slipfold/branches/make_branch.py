@@ -13,7 +13,7 @@ from slipfold.branches.describe import bare, describe
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
+from slipfold.continuation.traced_curve import Found
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
 from slipfold.orbits.extrema import TOGETHER, Extrema, find_extrema

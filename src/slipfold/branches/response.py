@@ -40,9 +40,7 @@ from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.locate import CLOSE
-from slipfold.continuation.monitor import Monitor
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import TracedCurve
+from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow.flow import flow_of

@@ -24,8 +24,7 @@ from slipfold.continuation.pieces import (
     locate_seam,
     locate_vanishing,
 )
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.continued import locate_marginal_stops

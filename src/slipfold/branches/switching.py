@@ -14,7 +14,7 @@ from slipfold.branches.homoclinic import snakes_about
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import method_for
 from slipfold.continuation.curve_set import FollowedCurve, Start
-from slipfold.continuation.search import Found
+from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria

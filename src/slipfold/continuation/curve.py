@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import Correction, Linearized, correct
-from slipfold.continuation.whole_matrix import WholeMatrix
+from slipfold.continuation.newton import Correction, Linearized, WholeMatrix, correct
 
 
 @dataclass(frozen=True, eq=False)

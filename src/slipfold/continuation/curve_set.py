@@ -9,8 +9,7 @@ from typing import Any, Generic
 
 from slipfold.continuation.curve import P
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import TracedCurve, joined
+from slipfold.continuation.traced_curve import Found, TracedCurve, joined
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,10 +8,8 @@ from typing import Any, Generic
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError, lost_reason
-from slipfold.continuation.monitor import Monitor
-from slipfold.continuation.search import Found
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.traced_curve import StepInterval, Stop, TracedCurve
+from slipfold.continuation.traced_curve import Found, Monitor, StepInterval, Stop, TracedCurve
 from slipfold.continuation.walk import EDGE, Bound, Failure, reaches, walk
 from slipfold.errors import BREAKDOWNS
 

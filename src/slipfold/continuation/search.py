@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from math import isfinite
 from typing import Generic
 
 import numpy as np
@@ -13,6 +12,7 @@ from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import well_spaced
 from slipfold.continuation.locate import insert, locate, point_at
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
 from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 
 DEPTH = 7
@@ -22,19 +22,14 @@ KNOTS = 4
 """Points that test functions are interpolated through."""
 
 
-@dataclass(frozen=True, eq=False)
-class Found(Generic[P]):
-    """A special point that was located."""
+class Zeros(Generic[P]):
+    """A monitor of functions that change their sign: all their zeros are located, none missed.
 
-    type: str  # what it is called, e.g. ``"PD"``
-    point: P  # where it is
-    slope: float  # derivative of the test function along the curve
-    # Unit tangent of the other curve at a branch point; None elsewhere, and where none crosses
-    other: Array | None = None
+    Here of all test functions of the points, recorded by their names.
+    """
 
-
-class Watch(ABC, Generic[P]):
-    """Functions along a curve whose zeros are looked for."""
+    def __init__(self, curve: Curve[P]) -> None:
+        self.curve = curve
 
     def values(self, point: P) -> Array:
         """Return the functions at a point."""
@@ -45,15 +40,59 @@ class Watch(ABC, Generic[P]):
 
         None where those are all that is known. Shapes: weights (t, points); returns (t, functions).
         """
-        return None
+        return self.curve.foreseen(points, weights)
+
+    def watch(self, interval: StepInterval[P]) -> MonitorResult[P]:
+        """Locate all zeros between two neighboring points."""
+        found = self.search(interval.known, interval.before, interval.point)
+        return self.seen(found, interval)
+
+    def seen(self, found: Sequence[Found[P]], interval: StepInterval[P]) -> MonitorResult[P]:
+        """Return what the zeros mean: here they are recorded."""
+        return MonitorResult(found)
+
+    def search(self, known: list[P], a: P, b: P, depth: int = 0) -> list[Found[P]]:
+        """Find the special points between two points.
+
+        A sign change brackets a zero. Two zeros between the points leave no sign change: so the
+        test functions are interpolated, and where one may come near zero the point there is
+        computed and both halves are searched. At the end what was found must explain how the two
+        points differ, else the interval is halved as well.
+        """
+        place = _suspicious_place(self, known, a, b) if depth < DEPTH else None
+        if place is not None and self.excludes(a, b):
+            return []
+        if place is None:
+            found = self.located(known, a, b)
+            explained = self.accounts_for(found, a, b)
+            if depth >= DEPTH and not explained:
+                found += self.hidden(found, known, a, b)
+            if depth >= DEPTH or explained:
+                return sorted(found, key=lambda item: item.point.arclength)
+            place = 0.5 * (a.arclength + b.arclength)
+        middle = point_at(self.curve, known, place)
+        insert(known, middle)
+        left = self.search(known, a, middle, depth + 1)
+        return left + self.search(known, middle, b, depth + 1)
 
     def excludes(self, a: P, b: P) -> bool:
         """Whether nothing can be found between two points, whatever the functions do."""
         return False
 
-    @abstractmethod
     def located(self, known: list[P], a: P, b: P) -> list[Found[P]]:
         """Return the genuine zeros where a function changes its sign between two points."""
+        names = [name for name in a.tests if self.changes_sign(name, a, b)]
+        found = [locate_test(self.curve, known, a, b, name, name) for name in names]
+        return [item for item in found if self.is_genuine(item)]
+
+    def changes_sign(self, name: str, a: P, b: P) -> bool:
+        """Whether a test function is positive at one of two points only."""
+        before, after = a.tests[name], b.tests[name]
+        return isfinite(before) and isfinite(after) and (before > 0) != (after > 0)
+
+    def is_genuine(self, found: Found[P]) -> bool:
+        """Whether a zero is what its name says."""
+        return True
 
     def accounts_for(self, found: list[Found[P]], a: P, b: P) -> bool:
         """Whether what was found explains how two points differ."""
@@ -62,33 +101,6 @@ class Watch(ABC, Generic[P]):
     def hidden(self, found: list[Found[P]], known: list[P], a: P, b: P) -> list[Found[P]]:
         """Return special points at which no function changes its sign."""
         return []
-
-
-def search_between(
-    curve: Curve[P], watch: Watch[P], known: list[P], a: P, b: P, depth: int = 0
-) -> list[Found[P]]:
-    """Find the special points between two points.
-
-    A sign change brackets a zero. Two zeros between the points leave no sign change: so the test
-    functions are interpolated, and where one may come near zero the point there is computed and
-    both halves are searched. At the end what was found must explain how the two points differ, else
-    the interval is halved as well.
-    """
-    place = _suspicious_place(watch, known, a, b) if depth < DEPTH else None
-    if place is not None and watch.excludes(a, b):
-        return []
-    if place is None:
-        found = watch.located(known, a, b)
-        explained = watch.accounts_for(found, a, b)
-        if depth >= DEPTH and not explained:
-            found += watch.hidden(found, known, a, b)
-        if depth >= DEPTH or explained:
-            return sorted(found, key=lambda item: item.point.arclength)
-        place = 0.5 * (a.arclength + b.arclength)
-    middle = point_at(curve, known, place)
-    insert(known, middle)
-    left = search_between(curve, watch, known, a, middle, depth + 1)
-    return left + search_between(curve, watch, known, middle, b, depth + 1)
 
 
 def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:
@@ -107,7 +119,7 @@ def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: st
     return Found(kind, point, slope)
 
 
-def _suspicious_place(watch: Watch[P], known: Sequence[P], a: P, b: P) -> float | None:
+def _suspicious_place(watch: Zeros[P], known: Sequence[P], a: P, b: P) -> float | None:
     """Where between two points a test function may touch zero without a sign change at the ends.
 
     Each is interpolated in that way of two which a point less changes less: by its values, or by

@@ -1,14 +1,25 @@
-"""A curve while it is followed, and the results of its monitors at each step."""
+"""A curve while it is followed, and what its monitors report at each step."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Generic
+from typing import Any, Generic, Protocol, TypeVar
 
-from slipfold.continuation.curve import P
+from slipfold.arrays import Array
+from slipfold.continuation.curve import P, Point
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
+
+
+@dataclass(frozen=True, eq=False)
+class Found(Generic[P]):
+    """A special point that was located."""
+
+    type: str  # what it is called, e.g. ``"PD"``
+    point: P  # where it is
+    slope: float  # derivative of the test function along the curve
+    # Unit tangent of the other curve at a branch point; None elsewhere, and where none crosses
+    other: Array | None = None
 
 
 @dataclass(eq=False)
@@ -74,6 +85,23 @@ class StepInterval(Generic[P]):
         self.known[:] = [item for item in self.known if item.arclength < point.arclength]
         self.known.append(point)
         self.point = point
+
+
+Q = TypeVar("Q", bound=Point)
+
+
+class Monitor(Protocol[Q]):
+    """Looks at each step of a curve.
+
+    Monitors run one after the other. Where one ends the curve, the others look at what is
+    left, so that the earliest reason wins, and what was found beyond it is forgotten.
+    """
+
+    def watch(self, interval: StepInterval[Q]) -> MonitorResult[Q]:
+        """Return what lies between two neighboring points.
+
+        An error of numbers that break down undoes the step: a shorter one is taken.
+        """
 
 
 def joined(backward: TracedCurve[P], forward: TracedCurve[P]) -> TracedCurve[P]:

@@ -18,9 +18,7 @@ from slipfold.branches.stops import Limits, Unresolved
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
-from slipfold.continuation.monitor import Monitor
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import TracedCurve
+from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.locus import Locus, locus_title

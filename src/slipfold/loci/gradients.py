@@ -9,8 +9,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive_to
-from slipfold.continuation.newton import Correction, correct
-from slipfold.continuation.whole_matrix import SquareMatrix
+from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.start import CROSSED, MOVED, as_unknown, on_a_mesh
 from slipfold.orbits.critical import Critical, crossing_gap

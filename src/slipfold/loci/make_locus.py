@@ -11,8 +11,7 @@ from slipfold.branches.make_branch import evenly, stuck_fractions
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import TracedCurve
+from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
 from slipfold.branches.closed_branches import asymmetry, has_copy
 from slipfold.continuation.end import End
-from slipfold.continuation.monitor import Zeros
 from slipfold.continuation.newton import correct
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.continuation.search import Zeros
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.unseen import contracts_between
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations

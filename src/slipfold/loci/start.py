@@ -16,8 +16,7 @@ from slipfold.continuation.curve_set import Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.newton import correct
-from slipfold.continuation.search import Found
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.locus import CODIMENSION_TWO

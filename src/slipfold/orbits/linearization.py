@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.whole_matrix import LeastSquares, SquareMatrix, WholeMatrix
+from slipfold.continuation.newton import LeastSquares, SquareMatrix, WholeMatrix
 
 Places = NDArray[np.intp]
 

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.continuation.newton import correct
-from slipfold.continuation.whole_matrix import SquareMatrix
+from slipfold.continuation.newton import SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.flow import flow_of

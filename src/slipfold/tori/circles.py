@@ -12,8 +12,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, Point
 from slipfold.continuation.interpolation import POINTS
-from slipfold.continuation.newton import Correction, correct
-from slipfold.continuation.whole_matrix import FactoredMatrix
+from slipfold.continuation.newton import Correction, FactoredMatrix, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import flow_of

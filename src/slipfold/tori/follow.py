@@ -17,10 +17,9 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
-from slipfold.continuation.monitor import Zeros
-from slipfold.continuation.search import Found
+from slipfold.continuation.search import Zeros
 from slipfold.continuation.settings import Stepping
-from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop, TracedCurve
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
