@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,12 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.branches.stability import loss_of_stability
-from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.progress import Progress
 
 NO_RESPONSE, UNSTABLE, STABLE = "no response", "unstable", "stable"
 
-NO_THRESHOLD = "no PD in the span"
+NO_THRESHOLD, NOT_STARTED = "no PD in the span", "no response at the start of the span"
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,63 +85,28 @@ def first_loss(branch: Branch, first: float) -> Loss:
     return Loss(math.nan, kind, f"{stopped.reason} (stable up to {vary} = {stopped.value:.9g})")
 
 
-@dataclass(frozen=True, eq=False)
-class Threshold:
-    """The threshold of one parameter set, from its response alone."""
+def grid_kind(loss: Loss, branch: Branch, last: float) -> tuple[str, str]:
+    """Return why a response has no period doubling, in a few words and as a sentence.
 
-    # Empty where the response loses its stability by period doubling, else what happens instead, in
-    # a few words
-    kind: str
-    reason: str  # the same as a sentence; empty likewise
-    branch: Branch | None = None  # the response, where its stable part ends as it should
-    point: SpecialPoint | None = None  # the doubling; None where the span ends first
-
-    @property
-    def value(self) -> float:
-        """The parameter at the end of the stable part; NaN where there is none."""
-        if self.point is not None:
-            return float(self.point.value)
-        return math.nan if self.branch is None else float(self.branch.parameter[-1])
-
-    def path(self, fractions: tuple[float, ...], first: float) -> Array:
-        """Return the states at fractions of the way from the first value, shape (k, n)."""
-        branch, point = self.branch, self.point
-        assert branch is not None
-        values, states = branch.parameter, branch.states
-        if point is not None:
-            before = branch.arclength < point.arclength
-            values = np.append(values[before], point.value)
-            states = np.vstack([states[before], point.state])
-        along = (values - first) / (self.value - first)
-        return np.array([np.interp(fractions, along, column) for column in states.T]).T
+    Both are empty where it loses its stability by one.
+    """
+    if loss.point is not None:
+        if loss.outcome == "PD":
+            return "", ""
+        return (
+            f"{loss.outcome} comes first",
+            f"the response loses its stability at {branch.vary} = {loss.threshold:.9g} by another "
+            f"bifurcation, {loss.point.name} ({loss.outcome})",
+        )
+    if loss.outcome == STABLE and branch.parameter[-1] == last:
+        return NO_THRESHOLD, lasting_reason(branch.vary, last)
+    kinds = {NO_RESPONSE: NOT_STARTED, UNSTABLE: "unstable at the start of the span"}
+    return kinds.get(loss.outcome) or _end_kind(branch), loss.reason
 
 
 def lasting_reason(vary: str, value: float) -> str:
     """Say that a response is stable to the end of the span."""
     return f"the response of period 1 is stable up to the end of the span, {vary} = {value:g}"
-
-
-def threshold_by_response(model: Model, vary: str, span: tuple[float, float]) -> Threshold:
-    """Follow the response of period 1 to its first bifurcation."""
-    none = "no response at the start of the span"
-    try:
-        branch = followed_to_loss(model, vary, span)
-    except InputError as error:
-        return Threshold(none, str(error))
-    loss = first_loss(branch, span[0])
-    if loss.point is not None and loss.outcome == "PD":
-        return Threshold("", "", branch, loss.point)
-    if loss.point is not None:
-        name = f"{loss.point.name} ({loss.outcome})"
-        reason = (
-            f"the response loses its stability at {vary} = {loss.threshold:.9g} by another "
-            f"bifurcation, {name}"
-        )
-        return Threshold(f"{loss.outcome} comes first", reason)
-    if loss.outcome == STABLE and branch.parameter[-1] == span[1]:
-        return Threshold(NO_THRESHOLD, lasting_reason(vary, span[1]), branch)
-    kinds = {NO_RESPONSE: none, UNSTABLE: "unstable at the start of the span"}
-    return Threshold(kinds.get(loss.outcome) or _end_kind(branch), loss.reason)
 
 
 def _end_kind(branch: Branch) -> str:
@@ -152,3 +117,19 @@ def _end_kind(branch: Branch) -> str:
             return f"limit: {limit.name}"
     others = {"limit": "limit", "span": "the response turns back"}
     return others.get(stopped.kind, f"response {stopped.kind}")
+
+
+def states_along(
+    branch: Branch, point: SpecialPoint | None, fractions: Sequence[float], first: float
+) -> Array:
+    """Return the states at fractions of the way to a special point, or to the end of a branch.
+
+    Returns shape (k, n).
+    """
+    values, states = branch.parameter, branch.states
+    if point is not None:
+        before = branch.arclength < point.arclength
+        values = np.append(values[before], point.value)
+        states = np.vstack([states[before], point.state])
+    along = (values - first) / (values[-1] - first)
+    return np.array([np.interp(fractions, along, column) for column in states.T]).T

@@ -23,8 +23,7 @@ from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
 from slipfold.models.parameter import Parameter
-from slipfold.parameter_space.search import INTERRUPTED
-from slipfold.parameter_space.threshold_map import GridThresholds
+from slipfold.parameter_space.threshold_map import INTERRUPTED, GridThresholds
 from slipfold.plots.loci import HasLoci, draw_loci, legend_options
 from slipfold.plots.regions import COLORS, OTHERS, grouped
 from slipfold.plots.style import (
