@@ -206,7 +206,8 @@ def test_bad_input_gets_one_sentence(make, message):
 
 
 def test_a_law_of_ones_own_is_a_few_lines():
-    from slipfold.models.friction.quantities import STATIC, described
+    from slipfold.models.friction.law import STATIC
+    from slipfold.models.parametric import described
 
     @dataclasses.dataclass(frozen=True)
     class Root(FrictionLaw):

@@ -25,8 +25,8 @@ from slipfold import (
     SlidingOscillator,
     Stribeck,
 )
-from slipfold.models.friction.quantities import described
 from slipfold.models.model import evaluation_of
+from slipfold.models.parametric import described
 
 SINGLE = sf.Settings(largest_period=1)
 RNG = np.random.default_rng(20260105)

@@ -29,7 +29,7 @@ from slipfold.flow.equations import (
     with_variations,
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.model import compiled_function
+from slipfold.models.formulas.functions import compiled_function
 
 
 class OwnCopies:

@@ -33,7 +33,7 @@ from slipfold.flow.modes import (
 )
 from slipfold.flow.polynomials import UNIT
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.model import compiled_function
+from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression, Limit
 
 BEYOND = 1e-14

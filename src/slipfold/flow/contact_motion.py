@@ -18,8 +18,10 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Ending, Mode, Status, mode_equations
 from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system, switched_flow_of
 from slipfold.flow.switched_motion import Broken, first_mode, legs
-from slipfold.models.model import Kind, Model, compiled_function
-from slipfold.models.output import Contact, Expression
+from slipfold.models.formulas.functions import compiled_function
+from slipfold.models.friction.contact import Contact
+from slipfold.models.model import Kind, Model
+from slipfold.models.output import Expression
 
 TOUCHES = 1e-7
 """Slip, over its size, that is as good as none: what follows is as far beside as is taken away."""

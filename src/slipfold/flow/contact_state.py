@@ -17,8 +17,9 @@ from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.modes import Mode, Status, rate_along, rate_of_phase
-from slipfold.models.model import compiled_function
-from slipfold.models.output import Contact, Expression, normal_name
+from slipfold.models.formulas.functions import compiled_function
+from slipfold.models.friction.contact import Contact, normal_name
+from slipfold.models.output import Expression
 
 
 class Arguments(threading.local):

@@ -12,8 +12,9 @@ import heyoka as hy
 
 from slipfold.flow.equations import Equations, build_equations, written
 from slipfold.flow.polynomials import UNIT
+from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.model import Model
-from slipfold.models.output import Contact, Expression, Limit, normal_name
+from slipfold.models.output import Expression, Limit
 
 
 class Status(IntEnum):

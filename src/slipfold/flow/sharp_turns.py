@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Equations, Scaled
-from slipfold.models.model import compiled_function
+from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression
 
 COMPARED = "?"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from types import MappingProxyType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import heyoka as hy
 import numpy as np
@@ -15,27 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.output import Contact, Expression, Limit, Output, Symbols
+from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
 from slipfold.models.turns import TURN
 
-
-def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expression]) -> Any:
-    """Compile functions of symbols, for one place or, shape (n, m), for many at once.
-
-    Little is optimized: that takes longer than what it would save in most programs, only
-    integrators run long enough. One place at a time, so that what is found at it does not depend
-    on how many others there are.
-    """
-    # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
-    hy.llvm_state.set_diskcache_enabled(False)
-    # At level 0, and without compact mode, sums and powers are rounded in another order.
-    return hy.cfunc(
-        list(expressions), vars=list(symbols), compact_mode=True, opt_level=1, batch_size=1
-    )
+if TYPE_CHECKING:
+    from slipfold.models.friction.contact import Contact
 
 
 WHOLE = 24

@@ -1,4 +1,4 @@
-"""What a model gives besides its equations: outputs, limits of validity, contacts."""
+"""What a model gives besides its equations: outputs and limits of validity."""
 
 from __future__ import annotations
 
@@ -83,39 +83,3 @@ COLLAPSE_LIMIT = Limit(
     1e-4,
     "spring collapsed: l/L fell to {value:.3g}; the model ends here, stay below this value",
 )
-
-
-def normal_name(contact: str) -> str:
-    """Return the name under which equations look for a normal force that is given."""
-    return f"normal force of {contact}"
-
-
-def friction_name(contact: str, axis: int) -> str:
-    """Return the name under which they look for a component of friction that is given."""
-    return f"friction {axis} of {contact}"
-
-
-@dataclass(frozen=True)
-class Contact:
-    """A place where a model rubs and may stick; symbols of its states, coefficients and phase.
-
-    A model with contacts takes the forces in them from among its states where they are given there,
-    under the names `normal_name` and `friction_name`, instead of from its laws.
-    """
-
-    name: str
-    # Velocity of the moving surface relative to the body in m/s, linear in the states, and that of
-    # the moving surface; one or two components
-    slip: tuple[Expression, ...]
-    plate: tuple[Expression, ...]
-    normal: Expression  # normal force in N
-    friction: Callable[[Expression], Expression]  # coefficient in slip, of the slip speed
-    holding: Expression  # coefficient up to which it sticks
-    opens: bool = False  # whether the normal force may vanish, and friction with it
-    # Names of the model's limits that mean nothing to a motion that may stick and open
-    limits: tuple[str, ...] = ()
-
-    @property
-    def friction_names(self) -> tuple[str, ...]:
-        """Names of the components of its friction."""
-        return tuple(friction_name(self.name, axis) for axis in range(len(self.slip)))

@@ -4,39 +4,64 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import replace
-from functools import partial
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction import Coulomb, FrictionLaw
+from slipfold.models.friction.contact import Contact, contact_outputs
 from slipfold.models.linear_modes import Modes, find_modes
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.output import (
     COLLAPSE_LIMIT,
     PULSATING_LIMIT,
     STICK_LIMIT,
-    Contact,
     Expression,
     Output,
     Symbols,
-    friction_name,
-    normal_name,
 )
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
+from slipfold.models.parametric import described
 from slipfold.models.structures.component import cos_sin
+from slipfold.models.structures.contacts import ModulatedLoad
 from slipfold.models.unforced import Unforced
 
-TIP = "tip"
-"""The contact of tip and plate."""
+LOAD = ModulatedLoad()
+"""The normal force, with the parameters ``Ns`` and ``Nd``."""
 
 LAW_PREFIX = "law_"
-"""What the names of a friction law's parameters begin with among the coefficients."""
+"""Beginning of the names of a friction law's parameters among the coefficients."""
+
+
+@dataclass(frozen=True)
+class PaperFriction(FrictionLaw):
+    """Coulomb's law with one coefficient."""
+
+    title: ClassVar[str] = "Coulomb"
+
+    mu: float = described(nonnegative("mu", 0.5, "", "friction coefficient", r"$\mu$"))
+
+    def formula(self, speed: Expression, p: Symbols) -> Expression:
+        """``mu``."""
+        return p["mu"]
+
+
+PAPER = PaperFriction()
+
+
+OUTPUTS = (
+    *("N", "Vrel", "Vrel_ratio", "l", "Fx", "Fy", "friction_direction", "power_plate"),
+    *("power_friction", "power_structure", "power_pulsation", "power_damping"),
+)
+
+_DIRECTION = "direction of the friction force from the x axis"
+_INTO_STRUCTURE = "power friction puts into the structure: plate less heat"
+_PULSATION = "fraction of power_structure due to the pulsating part of the normal force"
 
 
 def spring_length_squared(q: Symbols) -> Expression:
@@ -45,125 +70,14 @@ def spring_length_squared(q: Symbols) -> Expression:
     return height * height + q["x"] * q["x"]
 
 
-def law_parameters(law: FrictionLaw, c: Symbols) -> Symbols:
-    """Return the law's parameters by their own names."""
-    return {item.name: c[f"{LAW_PREFIX}{item.name}"] for item in law.parameters}
+def _spring_length(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+    return hy.sqrt(spring_length_squared(q))
 
 
-class _TipState:
-    """Forces, slip and powers at a state; the friction is Coulomb's with ``mu`` without a law."""
-
-    def __init__(self, law: FrictionLaw | None, q: Symbols, c: Symbols, phase: Expression) -> None:
-        self.law, self.q, self.c = law, q, c
-        self.pulsing = c["Nd"] * hy.cos(2 * math.pi * phase)
-        self.slip = (c["L"] * (c["plate_x"] - q["vx"]), c["L"] * (c["plate_y"] - q["vy"]))
-        self.given = normal_name(TIP) in q
-        self.N = q[normal_name(TIP)] if self.given else c["Ns"] + self.pulsing
-
-    @property
-    def Vrel(self) -> Expression:
-        x, y = self.slip
-        return hy.sqrt(x * x + y * y)
-
-    @property
-    def Vrel_ratio(self) -> Expression:
-        return self.Vrel / self.c["Vd"]
-
-    @property
-    def l(self) -> Expression:  # noqa: E743 (the name of the output)
-        return hy.sqrt(spring_length_squared(self.q))
-
-    @property
-    def force(self) -> tuple[Expression, ...]:
-        if self.given:
-            return self.q[friction_name(TIP, 0)], self.q[friction_name(TIP, 1)]
-        if self.law is None:
-            size, speed = self.c["mu"] * self.N, self.Vrel
-            return tuple(size * part / speed for part in self.slip)
-        memory = [self.q[state.name] for state in self.law.memory(2)]
-        return self.law.force(self.slip, self.N, memory, law_parameters(self.law, self.c))
-
-    @property
-    def Fx(self) -> Expression:
-        return self.force[0]
-
-    @property
-    def Fy(self) -> Expression:
-        return self.force[1]
-
-    @property
-    def friction_direction(self) -> Expression:
-        # Without memory the force lies along the slip, which takes less to compute.
-        remembers = self.law is not None and self.law.memory(2)
-        x, y = self.force if self.given or remembers else self.slip
-        return hy.atan2(y, x)
-
-    @property
-    def power_plate(self) -> Expression:
-        return self.c["L"] * (self.Fx * self.c["plate_x"] + self.Fy * self.c["plate_y"])
-
-    @property
-    def power_friction(self) -> Expression:
-        if self.law is None and not self.given:
-            return self.c["mu"] * self.N * self.Vrel
-        (x, y), (slip_x, slip_y) = self.force, self.slip
-        return x * slip_x + y * slip_y
-
-    @property
-    def power_structure(self) -> Expression:
-        return self.c["L"] * (self.Fx * self.q["vx"] + self.Fy * self.q["vy"])
-
-    @property
-    def power_pulsation(self) -> Expression:
-        return self.power_structure * self.pulsing / self.N
-
-    @property
-    def power_damping(self) -> Expression:
-        q, c = self.q, self.c
-        lost_y = c["m1"] * c["damping1"] * q["vy"] * q["vy"]
-        lost_x = c["m2"] * c["damping2"] * q["vx"] * q["vx"]
-        return c["L"] * c["L"] * (lost_x + lost_y)
-
-
-_DIRECTION = "direction of the friction force from the x axis"
-_PULSATION = "share of power_structure due to the pulsing part of the normal force"
-
-_OUTPUTS = (
-    ("N", "N", "normal force", "$N$ (N)"),
-    ("Vrel", "m/s", "speed of the plate relative to the tip", "$V_{rel}$ (m/s)"),
-    ("Vrel_ratio", "", "relative speed over plate speed", "$V_{rel}/V_d$"),
-    ("l", "", "length of the spring over L", "$l/L$"),
-    ("Fx", "N", "friction force on the tip, horizontal", "$F_x$ (N)"),
-    ("Fy", "N", "friction force on the tip, vertical", "$F_y$ (N)"),
-    ("friction_direction", "rad", _DIRECTION, r"$\arg F$ (rad)"),
-    ("power_plate", "W", "power put in by the plate's drive", "$P$ (W)"),
-    ("power_friction", "W", "power lost to friction heat", "$P$ (W)"),
-    ("power_structure", "W", "power friction puts into the structure: plate less heat", "$P$ (W)"),
-    ("power_pulsation", "W", _PULSATION, "$P$ (W)"),
-    ("power_damping", "W", "power lost to structural damping", "$P$ (W)"),
-)
-"""Name, which `_TipState` has as well, unit, meaning and label of each output."""
-
-
-def sliding_outputs(law: FrictionLaw | None = None) -> tuple[Output, ...]:
-    """Return the outputs of the oscillator under a friction law."""
-    stores = law is not None and law.memory(2)
-    return tuple(
-        Output(
-            name,
-            partial(_output, name, law),
-            unit,
-            f"{doc} and stored in the contact" if stores and name == "power_friction" else doc,
-            label,
-        )
-        for name, unit, doc, label in _OUTPUTS
-    )
-
-
-def _output(
-    name: str, law: FrictionLaw | None, q: Symbols, c: Symbols, phase: Expression
-) -> Expression:
-    return getattr(_TipState(law, q, c, phase), name)
+def _damping_power(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+    lost_y = c["m1"] * c["damping1"] * q["vy"] * q["vy"]
+    lost_x = c["m2"] * c["damping2"] * q["vx"] * q["vx"]
+    return c["L"] * c["L"] * (lost_x + lost_y)
 
 
 class SlidingOscillator(Model):
@@ -230,7 +144,7 @@ class SlidingOscillator(Model):
         positive("f", 12.5, "Hz", "frequency of the normal force", "$f$"),
         nonnegative("Nd", 0.0, "N", "amplitude of the normal force's pulsation", "$N_d$"),
         positive("Ns", 1.0, "N", "static normal force", "$N_s$"),
-        nonnegative("mu", 0.5, "", "friction coefficient", r"$\mu$"),
+        *PAPER.parameters,
         Parameter(
             "alpha",
             math.pi / 3,
@@ -242,11 +156,10 @@ class SlidingOscillator(Model):
     )
     limits = (STICK_LIMIT, PULSATING_LIMIT, COLLAPSE_LIMIT)
 
-    _law: FrictionLaw | None
-    """The friction law with default values; None for Coulomb's with ``mu``."""
+    _law: FrictionLaw = PAPER
+    """The friction law with default values."""
 
     def __init__(self, friction: FrictionLaw | None = None, **values: float | str) -> None:
-        self._take(_law=None)
         if friction is not None:
             self._adopt(friction)
             values = {**friction.values, **values}
@@ -261,8 +174,7 @@ class SlidingOscillator(Model):
                 "mu=0.4 alone"
             )
         kept = tuple(item for item in cls.parameters if item.name != "mu")
-        taken = {item.name for item in kept} | {item.name for item in cls.states} | {"friction"}
-        taken |= {item.name for item in sliding_outputs()}
+        taken = {"friction", *OUTPUTS, *(item.name for item in kept), *(s.name for s in cls.states)}
         own = [item.name for item in law.parameters] + [item.name for item in law.memory(2)]
         for name in own:
             if name in taken:
@@ -270,30 +182,32 @@ class SlidingOscillator(Model):
                     f"{type(law).__name__} calls something {name!r}, and so does {self.name}; "
                     "give the law another name for it"
                 )
-        states = (*cls.states, *law.memory(2))
-        self._take(_law=law.kind, parameters=(*kept, *law.parameters), states=states)
-        if not law.sticks:
-            limits = tuple(item for item in cls.limits if item.name != "stick")
-            self._take(limits=limits)
+        self._take(
+            _law=law.kind,
+            parameters=(*kept, *law.parameters),
+            states=(*cls.states, *law.memory(2)),
+            limits=tuple(item for item in cls.limits if law.sticks or item != STICK_LIMIT),
+        )
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
         """All; where the law sticks only a plate that moves is slid on steadily."""
-        sticks, found = self._law is None or self._law.sticks, super().variable_parameters
-        return tuple(replace(p, lower_open=sticks) if p.name == "Vd" else p for p in found)
+        return tuple(
+            replace(item, lower_open=self._law.sticks) if item.name == "Vd" else item
+            for item in super().variable_parameters
+        )
 
     @property
     def structure(self) -> Mapping[str, Hashable]:
         """The friction law with default values: its own values are among the parameters."""
-        return {} if self._law is None else {"friction": self._law}
+        return {} if self._law is PAPER else {"friction": self._law}
 
     @property
     def friction(self) -> FrictionLaw:
         """The friction law with its present values."""
-        if self._law is None:
+        if self._law is PAPER:
             return Coulomb(mu_s=self._values["mu"], mu_k=self._values["mu"])
-        names = [item.name for item in self._law.parameters]
-        return self._law.replace(**{name: self._values[name] for name in names})
+        return self._law.replace(**{name: self._values[name] for name in self._law.values})
 
     def replace(self, **changes: Any) -> Self:
         """Return a new model with some parameters changed, or with another friction law.
@@ -306,15 +220,15 @@ class SlidingOscillator(Model):
         """
         if "friction" not in changes:
             return super().replace(**changes)
-        own = {"mu"} if self._law is None else {item.name for item in self._law.parameters}
+        own = self._law.values
         kept = {name: value for name, value in self._values.items() if name not in own}
         return type(self)(**{**kept, **changes})
 
     def __repr__(self) -> str:
         """Constructor call with the law and the parameters that differ from the defaults."""
-        if self._law is None:
+        if not self.structure:
             return super().__repr__()
-        own = {item.name for item in self._law.parameters}
+        own = self._law.values
         given = [
             f"{item.name}={self._values[item.name]:.12g}"
             for item in self.parameters
@@ -329,16 +243,14 @@ class SlidingOscillator(Model):
                 f"Nd = {values['Nd']:g} N is not below Ns = {values['Ns']:g} N, so the tip would "
                 "lift off the plate; give Nd < Ns"
             )
-        if self._law is not None:
-            self._law.check(values)
+        self._law.check(values)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Mass-normalized stiffness, damping, friction and plate velocity."""
         w1, w2 = 2 * math.pi * p["f1"], 2 * math.pi * p["f2"]
         m1, m2 = p["k1"] / (w1 * w1), p["k2"] / (w2 * w2)
         cos, sin = cos_sin(p["alpha"])
-        mu = p["mu"] if self._law is None else 1.0
-        coefficients = {
+        return {
             "L": p["L"],
             "m1": m1,
             "m2": m2,
@@ -348,86 +260,60 @@ class SlidingOscillator(Model):
             "stiffness2": w2 * w2,
             "spring1": p["kext"] / m1,
             "spring2": p["kext"] / m2,
-            "mass_ratio": m2 / m1,
-            "friction_static": mu * p["Ns"] / (m2 * p["L"]),
-            "friction_pulsing": mu * p["Nd"] / (m2 * p["L"]),
-            "plate_x": p["Vd"] * cos / p["L"],
-            "plate_y": p["Vd"] * sin / p["L"],
-            "Vd": p["Vd"],
-            "Ns": p["Ns"],
-            "Nd": p["Nd"],
+            "push1": 1.0 / (m1 * p["L"]),
+            "push2": 1.0 / (m2 * p["L"]),
+            "plate_x": p["Vd"] * cos,
+            "plate_y": p["Vd"] * sin,
+            **{name: p[name] for name in ("Vd", "Ns", "Nd", "f")},
+            **{f"{LAW_PREFIX}{name}": p[name] for name in self._law.values},
         }
-        if self._law is None:
-            return {**coefficients, "mu": mu}
-        own = {f"{LAW_PREFIX}{item.name}": p[item.name] for item in self._law.parameters}
-        return {**coefficients, "f": p["f"], **own}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Equations of motion (1)-(2) of the source paper, divided by mass and L."""
-        height = 1.0 + q["y"]
+        tip = self._tip(q, c, phase)
+        force_x, force_y = tip.force
         stretch = 1.0 - spring_length_squared(q) ** -0.5
-        push_x, push_y, memory = self._friction_terms(q, c, phase)
+        memory = zip(self._law.memory(2), tip.memory_rates, strict=True)
         return {
             "x": q["vx"],
             "y": q["vy"],
-            "vx": push_x
+            "vx": c["push2"] * force_x
             - c["damping2"] * q["vx"]
             - (c["stiffness2"] + c["spring2"] * stretch) * q["x"],
-            "vy": push_y
+            "vy": c["push1"] * force_y
             - c["damping1"] * q["vy"]
             - c["stiffness1"] * q["y"]
-            - c["spring1"] * stretch * height,
-            **memory,
+            - c["spring1"] * stretch * (1.0 + q["y"]),
+            **{state.name: rate for state, rate in memory},
         }
 
-    def _friction_terms(
-        self, q: Symbols, c: Symbols, phase: Expression
-    ) -> tuple[Expression, Expression, dict[str, Expression]]:
-        """Accelerations over L that friction gives, and the rates of its memory."""
-        if normal_name(TIP) in q:
-            push_x, push_y = (q[friction_name(TIP, axis)] / (c["m2"] * c["L"]) for axis in (0, 1))
-            return push_x, c["mass_ratio"] * push_y, {}
-        slip_x, slip_y = c["plate_x"] - q["vx"], c["plate_y"] - q["vy"]
-        load = c["friction_static"] + c["friction_pulsing"] * hy.cos(2 * math.pi * phase)
-        law = self._law
-        if law is None:
-            drag = load * (slip_x * slip_x + slip_y * slip_y) ** -0.5
-            return drag * slip_x, c["mass_ratio"] * drag * slip_y, {}
-        slip, p = (c["L"] * slip_x, c["L"] * slip_y), law_parameters(law, c)
-        names = [state.name for state in law.memory(2)]
-        memory = [q[name] for name in names]
-        push_x, push_y = law.force(slip, load, memory, p)
-        turn = 2 * math.pi * phase
-        normal = c["Ns"] + c["Nd"] * hy.cos(turn)
-        normal_rate = -2 * math.pi * c["f"] * c["Nd"] * hy.sin(turn)
-        rates = law.memory_rates(slip, memory, p, normal, normal_rate)
-        return push_x, c["mass_ratio"] * push_y, dict(zip(names, rates, strict=True))
+    def _tip(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
+        """Return the contact of tip and plate."""
+        plate, moving = (c["plate_x"], c["plate_y"]), self._law.memory(2)
+        start = len(LAW_PREFIX)
+        return Contact(
+            slip=(plate[0] - c["L"] * q["vx"], plate[1] - c["L"] * q["vy"]),
+            memory=tuple(q[state.name] for state in moving),
+            normal=LOAD.force(None, None, c, phase),
+            normal_rate=LOAD.rate(None, None, None, c, phase) if moving else 0.0,
+            name="tip",
+            plate=plate,
+            plate_speed=c["Vd"],
+            law=self._law,
+            values={key[start:]: part for key, part in c.items() if key.startswith(LAW_PREFIX)},
+            limits=(STICK_LIMIT.name,),
+        ).in_states(q)
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the tip on the plate, unless its law never sticks."""
-        law = Coulomb() if self._law is None else self._law
-        if not law.sticks:
-            return ()
-        own = {"mu_s": c["mu"], "mu_k": c["mu"]} if self._law is None else law_parameters(law, c)
-        tip = _TipState(self._law, q, c, phase)
-        return (
-            Contact(
-                TIP,
-                tip.slip,
-                (c["L"] * c["plate_x"], c["L"] * c["plate_y"]),
-                c["Ns"] + tip.pulsing,
-                friction=lambda speed: law.formula(speed, own),
-                holding=law.holding(own),
-                limits=("stick",),
-            ),
-        )
+        return (self._tip(q, c, phase),) if self._law.sticks else ()
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period 1/f in seconds."""
         return 1.0 / p["f"]
 
     @property
-    def start(self) -> NDArray[np.float64]:
+    def start(self) -> Array:
         """Zero, with the memory that a friction law has after a long slip at the plate's speed."""
         angle, speed = self._values["alpha"], self._values["Vd"]
         slip = (speed * math.cos(angle), speed * math.sin(angle))
@@ -436,15 +322,45 @@ class SlidingOscillator(Model):
         memory = self.friction.steady_memory(slip) if moves else (0.0,) * deflections
         return np.array([0.0, 0.0, 0.0, 0.0, *memory])
 
-    def declared_scales(self) -> NDArray[np.float64]:
+    def declared_scales(self) -> Array:
         """Displacements of order L, rates of order 2 pi f, memory as the law says."""
         rate = 2 * math.pi * self._values["f"]
-        memory = [] if self._law is None else [self.friction.memory_scale] * len(self.states[4:])
+        memory = [self.friction.memory_scale] * len(self.states[4:])
         return np.array([1.0, 1.0, rate, rate, *memory])
 
     def outputs(self) -> tuple[Output, ...]:
         """Normal force, friction, relative speed, spring length and powers."""
-        return sliding_outputs(self._law)
+        of_tip = contact_outputs(self._tip, self._law, 2)
+        own = {
+            name: Output(name, expression, unit, doc, label)
+            for name, expression, unit, doc, label in (
+                ("l", _spring_length, "", "length of the spring over L", "$l/L$"),
+                ("friction_direction", self._direction, "rad", _DIRECTION, r"$\arg F$ (rad)"),
+                ("power_structure", self._structure_power, "W", _INTO_STRUCTURE, "$P$ (W)"),
+                ("power_pulsation", self._pulsation_power, "W", _PULSATION, "$P$ (W)"),
+                (
+                    "power_damping",
+                    _damping_power,
+                    "W",
+                    "power lost to structural damping",
+                    "$P$ (W)",
+                ),
+            )
+        }
+        return tuple((of_tip | own)[name] for name in OUTPUTS)
+
+    def _direction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        tip = self._tip(q, c, phase)
+        # Without memory the force lies along the slip, which takes less to compute.
+        x, y = tip.force if tip.given or tip.memory else tip.slip
+        return hy.atan2(y, x)
+
+    def _structure_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        return self._tip(q, c, phase).power((c["L"] * q["vx"], c["L"] * q["vy"]))
+
+    def _pulsation_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        pulsation = c["Nd"] * hy.cos(2 * math.pi * phase)
+        return self._structure_power(q, c, phase) * pulsation / self._tip(q, c, phase).normal
 
     # -- quantities that do not depend on the state ----------------------------------------------
 
@@ -468,7 +384,7 @@ class SlidingOscillator(Model):
         """Horizontal damping in N s/m: 4 pi zeta2 m2 f2."""
         return 4 * math.pi * self._values["zeta2"] * self.m2 * self._values["f2"]
 
-    def static_point(self) -> NDArray[np.float64]:
+    def static_point(self) -> Array:
         """Return the state in which the tip rests under the steady drag (Nd = 0).
 
         Returns

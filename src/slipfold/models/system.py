@@ -13,8 +13,9 @@ from slipfold.errors import InputError
 from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
 from slipfold.models.definitions.definition import WatchedValue
 from slipfold.models.definitions.source import source_of_file, source_of_tables, source_of_text
+from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model
-from slipfold.models.output import Contact, Expression, Output, Symbols
+from slipfold.models.output import Expression, Output, Symbols
 
 
 class System(Model):

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.equilibria import find_static_point
+from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
-from slipfold.models.output import Contact, Expression, Output, Symbols
+from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
 
 _REST = hy.expression(0.0)

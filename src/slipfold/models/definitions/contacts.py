@@ -15,9 +15,10 @@ from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.tables import Entries, type_name
 from slipfold.models.formulas.grammar import Tree, names_in
 from slipfold.models.formulas.values import PHASE, value_of
+from slipfold.models.friction.contact import friction_name, normal_name
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
-from slipfold.models.output import Expression, Symbols, friction_name, normal_name
+from slipfold.models.output import Expression, Symbols
 from slipfold.models.suggestion import suggest
 
 EXAMPLE = 'F = { slip = "Vd - v", normal = "N", friction = "Coulomb" }'

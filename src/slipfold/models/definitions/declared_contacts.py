@@ -16,16 +16,8 @@ from slipfold.models.definitions.equations import SystemEquations
 from slipfold.models.definitions.source import Source
 from slipfold.models.formulas.grammar import Name
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.output import (
-    STICK,
-    Contact,
-    Expression,
-    Limit,
-    Output,
-    Symbols,
-    friction_name,
-    normal_name,
-)
+from slipfold.models.friction.contact import Contact, friction_name, normal_name
+from slipfold.models.output import STICK, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION
 
 
@@ -91,14 +83,15 @@ class DeclaredContact:
 
     def contact(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
         """Return the contact as trajectories that stick need it."""
-        law, values = self.own.law, self.taken_apart.law_values(c)
+        plate = self.plate(c, phase)
         return Contact(
-            self.own.name,
-            self.slip(q, c, phase),
-            self.plate(c, phase),
-            self.normal(q, c, phase),
-            friction=lambda speed: as_symbol(law.formula(speed, values)),
-            holding=as_symbol(law.holding(values)),
+            slip=self.slip(q, c, phase),
+            normal=self.normal(q, c, phase),
+            name=self.own.name,
+            plate=plate,
+            plate_speed=hy.sqrt(hy.sum([part * part for part in plate])),
+            law=self.own.law,
+            values=self.taken_apart.law_values(c),
             opens=self.opens,
             limits=tuple(limit.name for limit in self.limits),
         )

@@ -4,33 +4,123 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
-from slipfold.models.friction.law import ContactState, FrictionLaw, MemoryLaw
-from slipfold.models.friction.quantities import (
+from slipfold.models.friction.law import (
     KINETIC,
     REST_SPEED,
-    checked_exponent,
-    described,
+    ContactState,
+    FrictionLaw,
+    MemoryLaw,
     sqrt,
 )
+from slipfold.models.friction.with_memory import checked_exponent
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter, State, positive
+from slipfold.models.parameter import State, positive
+from slipfold.models.parametric import described
 
 _CREEP = 1e-4
 """Share of the fading that is there at any deflection: with it alone does a contact on a body at
 rest have one point of rest, and not a line of them. It changes the energy of a cycle by less."""
 
 
+class ElasticContact(ABC):
+    """Jenkins elements in parallel, with the closed forms of the sharp elements."""
+
+    @property
+    @abstractmethod
+    def sliders(self) -> tuple[Jenkins, ...]:
+        """The elements; each bears the normal force."""
+
+    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
+        """Return the harmonic equivalent stiffness in N/m.
+
+        That of an element is ``(kt/pi)(th - sin(2 th)/2)`` with ``th = acos(1 - 2 mu_k N/(kt a))``,
+        and ``kt`` where the slider does not move.
+
+        Parameters
+        ----------
+        amplitude
+            Amplitude a of a harmonic displacement in m.
+        normal
+            Constant normal force in N.
+        """
+        angles = np.arccos(1 - 2 * np.minimum(self._slip_ratio(amplitude, normal), 1.0))
+        return float(self._kt @ (angles - np.sin(2 * angles) / 2) / math.pi)
+
+    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
+        """Return ``k'' = 4 mu_k N/(pi a) (1 - mu_k N/(kt a))`` in N/m; over the frequency: damping.
+
+        Parameters
+        ----------
+        amplitude
+            Amplitude a of a harmonic displacement in m.
+        normal
+            Constant normal force in N.
+        """
+        return self.energy(amplitude, normal) / (math.pi * amplitude**2)
+
+    def energy(self, amplitude: float, normal: float = 1.0) -> float:
+        """Return the energy lost in a cycle in J, ``4 mu_k N (a - mu_k N/kt)`` in an element.
+
+        Parameters
+        ----------
+        amplitude
+            Amplitude a of a periodic displacement with two turning points, in m.
+        normal
+            Constant normal force in N.
+        """
+        slipping = np.maximum(1 - self._slip_ratio(amplitude, normal), 0.0)
+        return float(4 * normal * amplitude * (self._mu @ slipping))
+
+    def along(self, displacement: ArrayLike, normal: float = 1.0) -> Array:
+        """Return the force along a path of the moving surface on a line, from no force.
+
+        Parameters
+        ----------
+        displacement
+            Displacements in m, shape (m,), monotonic from each to the next; the force is exact.
+        normal
+            Constant normal force in N.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Forces on the body in N.
+        """
+        path, limit = np.asarray(displacement, dtype=float), self._mu * normal
+        forces = np.zeros((len(path), len(limit)))
+        for i, step in enumerate(np.diff(path), 1):
+            forces[i] = np.clip(forces[i - 1] + self._kt * step, -limit, limit)
+        return forces.sum(axis=1)
+
+    @property
+    def _mu(self) -> Array:
+        return np.array([item.mu_k for item in self.sliders])
+
+    @property
+    def _kt(self) -> Array:
+        return np.array([item.kt for item in self.sliders])
+
+    def _slip_ratio(self, amplitude: float, normal: float) -> Array:
+        """Return the displacements at which the sliders give way over the amplitude."""
+        for name, value, unit in (("amplitude", amplitude, "m"), ("normal", normal, "N")):
+            if not value > 0:
+                raise InputError(f"{name} = {value:g} {unit} is not positive; give {name} > 0")
+        return self._mu * normal / (self._kt * amplitude)
+
+
 @dataclass(frozen=True)
-class Jenkins(MemoryLaw):
+class Jenkins(ElasticContact, MemoryLaw):
     r"""A spring in series with a Coulomb slider: elastic Coulomb friction.
 
     .. math::
@@ -60,10 +150,6 @@ class Jenkins(MemoryLaw):
 
     Parameters
     ----------
-    mu_k
-        Friction coefficient of the slider; no unit.
-    kt
-        Stiffness of the spring, in N/m.
     e
         Speed below which the change from slip to unloading is rounded off, in m/s; a hundredth of
         the largest slip speed is a good value. Smaller ones make a sharp corner where the slip
@@ -100,7 +186,12 @@ class Jenkins(MemoryLaw):
     )
     exponent: int = 16
 
-    def check_structure(self) -> None:
+    @property
+    def sliders(self) -> tuple[Jenkins, ...]:
+        """The element itself."""
+        return (self,)
+
+    def prepare(self) -> None:
         """Refuse exponents for which the equations are not smooth."""
         object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
@@ -108,9 +199,9 @@ class Jenkins(MemoryLaw):
         """``mu_k``, in steady slip."""
         return p["mu_k"]
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``mu_k z``."""
-        return tuple(p["mu_k"] * z for z in contact.memory)
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """``mu_k N z``."""
+        return tuple(contact.normal * (p["mu_k"] * z) for z in contact.memory)
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``w - z |z|^(n-2) max(w.z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off."""
@@ -133,88 +224,9 @@ class Jenkins(MemoryLaw):
             z -= (z * fading - 1) / n
         return z
 
-    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the harmonic equivalent stiffness ``k' = (kt/pi)(th - sin(2 th)/2)`` in N/m.
-
-        With ``th = acos(1 - 2 mu_k N/(kt a))``; ``kt`` where the slider does not move.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        ratio = self._slip_share(amplitude, normal)
-        if ratio >= 1:
-            return self.kt
-        th = math.acos(1 - 2 * ratio)
-        return self.kt / math.pi * (th - math.sin(2 * th) / 2)
-
-    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return ``k'' = 4 mu_k N/(pi a) (1 - mu_k N/(kt a))`` in N/m; over the frequency: damping.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        return self.energy(amplitude, normal) / (math.pi * amplitude**2)
-
-    def energy(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the energy lost in a cycle, ``4 mu_k N (a - mu_k N/kt)``, in J.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a periodic displacement with two turning points, in m.
-        normal
-            Constant normal force in N.
-        """
-        ratio = self._slip_share(amplitude, normal)
-        return 4 * self.mu_k * normal * amplitude * max(1 - ratio, 0.0)
-
-    def along(
-        self, displacement: ArrayLike, normal: float = 1.0, force: float = 0.0
-    ) -> NDArray[np.float64]:
-        """Return the force along a path of the moving surface on a line.
-
-        Parameters
-        ----------
-        displacement
-            Displacements in m, shape (m,), monotonic from each to the next; the force is exact.
-        normal
-            Constant normal force in N.
-        force
-            Force at the first displacement, in N.
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            Forces on the body in N.
-        """
-        path = np.asarray(displacement, dtype=float)
-        limit = self.mu_k * normal
-        forces = np.empty_like(path)
-        forces[0] = force
-        for i in range(1, len(path)):
-            trial = forces[i - 1] + self.kt * (path[i] - path[i - 1])
-            forces[i] = min(max(trial, -limit), limit)
-        return forces
-
-    def _slip_share(self, amplitude: float, normal: float) -> float:
-        """Return the displacement at which the slider gives way over the amplitude."""
-        if not amplitude > 0:
-            raise InputError(f"amplitude = {amplitude:g} m is not positive; give amplitude > 0")
-        if not normal > 0:
-            raise InputError(f"normal = {normal:g} N is not positive; give normal > 0")
-        return self.mu_k * normal / (self.kt * amplitude)
-
 
 @dataclass(frozen=True)
-class Iwan(FrictionLaw):
+class Iwan(ElasticContact, FrictionLaw):
     """Jenkins elements in parallel, which give way one after the other.
 
     Parameters and memory of the elements carry their numbers: ``mu_k1 kt1 e1 mu_k2 kt2 e2 ...``.
@@ -244,7 +256,7 @@ class Iwan(FrictionLaw):
 
     elements: tuple[Jenkins, ...] = (Jenkins(),)
 
-    def check_structure(self) -> None:
+    def prepare(self) -> None:
         """Refuse what is not one or more Jenkins elements."""
         elements: Any = self.elements
         given = tuple(elements) if isinstance(elements, tuple | list) else ()
@@ -255,56 +267,10 @@ class Iwan(FrictionLaw):
             )
         object.__setattr__(self, "elements", given)
 
-    # -- parameters and memory, numbered --------------------------------------------------------
-
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the elements, with their numbers."""
-        return tuple(
-            dataclasses.replace(
-                item, name=f"{item.name}{place}", doc=f"{item.doc}, element {place}", symbol=""
-            )
-            for place, element in enumerate(self.elements, 1)
-            for item in element.parameters
-        )
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Values of the parameters by name, in SI units."""
-        return {
-            f"{name}{place}": value
-            for place, element in enumerate(self.elements, 1)
-            for name, value in element.values.items()
-        }
-
-    @property
-    def kind(self) -> Self:
-        """The contact with default values."""
-        return type(self)(tuple(element.kind for element in self.elements))
-
-    def replace(self, **changes: Any) -> Self:
-        """Return a new contact with some values of its elements changed.
-
-        Parameters
-        ----------
-        **changes
-            New values by name, numbers in SI units or text with a unit; or ``elements``.
-
-        Raises
-        ------
-        InputError
-            For an unknown name or a value that cannot be used.
-        """
-        known = self.values
-        own = {name: changes.pop(name) for name in known if name in changes}
-        contact = super().replace(**changes)
-        if not own:
-            return contact
-        elements = tuple(
-            element.replace(**_numbered(own, element.values, place))
-            for place, element in enumerate(contact.elements, 1)
-        )
-        return type(self)(elements)
+    def sliders(self) -> tuple[Jenkins, ...]:
+        """All elements."""
+        return self.elements
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
         """Return the states of all elements, with their numbers."""
@@ -318,92 +284,26 @@ class Iwan(FrictionLaw):
         """Return the memory after a long slip at a constant velocity."""
         return tuple(part for element in self.elements for part in element.steady_memory(slip))
 
-    # -- forces --------------------------------------------------------------------------------
-
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """Sum of the elements' friction coefficients, in steady slip."""
         return sum(p[f"mu_k{place}"] for place in range(1, len(self.elements) + 1))
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Sum of those of the elements."""
-        parts = [element.traction(own, q) for element, own, q in self._apart(contact, p)]
-        return tuple(sum(components) for components in zip(*parts, strict=True))
+        size, numbers = len(contact.slip), range(len(self.elements))
+        return tuple(
+            contact.normal
+            * sum(p[f"mu_k{n + 1}"] * contact.memory[n * size + axis] for n in numbers)
+            for axis in range(size)
+        )
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Those of the elements."""
-        return tuple(
-            rate
-            for element, own, q in self._apart(contact, p)
-            for rate in element.rates_of_memory(own, q)
-        )
-
-    def _apart(
-        self, contact: ContactState, p: Symbols
-    ) -> Iterator[tuple[Jenkins, ContactState, dict[str, Expression]]]:
-        """Give each element with what it sees of the contact, and its parameters."""
         size = len(contact.slip)
-        for place, element in enumerate(self.elements, 1):
-            memory = contact.memory[(place - 1) * size : place * size]
-            own = {name: p[f"{name}{place}"] for name in element.values}
-            yield element, dataclasses.replace(contact, memory=memory), own
-
-    # -- closed forms of the sharp elements -----------------------------------------------------
-
-    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the harmonic equivalent stiffness in N/m.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        return sum(element.stiffness(amplitude, normal) for element in self.elements)
-
-    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the harmonic equivalent loss stiffness in N/m.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        return sum(element.loss_stiffness(amplitude, normal) for element in self.elements)
-
-    def energy(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the energy lost in a cycle, in J.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude of a periodic displacement with two turning points, in m.
-        normal
-            Constant normal force in N.
-        """
-        return sum(element.energy(amplitude, normal) for element in self.elements)
-
-    def along(self, displacement: ArrayLike, normal: float = 1.0) -> NDArray[np.float64]:
-        """Return the force along a path of the moving surface on a line, from no force.
-
-        Parameters
-        ----------
-        displacement
-            Displacements in m, shape (m,), monotonic from each to the next; the force is exact.
-        normal
-            Constant normal force in N.
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            Forces on the body in N.
-        """
-        forces = [element.along(displacement, normal) for element in self.elements]
-        return np.asarray(np.sum(forces, axis=0))
-
-
-def _numbered(changes: dict[str, Any], names: Any, place: int) -> dict[str, Any]:
-    """Return the changes that belong to one element, by its own names."""
-    return {name: changes[f"{name}{place}"] for name in names if f"{name}{place}" in changes}
+        rates: list[Expression] = []
+        for n, element in enumerate(self.elements):
+            own = dataclasses.replace(contact, memory=contact.memory[n * size : (n + 1) * size])
+            rates += element.rates_of_memory(
+                own, {name: p[f"{name}{n + 1}"] for name in element.values}
+            )
+        return tuple(rates)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import heyoka as hy
 import numpy as np
@@ -16,12 +15,43 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
-from slipfold.models.friction.quantities import declared, is_symbolic, sqrt
-from slipfold.models.model import compiled_function
+from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter, State
-from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import unknown
+from slipfold.models.parameter import State, nonnegative, positive
+from slipfold.models.parametric import Parametric
+
+STATIC = nonnegative("mu_s", 0.5, "", "static friction coefficient, reached at rest", r"$\mu_s$")
+KINETIC = nonnegative("mu_k", 0.3, "", "kinetic friction coefficient", r"$\mu_k$")
+STRIBECK_SPEED = positive("vs", 0.1, "m/s", "speed over which friction falls", "$v_s$")
+VISCOUS = nonnegative(
+    "s2", 0.0, "s/m", "viscous friction: coefficient per slip speed", r"$\sigma_2$"
+)
+REST_SPEED = positive(
+    "e", 1e-4, "m/s", "speed below which |v| is rounded off to sqrt(v^2 + e^2)", r"$\varepsilon$"
+)
+
+
+def is_symbolic(*values: Any) -> bool:
+    """Whether any of the values is a symbolic expression."""
+    return any(isinstance(value, hy.expression) for value in values)
+
+
+def _function(symbolic: Any, numeric: Any) -> Callable[[Expression], Expression]:
+    """Return a function of symbols, numbers and arrays."""
+
+    def function(value: Expression) -> Expression:
+        if is_symbolic(value):
+            return symbolic(value)
+        result = numeric(value)
+        return result.item() if np.ndim(result) == 0 else result  # a number that prints as typed
+
+    return function
+
+
+exp = _function(hy.exp, np.exp)
+tanh = _function(hy.tanh, np.tanh)
+arctan = _function(hy.atan, np.arctan)
+sqrt = _function(hy.sqrt, np.sqrt)
 
 
 @dataclass(frozen=True)
@@ -40,7 +70,7 @@ class ContactState:
 
 
 @dataclass(frozen=True)
-class FrictionLaw(ABC):
+class FrictionLaw(Parametric, ABC):
     r"""Friction between two bodies that slip on each other; immutable, comparable, picklable.
 
     The force on a body, pressed with the normal force N on a surface that moves relative to it
@@ -50,8 +80,8 @@ class FrictionLaw(ABC):
 
         F = N \mu(|v|) v/|v|
 
-    along v, in the plane as on a line. All laws are of the normal force's size: their stiffness and
-    damping, too, are those of the force over N.
+    along v, in the plane as on a line. All laws are proportional to the normal force: their
+    stiffness and damping, too, are those of the force over N.
 
     A subclass is a frozen dataclass. It states `title`, declares its parameters with `described`
     and implements `formula`. Fields that are not parameters (an exponent, a shape) tell equations
@@ -68,14 +98,6 @@ class FrictionLaw(ABC):
     sticks: ClassVar[bool] = True
     """Whether the force at rest may have any value up to a limit, so that the contact can stick."""
 
-    def __post_init__(self) -> None:
-        """Check the values and convert what has a unit."""
-        for parameter in declared(type(self)):
-            value = parse_quantity(getattr(self, parameter.name), parameter.unit, parameter.name)
-            object.__setattr__(self, parameter.name, parameter.check(value))
-        self.check_structure()
-        self.check(self.values)
-
     # -- what a subclass gives -----------------------------------------------------------------
 
     @abstractmethod
@@ -90,27 +112,27 @@ class FrictionLaw(ABC):
             The parameters by name, numbers or symbols.
         """
 
-    def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
-        """Raise `InputError` if the values contradict each other.
-
-        Parameters
-        ----------
-        values
-            Values of the law's parameters by name; others may be among them.
-        """
-
-    def check_structure(self) -> None:  # noqa: B027 (optional hook)
-        """Raise `InputError` if a field that is no parameter cannot be used."""
+    def check(self, values: Mapping[str, float]) -> None:
+        """Refuse a static coefficient below the kinetic or the smallest one."""
+        super().check(values)
+        if "mu_s" not in values:
+            return
+        for name in ("mu_k", "mu_m"):
+            if name in values and values["mu_s"] < values[name]:
+                raise InputError(
+                    f"mu_s = {values['mu_s']:g} is below {name} = {values[name]:g}; friction at "
+                    f"rest is no less than in motion, give mu_s >= {name}"
+                )
 
     @property
     def label(self) -> str:
-        """What figures call the law."""
+        """Name of the law in figures."""
         return self.title
 
     @property
     def typical_speed(self) -> float:
         """Slip speed over which the coefficient changes, m/s; a figure shows a few of them."""
-        return 1.0
+        return self.values.get("vs", 1.0)
 
     @property
     def stiction(self) -> float:
@@ -120,15 +142,17 @@ class FrictionLaw(ABC):
     def holding(self, p: Symbols) -> Expression:
         """Friction coefficient up to which a contact at rest holds, if the law sticks.
 
+        It is ``mu_s`` if the law has that parameter.
+
         Parameters
         ----------
         p
             The parameters by name.
         """
-        return self.formula(0.0, p)
+        return p["mu_s"] if "mu_s" in p else self.formula(0.0, p)
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force over normal force.
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Friction force in N, a component for each one of the slip.
 
         Parameters
         ----------
@@ -137,8 +161,8 @@ class FrictionLaw(ABC):
         p
             The parameters by name.
         """
-        speed = sqrt(contact.square)
-        drag = self.formula(speed, p) / speed
+        inverse = contact.square**-0.5
+        drag = contact.normal * (self.formula(contact.square * inverse, p) * inverse)
         return tuple(drag * component for component in contact.slip)
 
     # -- memory: none unless a subclass says so --------------------------------------------------
@@ -181,46 +205,6 @@ class FrictionLaw(ABC):
         return ()
 
     # -- what follows --------------------------------------------------------------------------
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Names, units, bounds and meanings of the parameters."""
-        return declared(type(self))
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Values of the parameters by name, in SI units."""
-        return {parameter.name: getattr(self, parameter.name) for parameter in self.parameters}
-
-    @property
-    def kind(self) -> Self:
-        """The law with default values: equal for all laws with the same equations."""
-        structure = {
-            item.name: getattr(self, item.name)
-            for item in dataclasses.fields(self)
-            if "parameter" not in item.metadata
-        }
-        return type(self)(**structure)
-
-    def replace(self, **changes: Any) -> Self:
-        """Return a new law with some values changed.
-
-        Parameters
-        ----------
-        **changes
-            New values by name, numbers in SI units or text with a unit.
-
-        Raises
-        ------
-        InputError
-            For an unknown name or a value that cannot be used.
-        """
-        fields = [item.name for item in dataclasses.fields(self)]
-        for name in changes:
-            if name not in fields:
-                names = list(dict.fromkeys([*fields, *self.values]))
-                raise unknown(f"{type(self).__name__} has no parameter", name, names)
-        return dataclasses.replace(self, **changes)
 
     def coefficient(self, speed: Expression, p: Symbols | None = None) -> Expression:
         """Return the friction coefficient in steady slip.
@@ -364,8 +348,7 @@ class FrictionLaw(ABC):
                 f"at rest the friction force of {type(self).__name__} can have any value up to its "
                 "limit; give a slip that is not zero, or a regularized law"
             )
-        contact = ContactState(components, tuple(memory), normal)
-        return tuple(normal * part for part in self.traction(contact, given))
+        return self.forces(ContactState(components, tuple(memory), normal), given)
 
     def memory_rates(
         self,
@@ -433,8 +416,7 @@ def _slope_function(kind: FrictionLaw) -> Any:
 class MemoryLaw(FrictionLaw):
     """A law with a deflection z as memory, a vector in the plane; it never sticks.
 
-    A subclass gives `rates_of_memory`, `traction` and `steady_deflection` besides what a law
-    without memory gives.
+    A subclass gives `rates_of_memory`, `forces` and `steady_deflection` in addition to `formula`.
     """
 
     sticks: ClassVar[bool] = False
@@ -447,8 +429,8 @@ class MemoryLaw(FrictionLaw):
         """Time derivatives of the deflection, per second."""
 
     @abstractmethod
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force over normal force."""
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Friction force in N."""
 
     @abstractmethod
     def steady_deflection(self, speed: float) -> float:

@@ -5,26 +5,39 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
-from slipfold.models.friction.law import ContactState, MemoryLaw
-from slipfold.models.friction.quantities import (
-    BRISTLE_STIFFNESS,
+from slipfold.models.friction.law import (
     KINETIC,
     REST_SPEED,
     STATIC,
     STRIBECK_SPEED,
     VISCOUS,
-    check_static,
-    checked_exponent,
-    described,
+    ContactState,
+    MemoryLaw,
     exp,
     sqrt,
 )
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, nonnegative, positive
+from slipfold.models.parametric import described
+
+BRISTLE_STIFFNESS = positive(
+    "s0", 1e4, "1/m", "stiffness of the contact over the normal force", r"$\sigma_0$"
+)
+
+
+def checked_exponent(exponent: Any) -> int:
+    """Return the exponent of a knee as a whole number."""
+    number = isinstance(exponent, int | float) and not isinstance(exponent, bool)
+    if not (number and exponent >= 2 and exponent % 2 == 0):
+        raise InputError(
+            f"exponent = {exponent!r} is not an even whole number; with others |z| is not smooth "
+            "at z = 0, give e.g. 2"
+        )
+    return int(exponent)
 
 
 @dataclass(frozen=True)
@@ -77,15 +90,6 @@ class Dahl(_Bristles):
     :math:`\sigma_0 \varepsilon/\mu_k`. A small e is a sharp corner where the slip passes through
     zero, and there a branch may fail.
 
-    Parameters
-    ----------
-    mu_k
-        Kinetic friction coefficient; no unit.
-    s0
-        Stiffness of the contact over the normal force, in 1/m.
-    e
-        Speed below which ``|v|`` is rounded off, in m/s.
-
     References
     ----------
     P. R. Dahl, A solid friction model, The Aerospace Corporation, TOR-0158(3107-18)-1, 1968.
@@ -111,9 +115,9 @@ class Dahl(_Bristles):
         """``mu_k v/sqrt(v^2 + e^2)``."""
         return p["mu_k"] * speed / _rounded(speed * speed, p)
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``s0 z``."""
-        return tuple(p["s0"] * z for z in contact.memory)
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """``N s0 z``."""
+        return tuple(contact.normal * (p["s0"] * z) for z in contact.memory)
 
 
 @dataclass(frozen=True)
@@ -131,23 +135,6 @@ class LuGre(_Bristles):
     reverse; the price is a creep of the bristles at rest with the rate
     :math:`\sigma_0 \varepsilon/\mu_s`. A small e is a sharp corner where the slip passes through
     zero, and there a branch may fail.
-
-    Parameters
-    ----------
-    mu_s
-        Static friction coefficient, at least `mu_k`; no unit.
-    mu_k
-        Kinetic friction coefficient; no unit.
-    vs
-        Speed over which friction falls, in m/s.
-    s0
-        Stiffness of the bristles over the normal force, in 1/m.
-    s1
-        Damping of the bristles over the normal force, in s/m.
-    s2
-        Viscous friction: coefficient per slip speed, in s/m.
-    e
-        Speed below which ``|v|`` is rounded off, in m/s.
 
     References
     ----------
@@ -179,15 +166,6 @@ class LuGre(_Bristles):
     s2: float = described(VISCOUS)
     e: float = described(REST_SPEED)
 
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``."""
-        check_static(values)
-
-    @property
-    def typical_speed(self) -> float:
-        """``vs``."""
-        return self.vs
-
     def level(self, square: Expression, p: Symbols) -> Expression:
         """``mu_k + (mu_s - mu_k) exp(-(v/vs)^2)``."""
         ratio = square / (p["vs"] * p["vs"])
@@ -198,11 +176,11 @@ class LuGre(_Bristles):
         square = speed * speed
         return speed * (self.level(square, p) / _rounded(square, p) + p["s2"])
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """``s0 z + s1 z' + s2 v``."""
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """``N (s0 z + s1 z' + s2 v)``."""
         rates = self.rates_of_memory(contact, p)
         return tuple(
-            p["s0"] * z + p["s1"] * rate + p["s2"] * v
+            contact.normal * (p["s0"] * z + p["s1"] * rate + p["s2"] * v)
             for v, z, rate in zip(contact.slip, contact.memory, rates, strict=True)
         )
 
@@ -234,12 +212,8 @@ class BoucWen(MemoryLaw):
 
     Parameters
     ----------
-    A
-        Stiffness of the contact over the normal force, in 1/m.
     b, c
         Shape of the loop, in 1/m; ``|c| <= b``, or the contact would give energy.
-    e
-        Speed below which \|v\| is rounded off, in m/s.
     exponent
         The exponent n, an even whole number.
 
@@ -271,6 +245,7 @@ class BoucWen(MemoryLaw):
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse shapes whose deflection is unbounded or that give energy."""
+        super().check(values)
         b, c = values["b"], values["c"]
         if not b + c > 0:
             raise InputError(
@@ -283,7 +258,7 @@ class BoucWen(MemoryLaw):
                 "give |c| <= b"
             )
 
-    def check_structure(self) -> None:
+    def prepare(self) -> None:
         """Refuse exponents for which the equations are not smooth."""
         object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
@@ -296,9 +271,9 @@ class BoucWen(MemoryLaw):
         """``(A/(b + c))^(1/n)``, whatever the speed."""
         return self._limit(p)
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """The deflection itself."""
-        return contact.memory
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """``N z``."""
+        return tuple(contact.normal * z for z in contact.memory)
 
     def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``A v - |z|^(n-2) z (b |v.z| + c v.z)``."""

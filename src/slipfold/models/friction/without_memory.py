@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from typing import ClassVar
 
 from slipfold.errors import InputError
-from slipfold.models.friction.law import ContactState, FrictionLaw
-from slipfold.models.friction.quantities import (
+from slipfold.models.friction.law import (
     KINETIC,
     STATIC,
     STRIBECK_SPEED,
     VISCOUS,
+    ContactState,
+    FrictionLaw,
     arctan,
-    check_static,
-    declared,
-    described,
     exp,
     sqrt,
     tanh,
 )
 from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter, nonnegative, positive
+from slipfold.models.parameter import nonnegative, positive
+from slipfold.models.parametric import described
 from slipfold.models.suggestion import suggest
 
 
@@ -37,13 +35,6 @@ class Coulomb(FrictionLaw):
 
     Where every motion slides, ``mu_k`` alone acts; ``mu_s`` says when a contact at rest lets go.
 
-    Parameters
-    ----------
-    mu_s
-        Static friction coefficient, at least `mu_k`; no unit.
-    mu_k
-        Kinetic friction coefficient; no unit.
-
     References
     ----------
     C. A. Coulomb, Théorie des machines simples, 1785; as a set-valued law: R. I. Leine and
@@ -51,22 +42,14 @@ class Coulomb(FrictionLaw):
 
     Examples
     --------
-    >>> Coulomb(mu_s=0.5, mu_k=0.4).force((3.0, 4.0), normal=2.0)
-    (0.48, 0.64)
+    >>> Coulomb(mu_s=0.5, mu_k=0.4).force((0.0, 3.0), normal=2.0)
+    (0.0, 0.8)
     """
 
     title: ClassVar[str] = "Coulomb"
 
     mu_s: float = described(STATIC)
     mu_k: float = described(replace(KINETIC, default=0.5))
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``."""
-        check_static(values)
-
-    def holding(self, p: Symbols) -> Expression:
-        """``mu_s``."""
-        return p["mu_s"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k``."""
@@ -80,15 +63,6 @@ class CoulombViscous(FrictionLaw):
     .. math::
 
         \mu(v) = \mu_k + \sigma_2 v \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
-
-    Parameters
-    ----------
-    mu_s
-        Static friction coefficient, at least `mu_k`; no unit.
-    mu_k
-        Kinetic friction coefficient; no unit.
-    s2
-        Viscous friction: coefficient per slip speed, in s/m.
 
     References
     ----------
@@ -106,14 +80,6 @@ class CoulombViscous(FrictionLaw):
     mu_s: float = described(STATIC)
     mu_k: float = described(replace(KINETIC, default=0.5))
     s2: float = described(replace(VISCOUS, default=0.1))
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``."""
-        check_static(values)
-
-    def holding(self, p: Symbols) -> Expression:
-        """``mu_s``."""
-        return p["mu_s"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k + s2 v``."""
@@ -133,14 +99,6 @@ class Stribeck(FrictionLaw):
 
     Parameters
     ----------
-    mu_s
-        Static friction coefficient, at least `mu_k`; no unit.
-    mu_k
-        Kinetic friction coefficient; no unit.
-    vs
-        Speed over which friction falls, in m/s.
-    s2
-        Viscous friction: coefficient per slip speed, in s/m.
     exponent
         The exponent n: 1 (Tustin) or 2 (Gaussian).
 
@@ -165,20 +123,11 @@ class Stribeck(FrictionLaw):
     s2: float = described(VISCOUS)
     exponent: int = 1
 
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_k``."""
-        check_static(values)
-
-    def check_structure(self) -> None:
+    def prepare(self) -> None:
         """Refuse an exponent other than 1 and 2."""
         if self.exponent not in _EXPONENTS:
             raise InputError(f"exponent = {self.exponent!r} is not known; give 1 or 2")
         object.__setattr__(self, "exponent", int(self.exponent))
-
-    @property
-    def typical_speed(self) -> float:
-        """``vs``."""
-        return self.vs
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k + (mu_s - mu_k) exp(-(v/vs)^n) + s2 v``."""
@@ -194,13 +143,6 @@ class RationalStribeck(FrictionLaw):
     .. math::
 
         \mu(v) = \mu_s/(1 + \delta v)
-
-    Parameters
-    ----------
-    mu_s
-        Static friction coefficient; no unit.
-    d
-        The inverse of the speed at which friction is halved, in s/m.
 
     References
     ----------
@@ -244,15 +186,6 @@ class CubicStribeck(FrictionLaw):
     so that the minimum ``mu_m`` lies at the speed ``vm``. Well above ``vm`` the cubic grows beyond
     any friction; the law is meant for speeds up to about twice ``vm``.
 
-    Parameters
-    ----------
-    mu_s
-        Static friction coefficient, at least `mu_m`; no unit.
-    mu_m
-        Smallest friction coefficient; no unit.
-    vm
-        Speed of the smallest friction, in m/s.
-
     References
     ----------
     J. J. Thomsen and A. Fidlin, Analytical approximations for stick-slip vibration amplitudes,
@@ -272,14 +205,6 @@ class CubicStribeck(FrictionLaw):
         nonnegative("mu_m", 0.3, "", "smallest friction coefficient", r"$\mu_m$")
     )
     vm: float = described(positive("vm", 0.5, "m/s", "speed of the smallest friction", "$v_m$"))
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse ``mu_s < mu_m``."""
-        if values["mu_s"] < values["mu_m"]:
-            raise InputError(
-                f"mu_s = {values['mu_s']:g} is below mu_m = {values['mu_m']:g}, the smallest "
-                "friction coefficient; give mu_s >= mu_m"
-            )
 
     @property
     def a(self) -> float:
@@ -328,8 +253,6 @@ class Regularized(FrictionLaw):
         The law, one without memory; its parameters are parameters of this one.
     shape
         ``"tanh"``, ``"atan"`` or ``"sqrt"``.
-    e
-        Slip speed of the rise, in m/s.
 
     References
     ----------
@@ -356,7 +279,7 @@ class Regularized(FrictionLaw):
         )
     )
 
-    def check_structure(self) -> None:
+    def prepare(self) -> None:
         """Refuse laws that are smooth or no laws at all, and unknown shapes."""
         if not isinstance(self.law, FrictionLaw):
             raise InputError(f"{self.law!r} is not a friction law; give one such as Coulomb()")
@@ -370,25 +293,6 @@ class Regularized(FrictionLaw):
                 f"give {', '.join(_SHAPES[:-1])} or {_SHAPES[-1]}"
             )
 
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse values that contradict each other in the law."""
-        self.law.check(values)
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the law, and ``e``."""
-        return (*self.law.parameters, *declared(Regularized))
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Values of the parameters by name, in SI units."""
-        return {**self.law.values, "e": self.e}
-
-    @property
-    def kind(self) -> Self:
-        """The law with default values."""
-        return type(self)(self.law.kind, self.shape)
-
     @property
     def label(self) -> str:
         """What figures call the law."""
@@ -399,36 +303,23 @@ class Regularized(FrictionLaw):
         """That of the law; no less than 5 e."""
         return max(self.law.typical_speed, 5 * self.e)
 
-    def replace(self, **changes: Any) -> Self:
-        """Return a new law with some values changed, its own or the law's.
-
-        Raises
-        ------
-        InputError
-            For an unknown name or a value that cannot be used.
-        """
-        own = {name: value for name, value in changes.items() if name in ("law", "shape", "e")}
-        inner = {name: value for name, value in changes.items() if name not in own}
-        law = own.pop("law", self.law)
-        return super().replace(law=law.replace(**inner) if inner else law, **own)
-
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """The law's coefficient times the rise."""
         return self.law.formula(speed, p) * self._rise(speed / p["e"])
 
-    def traction(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force over normal force, smooth at rest."""
+    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+        """Return the friction force, smooth at rest."""
         slip, square = contact.slip, contact.square
         floor = _FLOOR * p["e"]
         speed = sqrt(square + floor * floor)
-        mu = self.law.formula(speed, p)
+        size = contact.normal * self.law.formula(speed, p)
         if len(slip) == 1:
             # The rise is odd, so a line needs no division by a speed that may vanish.
-            return (mu * self._rise(slip[0] / p["e"]),)
+            return (size * self._rise(slip[0] / p["e"]),)
         if self.shape == "sqrt":
-            drag = mu * (square + p["e"] * p["e"]) ** -0.5
+            drag = size * (square + p["e"] * p["e"]) ** -0.5
         else:
-            drag = mu * self._rise(speed / p["e"]) / speed
+            drag = size * self._rise(speed / p["e"]) / speed
         return tuple(drag * component for component in slip)
 
     def _rise(self, ratio: Expression) -> Expression:

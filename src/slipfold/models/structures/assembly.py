@@ -10,20 +10,13 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.output import (
-    Contact,
-    Expression,
-    Limit,
-    Output,
-    Symbols,
-    friction_name,
-    normal_name,
-)
+from slipfold.models.friction.contact import Contact
+from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State, positive
 from slipfold.models.structures.component import (
     Component,
     Direction,
-    Motion,
+    LocalState,
     total,
     weighted_sum,
 )
@@ -182,9 +175,9 @@ class Assembly:
         own += [LEVEL] if self.quiet == LEVEL.name else []
         damping = self.definition.C
         if isinstance(damping, Damping):
-            own += damping.own_parameters
+            own += damping.parameters
         for item in self.placed:
-            own += item.component.parameters
+            own += item.component.named_parameters
         return tuple(own)
 
     @cached_property
@@ -244,27 +237,38 @@ class Assembly:
         start = item.prefix
         return {key[len(start) :]: value for key, value in c.items() if key.startswith(start)}
 
-    def motion(self, item: Placed, q: Symbols) -> Motion:
-        """Return how the structure moves where a component acts."""
-        component = item.component
-        memory = tuple(q[component.called(state.name)] for state in component.memory())
-        return Motion(
+    def local(
+        self, item: Placed, q: Symbols, c: Symbols, phase: Expression, rates: Symbols | None = None
+    ) -> LocalState:
+        """Return the state where a component acts; with accelerations if rates are given."""
+        memory = tuple(q[item.component.called(one.name)] for one in item.component.memory())
+        start = item.prefix
+        return LocalState(
+            q,
+            {key[len(start) :]: value for key, value in c.items() if key.startswith(start)},
+            phase,
             tuple(self.displacement(row, q) for row in item.rows),
             tuple(self.displacement(row, q, "v") for row in item.rows),
             memory,
-            **_given_forces(component, q),
+            tuple(self.displacement(row, rates, "v") for row in item.rows) if rates else (),
         )
+
+    @property
+    def rubbing(self) -> list[tuple[Placed, FrictionContact]]:
+        """The friction contacts at their places."""
+        pairs = ((item, item.component) for item in self.placed)
+        return [(item, one) for item, one in pairs if isinstance(one, FrictionContact)]
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the contacts whose laws stick."""
-        found = []
-        for item in self.placed:
-            if isinstance(item.component, FrictionContact):
-                motion, own = self.motion(item, q), self.own_coefficients(item, c)
-                contact = item.component.contact(motion, own, phase)
-                titles = tuple(_titled(item.component, limit) for limit in item.component.passed())
-                found += [] if contact is None else [replace(contact, limits=titles)]
-        return tuple(found)
+        return tuple(
+            replace(
+                component.contact(self.local(item, q, c, phase)),
+                limits=tuple(_titled(component, limit) for limit in component.passed()),
+            )
+            for item, component in self.rubbing
+            if component.law.sticks
+        )
 
     def displacement(self, row: Array, q: Symbols, rate: str = "") -> Expression:
         """Return a weighted sum of displacements in m, or of velocities in m/s.
@@ -281,31 +285,20 @@ class Assembly:
         rates: dict[str, Expression] = dict(zip(self.names, speeds, strict=True))
         terms = self._linear_terms(places, speeds, c)
         for item in self.placed:
-            motion, own = self.motion(item, q), self.own_coefficients(item, c)
             inputs = self.over_mass(item.rows.T) / self.definition.length_scale
-            for force, column in zip(
-                item.component.forces(motion, own, phase), inputs.T, strict=True
-            ):
+            forces = item.component.forces(self.local(item, q, c, phase))
+            for force, column in zip(forces, inputs.T, strict=True):
                 if force is not None:
                     for place in np.flatnonzero(column):
                         terms[place] += weighted_sum([column[place]], [force])
         rates |= {f"v{name}": total(terms[place]) for place, name in enumerate(self.names)}
-        return {**rates, **self._memory_rates(q, rates, c, phase)}
-
-    def _memory_rates(
-        self, q: Symbols, rates: Symbols, c: Symbols, phase: Expression
-    ) -> dict[str, Expression]:
-        """Return the rates of the memories of contacts, which may see accelerations."""
-        found: dict[str, Expression] = {}
-        for item in self.placed:
-            names = [item.component.called(state.name) for state in item.component.memory()]
+        accelerations = dict(rates)
+        for item, component in self.rubbing:
+            names = [component.called(state.name) for state in component.memory()]
             if names:
-                gained = tuple(self.displacement(row, rates, "v") for row in item.rows)
-                motion = replace(self.motion(item, q), acceleration=gained)
-                own = self.own_coefficients(item, c)
-                memory = item.component.memory_rates(motion, own, phase)
-                found |= dict(zip(names, memory, strict=True))
-        return found
+                contact = component.contact(self.local(item, q, c, phase, accelerations))
+                rates |= dict(zip(names, contact.memory_rates, strict=True))
+        return rates
 
     @cached_property
     def modal(self) -> tuple[Array, Array, Array] | None:
@@ -377,18 +370,95 @@ class Assembly:
         matrices = [self.stiffness, *(matrix for _, matrix in self.damping)]
         return sum(int(np.count_nonzero(self.over_mass(matrix))) for matrix in matrices)
 
+    # -- outputs -------------------------------------------------------------------------------
+
+    def outputs(self) -> tuple[Output, ...]:
+        """Return the outputs of the structure.
+
+        The energy is that of structure and elements. Its rate is ``power_forcing + power_contacts -
+        power_damping``, where damping is that of structure and elements.
+        """
+        outputs = [
+            Output(name, partial(self._watched_displacement, row), "m", f"displacement {name}")
+            for name, row in self.watched
+        ]
+        for item in self.placed:
+            outputs += [self._measured(item, measure) for measure in item.component.measures()]
+        if self.symmetric:
+            doc = "kinetic and elastic energy of structure and elements"
+            outputs.append(Output(GENERAL[0], self._energy, "J", doc, "$E$ (J)"))
+        places = len(self.definition.elements)
+        ends = places + len(self.definition.contacts)
+        powers: tuple[tuple[Any, str], ...] = (
+            (self._damping_power, "power lost to damping"),
+            (partial(self._power, self.placed[ends:]), "power put in by the forcing"),
+            (partial(self._power, self.placed[places:ends]), "power put in by the contacts"),
+        )
+        outputs += [
+            Output(name, function, "W", doc, "$P$ (W)")
+            for name, (function, doc) in zip(GENERAL[1:], powers, strict=True)
+        ]
+        return tuple(outputs)
+
+    def _watched_displacement(
+        self, row: Array, q: Symbols, c: Symbols, phase: Expression
+    ) -> Expression:
+        return self.displacement(row, q)
+
+    def _measured(self, item: Placed, measure: Output) -> Output:
+        """Return a measure of a component as an output of the structure."""
+        component = item.component
+        doc = f"{measure.doc} ({component.name})" if component.name else measure.doc
+
+        def expression(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+            local = self.local(item, q, c, phase)
+            return measure.expression(local, local.c, phase)
+
+        return replace(measure, name=component.called(measure.name), expression=expression, doc=doc)
+
+    def _form(self, matrix: Array, q: Symbols, rate: str) -> list[Expression]:
+        """Return the terms of a quadratic form of displacements or velocities, in SI units."""
+        symbols = [q[f"{rate}{name}"] for name in self.names]
+        even = (matrix + matrix.T) * (self.definition.length_scale**2 / 2)
+        terms = []
+        for row, symbol in enumerate(symbols):
+            weights = even[row, row:] * np.where(np.arange(row, self.size) == row, 1.0, 2.0)
+            parts = weighted_sum(weights, symbols[row:])
+            terms += [symbol * total(parts)] if parts else []
+        return terms
+
+    def _energy(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        terms = [*self._form(self.mass / 2, q, "v"), *self._form(self.stiffness / 2, q, "")]
+        for item in self.placed:
+            stored = item.component.potential(self.local(item, q, c, phase))
+            terms += [] if stored is None else [stored]
+        return total(terms)
+
+    def _damping_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        terms: list[Expression] = []
+        for key, matrix in self.damping:
+            form = self._form(matrix, q, "v")
+            terms += form if key is None else [c[key] * total(form)]
+        for item in self.placed:
+            lost = item.component.dissipation(self.local(item, q, c, phase))
+            terms += [] if lost is None else [lost]
+        return total(terms)
+
+    def _power(
+        self, placed: tuple[Placed, ...], q: Symbols, c: Symbols, phase: Expression
+    ) -> Expression:
+        """Return the power of components."""
+        terms = []
+        for item in placed:
+            local = self.local(item, q, c, phase)
+            pairs = zip(item.component.forces(local), local.v, strict=True)
+            terms += [force * speed for force, speed in pairs if force is not None]
+        return total(terms)
+
 
 def _titled(component: Component, limit: Limit) -> str:
     """Return what the structure calls a limit of a component."""
     return f"{limit.name} of {component.name}" if component.name else limit.name
-
-
-def _given_forces(component: Component, q: Symbols) -> dict[str, Any]:
-    """Return the forces of a contact where they are given among the states."""
-    if not isinstance(component, FrictionContact) or normal_name(component.key) not in q:
-        return {}
-    friction = (q[friction_name(component.key, axis)] for axis in range(len(component.along)))
-    return {"normal": q[normal_name(component.key)], "friction": tuple(friction)}
 
 
 @lru_cache(maxsize=64)
@@ -423,102 +493,3 @@ def _refuse_doubles(assembly: Assembly) -> None:
                     "rename the degree of freedom"
                 )
             known[name] = what
-
-
-def structure_outputs(assembly: Assembly) -> tuple[Output, ...]:
-    """Return the outputs of a structure.
-
-    The energy is that of structure and elements. Its rate is ``power_forcing + power_contacts -
-    power_damping``, where damping is that of structure and elements.
-    """
-    outputs = [
-        Output(name, partial(_displacement, assembly, row), "m", f"displacement {name}")
-        for name, row in assembly.watched
-    ]
-    for item in assembly.placed:
-        outputs += [_measure(assembly, item, measure) for measure in item.component.measures()]
-    if assembly.symmetric:
-        doc = "kinetic and elastic energy of structure and elements"
-        outputs.append(Output(GENERAL[0], partial(_energy, assembly), "J", doc, "$E$ (J)"))
-    places = len(assembly.definition.elements)
-    ends = places + len(assembly.definition.contacts)
-    powers = (
-        (partial(_lost, assembly), "power lost to damping"),
-        (partial(_given, assembly, ends, None), "power put in by the forcing"),
-        (partial(_given, assembly, places, ends), "power put in by the contacts"),
-    )
-    outputs += [
-        Output(name, function, "W", doc, "$P$ (W)")
-        for name, (function, doc) in zip(GENERAL[1:], powers, strict=True)
-    ]
-    return tuple(outputs)
-
-
-def _displacement(
-    assembly: Assembly, row: np.ndarray, q: Symbols, c: Symbols, phase: Expression
-) -> Expression:
-    return assembly.displacement(row, q)
-
-
-def _measure(assembly: Assembly, item: Placed, measure: Output) -> Output:
-    component = item.component
-    doc = f"{measure.doc} ({component.name})" if component.name else measure.doc
-    function = partial(_measured, assembly, item, measure)
-    return Output(component.called(measure.name), function, measure.unit, doc, measure.label)
-
-
-def _measured(
-    assembly: Assembly, item: Placed, measure: Output, q: Symbols, c: Symbols, phase: Expression
-) -> Expression:
-    own = assembly.own_coefficients(item, c)
-    return measure.expression(assembly.motion(item, q), own, phase)
-
-
-def _form(assembly: Assembly, matrix: np.ndarray, q: Symbols, rate: str) -> list[Expression]:
-    """Return the terms of a quadratic form of displacements or velocities, in SI units."""
-    symbols = [q[f"{rate}{name}"] for name in assembly.names]
-    even = (matrix + matrix.T) * (assembly.definition.length_scale**2 / 2)
-    terms = []
-    for row, symbol in enumerate(symbols):
-        weights = even[row, row:] * np.where(np.arange(row, assembly.size) == row, 1.0, 2.0)
-        parts = weighted_sum(weights, symbols[row:])
-        terms += [symbol * total(parts)] if parts else []
-    return terms
-
-
-def _energy(assembly: Assembly, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    terms = _form(assembly, assembly.mass / 2, q, "v")
-    terms += _form(assembly, assembly.stiffness / 2, q, "")
-    for item in assembly.placed:
-        own = assembly.own_coefficients(item, c)
-        stored = item.component.potential(assembly.motion(item, q), own)
-        terms += [] if stored is None else [stored]
-    return total(terms)
-
-
-def _lost(assembly: Assembly, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-    terms: list[Expression] = []
-    for key, matrix in assembly.damping:
-        form = _form(assembly, matrix, q, "v")
-        terms += form if key is None else [c[key] * total(form)]
-    for item in assembly.placed:
-        own = assembly.own_coefficients(item, c)
-        lost = item.component.dissipation(assembly.motion(item, q), own)
-        terms += [] if lost is None else [lost]
-    return total(terms)
-
-
-def _given(
-    assembly: Assembly, first: int, last: int | None, q: Symbols, c: Symbols, phase: Expression
-) -> Expression:
-    """Return the power of the components from one place to another."""
-    terms = []
-    for item in assembly.placed[first:last]:
-        motion, own = assembly.motion(item, q), assembly.own_coefficients(item, c)
-        forces = item.component.forces(motion, own, phase)
-        terms += [
-            force * speed
-            for force, speed in zip(forces, motion.velocity, strict=True)
-            if force is not None
-        ]
-    return total(terms)

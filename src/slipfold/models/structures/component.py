@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.friction.quantities import declared, is_symbolic
+from slipfold.models.friction.law import is_symbolic
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.parametric import Parametric
 from slipfold.models.suggestion import suggest
 from slipfold.text.one_line import listed
 
@@ -36,58 +35,6 @@ def shown(value: Any) -> str:
     except ValueError:  # a whole number of more digits than Python prints
         text = f"a {type(value).__name__}"
     return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 3]}..."
-
-
-@dataclass(frozen=True)
-class Parametric:
-    """A part of a structure with parameters of its own; immutable, comparable, picklable.
-
-    A subclass is a frozen dataclass whose parameters are fields made by `described`. The other
-    fields tell equations apart.
-
-    Raises
-    ------
-    InputError
-        For a wrong unit, a value outside its bounds or values that contradict each other.
-    """
-
-    def __post_init__(self) -> None:
-        """Check the fields and convert what has a unit."""
-        self.prepare()
-        for parameter in self.own_parameters:
-            if any(item.name == parameter.name for item in declared(type(self))):
-                value = getattr(self, parameter.name)
-                number = parse_quantity(value, parameter.unit, parameter.name)
-                object.__setattr__(self, parameter.name, parameter.check(number))
-        self.check(self.own_values)
-
-    def prepare(self) -> None:
-        """Check and convert the fields that are not parameters; raise `InputError` if they fail."""
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Raise `InputError` if parameter values contradict each other.
-
-        Parameters
-        ----------
-        values
-            Values of the part's own parameters by their own names.
-        """
-
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """Names, units, bounds and meanings of the parameters."""
-        return declared(type(self))
-
-    @property
-    def own_values(self) -> dict[str, float]:
-        """Values of the parameters by name, in SI units."""
-        return {parameter.name: getattr(self, parameter.name) for parameter in self.own_parameters}
-
-    @property
-    def kind(self) -> Self:
-        """The part with default values: equal for all parts with the same equations."""
-        defaults = {item.name: item.default for item in declared(type(self))}
-        return dataclasses.replace(self, **defaults)
 
 
 def cos_sin(angle: Expression) -> tuple[Expression, Expression]:
@@ -217,17 +164,17 @@ Forces = tuple[Expression | None, ...]
 
 
 @dataclass(frozen=True)
-class Motion:
-    """How the structure moves where a component acts; symbols."""
+class LocalState:
+    """State of a structure where a component acts, and the coefficients there; symbols."""
 
-    displacement: tuple[Expression, ...]  # along each direction of the component, in m
-    velocity: tuple[Expression, ...]  # along each direction, in m/s
+    q: Symbols  # states of the structure by name
+    c: Symbols  # coefficients of the component by their own names
+    phase: Expression  # time divided by the forcing period
+    # Displacement in m and velocity in m/s along each direction of the component
+    u: tuple[Expression, ...]
+    v: tuple[Expression, ...]
     memory: tuple[Expression, ...] = ()  # states of the component's own
-    # Along each direction, in m/s^2; there for the rates of the memory alone
-    acceleration: tuple[Expression, ...] = ()
-    # Forces of a contact where they are given instead of following from its law
-    normal: Expression | None = None
-    friction: tuple[Expression, ...] | None = None
+    a: tuple[Expression, ...] = ()  # acceleration in m/s^2; for the rates of the memory alone
 
 
 @dataclass(frozen=True)
@@ -235,13 +182,8 @@ class Component(Parametric, ABC):
     """A part of a structure that exerts forces on it.
 
     A subclass gives `directions` and `forces`. The parameters of a component with a name end in
-    ``_name``; without a name they are called as its formula says, which goes for one of its kind.
-
-    Parameters
-    ----------
-    name
-        Tells components of one kind apart; empty if there is one only. Of several without a name
-        each is named by where it acts.
+    ``_name``; without a name they have the names in its formula, which works for one of its kind.
+    Of several components without a name each is named by where it acts.
     """
 
     title: ClassVar[str] = "component"
@@ -249,7 +191,11 @@ class Component(Parametric, ABC):
     inertial: ClassVar[bool] = False
     """Whether forces act with the masses along the direction, as those of a moving base do."""
 
-    name: Any = field(default="", kw_only=True)
+    name: Any = field(
+        default="",
+        kw_only=True,
+        metadata={"doc": "name that tells components of one kind apart; empty if there is one"},
+    )
 
     def __post_init__(self) -> None:
         """Check the name, then the other fields."""
@@ -268,17 +214,13 @@ class Component(Parametric, ABC):
         """Where the component acts; None stands for all degrees of freedom with the weight 1."""
 
     @abstractmethod
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """Forces on the structure along the directions, in N; None where there is none.
 
         Parameters
         ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
+        local
+            State of the structure there.
         """
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
@@ -289,80 +231,39 @@ class Component(Parametric, ABC):
         p
             The component's parameters by their own names, and ``f`` in Hz if there is a forcing.
         """
-        return {parameter.name: p[parameter.name] for parameter in self.own_parameters}
-
-    amplitude: ClassVar[str | None] = None
-    """Name of the parameter that switches off what is periodic in time, if it is one."""
+        return {parameter.name: p[parameter.name] for parameter in self.parameters}
 
     @property
     def amplitudes(self) -> tuple[str, ...]:
         """Names of the parameters that switch off what is periodic in time."""
-        return () if self.amplitude is None else (self.amplitude,)
+        return ()
 
     def memory(self) -> tuple[State, ...]:
         """Return the component's own states."""
         return ()
 
-    def memory_rates(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
-        """Return the rates of the component's own states, per second.
-
-        Parameters
-        ----------
-        motion
-            How the structure moves there, with its acceleration.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
-        """
-        return ()
-
-    def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the component's own states where the structure rests for long.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
-        return ()
-
-    def memory_scale(self, values: Mapping[str, float]) -> float:
-        """Return the typical size of the component's own states.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
-        return 1.0
-
-    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression | None:
         """Return the energy the component stores, in J; None if it stores none.
 
         Parameters
         ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
+        local
+            State of the structure there.
         """
         return None
 
-    def dissipation(self, motion: Motion, c: Symbols) -> Expression | None:
+    def dissipation(self, local: LocalState) -> Expression | None:
         """Return the power an element takes out, in W; None if it takes none.
 
         Parameters
         ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
+        local
+            State of the structure there.
         """
         return None
 
     def measures(self) -> tuple[Output, ...]:
-        """Return quantities of interest, as functions of how the structure moves there."""
+        """Return quantities of interest; their expressions take a `LocalState` for the states."""
         return ()
 
     def limits(self) -> tuple[Limit, ...]:
@@ -384,7 +285,7 @@ class Component(Parametric, ABC):
     @property
     def public_names(self) -> list[str]:
         """What the structure calls the parameters, states and measures of the component."""
-        own = [item.name for item in self.own_parameters]
+        own = [item.name for item in self.parameters]
         own += [item.name for item in self.memory()]
         own += [item.name for item in self.measures()]
         return [self.called(name) for name in own]
@@ -397,17 +298,17 @@ class Component(Parametric, ABC):
         return joined if NAME.fullmatch(joined) else ""
 
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def named_parameters(self) -> tuple[Parameter, ...]:
         """The parameters by the names that the structure gives them."""
         return tuple(
             replace(item, name=self.called(item.name), symbol=self._symbol(item))
-            for item in self.own_parameters
+            for item in self.parameters
         )
 
     @property
-    def values(self) -> dict[str, float]:
+    def named_values(self) -> dict[str, float]:
         """Parameter values by the names that the structure gives them, in SI units."""
-        return {self.called(name): value for name, value in self.own_values.items()}
+        return {self.called(name): value for name, value in self.values.items()}
 
     def own(self, p: Mapping[str, Any]) -> dict[str, Any]:
         """Return the component's parameters by their own names.
@@ -417,7 +318,7 @@ class Component(Parametric, ABC):
         p
             The structure's parameters by name, numbers or symbols.
         """
-        return {item.name: p[self.called(item.name)] for item in self.own_parameters}
+        return {item.name: p[self.called(item.name)] for item in self.parameters}
 
     def _symbol(self, parameter: Parameter) -> str:
         if not self.name or not parameter.symbol:
@@ -429,7 +330,7 @@ class Component(Parametric, ABC):
 class OneDirection(Component):
     """A component along one direction: a degree of freedom, or weights by name."""
 
-    at: Any
+    at: Any = field(metadata={"doc": "degree of freedom, or weights by name"})
 
     def prepare(self) -> None:
         """Read the direction."""

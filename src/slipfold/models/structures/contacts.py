@@ -4,38 +4,30 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import heyoka as hy
 
 from slipfold.errors import InputError
+from slipfold.models.formulas.values import as_symbol
+from slipfold.models.friction.contact import Contact, contact_outputs
 from slipfold.models.friction.law import FrictionLaw
-from slipfold.models.friction.quantities import declared, described
 from slipfold.models.friction.without_memory import Coulomb
-from slipfold.models.output import (
-    PULSATING_LIMIT,
-    STICK_LIMIT,
-    Contact,
-    Expression,
-    Limit,
-    Output,
-    Symbols,
-)
+from slipfold.models.output import PULSATING_LIMIT, STICK_LIMIT, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
+from slipfold.models.parametric import Parametric, declared, described
 from slipfold.models.structures.component import (
     Component,
     Direction,
     Forces,
-    Motion,
-    Parametric,
+    LocalState,
     as_direction,
     as_directions,
     checked_harmonic,
     cos_sin,
     shown,
-    total,
     wave,
 )
 
@@ -51,27 +43,24 @@ class NormalLoad(Parametric, ABC):
     opens: ClassVar[bool] = False
     """Whether the force may vanish in motion."""
 
-    normal: Any = field(default=None, kw_only=True)
+    amplitudes: ClassVar[tuple[str, ...]] = ()
+    """Names of the parameters that switch off what is periodic in time."""
+
+    limits: ClassVar[tuple[Limit, ...]] = ()
+    """The limit at which contact is lost."""
+
+    normal: Any = field(
+        default=None,
+        kw_only=True,
+        metadata={
+            "doc": "direction in which it pushes the structure; None if it cannot move that way"
+        },
+    )
 
     def prepare(self) -> None:
         """Read the direction."""
         if self.normal is not None:
             object.__setattr__(self, "normal", as_direction(self.normal, f"a {self.title}"))
-
-    @property
-    def direction(self) -> Direction | None:
-        """Where the force pushes the structure; None if nowhere."""
-        direction: Direction | None = self.normal
-        return direction
-
-    @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """Names of the parameters that switch off what is periodic in time."""
-        return ()
-
-    def limits(self) -> tuple[Limit, ...]:
-        """Return the limit at which contact is lost."""
-        return ()
 
     @abstractmethod
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
@@ -87,31 +76,33 @@ class NormalLoad(Parametric, ABC):
             Time divided by the forcing period.
         """
 
-    def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
-        """Return the rate of the normal force in N/s; zero unless a subclass says otherwise.
+    def rate(
+        self, u: Expression, v: Expression, a: Expression, c: Symbols, phase: Expression
+    ) -> Expression:
+        """Return the rate of the normal force in N/s.
 
         Parameters
         ----------
-        v, a
-            Velocity in m/s and acceleration in m/s^2 along the normal; None without one.
+        u, v, a
+            Displacement in m, velocity and acceleration along the normal; None without one.
         c
             The parameters by name, and ``f`` if the force is periodic in time.
         phase
             Time divided by the forcing period.
         """
-        return 0.0
+        rates = {"u": v, "v": a, "phase": c.get("f")}
+        symbols = {name: hy.expression(name) for name in rates}
+        force = as_symbol(self.force(symbols["u"], symbols["v"], c, symbols["phase"]))
+        slopes = {name: hy.diff(force, symbol) for name, symbol in symbols.items()}
+        terms = [slope * rates[name] for name, slope in slopes.items() if rates[name] is not None]
+        known = {"u": u, "v": v, "phase": phase}
+        present = {name: as_symbol(value) for name, value in known.items() if value is not None}
+        return hy.subs(hy.sum(terms), present) if terms else 0.0
 
 
 @dataclass(frozen=True)
 class ConstantLoad(NormalLoad):
     """A constant normal force.
-
-    Parameters
-    ----------
-    Ns
-        The force in N.
-    normal
-        Direction in which it pushes the structure; None if the structure cannot move that way.
 
     Examples
     --------
@@ -130,18 +121,9 @@ class ConstantLoad(NormalLoad):
 
 @dataclass(frozen=True)
 class ModulatedLoad(NormalLoad):
-    r"""A normal force that pulsates: :math:`N = N_s + N_d \cos 2\pi h f t`.
+    r"""A normal force that pulsates: :math:`N = N_s + N_d \cos 2\pi h f t`, h being `harmonic`.
 
-    Parameters
-    ----------
-    Ns
-        Its mean in N.
-    Nd
-        Its amplitude in N, less than `Ns`.
-    harmonic
-        The whole number h: how often it pulsates in a forcing period.
-    normal
-        Direction in which it pushes the structure; None if the structure cannot move that way.
+    `Nd` is less than `Ns`.
 
     Examples
     --------
@@ -150,12 +132,16 @@ class ModulatedLoad(NormalLoad):
     """
 
     title: ClassVar[str] = "modulated load"
+    amplitudes: ClassVar[tuple[str, ...]] = ("Nd",)
+    limits: ClassVar[tuple[Limit, ...]] = (PULSATING_LIMIT,)
 
     Ns: float = described(_STATIC)
     Nd: float = described(
         nonnegative("Nd", 0.0, "N", "amplitude of the normal force's pulsation", "$N_d$")
     )
-    harmonic: int = 1
+    harmonic: int = field(
+        default=1, metadata={"doc": "number of pulsations in a forcing period, a whole number"}
+    )
 
     def prepare(self) -> None:
         """Read the direction and the harmonic."""
@@ -170,23 +156,9 @@ class ModulatedLoad(NormalLoad):
                 "would open; give Nd < Ns"
             )
 
-    @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """``Nd``."""
-        return ("Nd",)
-
-    def limits(self) -> tuple[Limit, ...]:
-        """Return the limit at which contact is lost."""
-        return (PULSATING_LIMIT,)
-
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
         """``Ns + Nd cos(2 pi h f t)``."""
         return c["Ns"] + c["Nd"] * wave(self.harmonic, phase)[0]
-
-    def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``-2 pi h f Nd sin(2 pi h f t)``."""
-        frequency = 2 * math.pi * self.harmonic * c["f"]
-        return -frequency * c["Nd"] * wave(self.harmonic, phase)[1]
 
 
 @dataclass(frozen=True)
@@ -199,12 +171,6 @@ class ContactLoad(NormalLoad):
     ----------
     normal
         Degree of freedom, or weights by name: the direction away from the moving surface.
-    Ns
-        Normal force at zero displacement in N.
-    kn
-        Stiffness of the contact in N/m.
-    cn
-        Damping of the contact in N s/m.
 
     References
     ----------
@@ -214,16 +180,26 @@ class ContactLoad(NormalLoad):
 
     Examples
     --------
-    >>> ContactLoad("y", Ns=10, kn=1e4).direction
+    >>> ContactLoad("y", Ns=10, kn=1e4).normal
     Direction(weights=(('y', 1.0),))
     """
 
     title: ClassVar[str] = "contact load"
-
     opens: ClassVar[bool] = True
+    limits: ClassVar[tuple[Limit, ...]] = (
+        replace(
+            PULSATING_LIMIT,
+            reason="lost contact: the normal force fell to {value:.3g} N; simulate and response "
+            "continue in free flight, with an exact law of friction; press harder or stay below "
+            "this value",
+        ),
+    )
 
     normal: Any
-    Ns: float = described(_STATIC)
+    # Of any sign: the contact must be pressed, but by the force as a whole.
+    Ns: float = described(
+        Parameter("Ns", 1.0, "N", "normal force at zero displacement", symbol="$N_s$")
+    )
     kn: float = described(nonnegative("kn", 1.0, "N/m", "normal stiffness of a contact", "$k_n$"))
     cn: float = described(nonnegative("cn", 0.0, "N s/m", "normal damping of a contact", "$c_n$"))
 
@@ -236,29 +212,9 @@ class ContactLoad(NormalLoad):
             )
         super().prepare()
 
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """``Ns`` of any sign but the contact must be pressed: ``N`` is watched instead."""
-        return tuple(
-            replace(item, lower=-float("inf"), lower_open=False) if item.name == "Ns" else item
-            for item in super().own_parameters
-        )
-
-    def limits(self) -> tuple[Limit, ...]:
-        """Return the limit at which contact is lost."""
-        reason = (
-            "lost contact: the normal force fell to {value:.3g} N; simulate and response continue "
-            "in free flight, with an exact law of friction; press harder or stay below this value"
-        )
-        return (replace(PULSATING_LIMIT, reason=reason),)
-
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
         """``Ns - kn u - cn v``."""
         return c["Ns"] - c["kn"] * u - c["cn"] * v
-
-    def rate(self, v: Expression, a: Expression, c: Symbols, phase: Expression) -> Expression:
-        """``-kn v - cn a``."""
-        return -c["kn"] * v - c["cn"] * a
 
 
 @dataclass(frozen=True)
@@ -286,15 +242,13 @@ class FrictionContact(Component):
     alpha
         Direction of its motion from the first direction towards the second, in rad; with one
         direction there is none.
-    name
-        Tells contacts apart; empty if there is one only.
 
     Examples
     --------
     >>> from slipfold.models.friction import Stribeck
-    >>> contact = FrictionContact("tip", Stribeck(mu_s=0.4), load=2.0, Vd=0.5, name="belt")
+    >>> contact = FrictionContact("tip", Stribeck(mu_s=0.4), load=2.0, Vd=0.5)
     >>> [item.name for item in contact.parameters]
-    ['Ns_belt', 'Vd_belt', 'mu_s_belt', 'mu_k_belt', 'vs_belt', 's2_belt']
+    ['Ns', 'Vd', 'mu_s', 'mu_k', 'vs', 's2']
     """
 
     title: ClassVar[str] = "friction contact"
@@ -335,10 +289,7 @@ class FrictionContact(Component):
                 f"alpha = {shown(self.alpha)} has no meaning for a contact along one direction; "
                 "leave it out, or give two directions"
             )
-        self._refuse_doubles()
-
-    def _refuse_doubles(self) -> None:
-        names = [item.name for item in self.own_parameters]
+        names = [item.name for item in self.parameters]
         for name in names:
             if names.count(name) > 1:
                 raise InputError(
@@ -346,48 +297,38 @@ class FrictionContact(Component):
                     "contact; give the law another name for it"
                 )
 
+    def _pairs(self) -> Iterator[tuple[Parameter, float]]:
+        speed, angle = declared(FrictionContact)
+        yield from self.load._pairs()
+        yield speed, self.Vd
+        if self.planar:
+            yield angle, self.alpha
+        yield from self.law._pairs()
+
     @property
     def planar(self) -> bool:
         """Whether it slides in a plane."""
         return len(self.along) == 2
 
     @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """Those of the load, speed and direction of the moving surface, those of the law."""
-        speed, angle = declared(FrictionContact)
-        mine = (speed, angle) if self.planar else (speed,)
-        return (*self.load.own_parameters, *mine, *self.law.parameters)
-
-    @property
-    def own_values(self) -> dict[str, float]:
-        """Values of the parameters by name, in SI units."""
-        angle = {"alpha": self.alpha} if self.planar else {}
-        return {**self.load.own_values, "Vd": self.Vd, **angle, **self.law.values}
-
-    @property
-    def kind(self) -> Self:
-        """The contact with default values."""
-        return replace(self, law=self.law.kind, load=self.load.kind, Vd=1.0, alpha=0.0)
-
-    def check(self, values: Mapping[str, float]) -> None:
-        """Refuse values that contradict each other in the load or the law."""
-        self.load.check(values)
-        self.law.check(values)
+    def key(self) -> str:
+        """Name of the contact in histories."""
+        return self.name or "contact"
 
     @property
     def directions(self) -> tuple[Direction | None, ...]:
         """Where it slides, then where it is pressed."""
-        normal = self.load.direction
+        normal = self.load.normal
         return tuple(self.along) if normal is None else (*self.along, normal)
 
     @property
     def amplitudes(self) -> tuple[str, ...]:
-        """That of the load."""
+        """Those of the load."""
         return tuple(self.load.amplitudes)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parameters of load and law, and the velocity of the moving surface."""
-        result = {item.name: p[item.name] for item in self.own_parameters if item.name != "alpha"}
+        result = {item.name: p[item.name] for item in self.parameters if item.name != "alpha"}
         if self.memory() and self.amplitudes:
             result["f"] = p["f"]
         if self.planar:
@@ -395,148 +336,82 @@ class FrictionContact(Component):
             result |= {"plate_x": p["Vd"] * cos, "plate_y": p["Vd"] * sin}
         return result
 
-    # -- forces --------------------------------------------------------------------------------
+    # -- equations -----------------------------------------------------------------------------
 
-    def _plate(self, c: Symbols) -> tuple[Expression, ...]:
-        """Return the velocity of the moving surface."""
-        return (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
+    def contact(self, local: LocalState, *_: Any) -> Contact:
+        """Return the contact in symbols.
 
-    def _slip(self, motion: Motion, c: Symbols) -> tuple[Expression, ...]:
-        plate = self._plate(c)
-        return tuple(w - v for w, v in zip(plate, motion.velocity, strict=False))
+        Parameters
+        ----------
+        local
+            State of the structure there.
+        """
+        c, size = local.c, len(self.along)
+        plate = (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
+        normal = [part[size] if len(part) > size else None for part in (local.u, local.v, local.a)]
+        moves = self.memory() and local.a
+        return Contact(
+            slip=tuple(w - v for w, v in zip(plate, local.v, strict=False)),
+            memory=local.memory,
+            normal=self.load.force(*normal[:2], c, local.phase),
+            normal_rate=self.load.rate(*normal, c, local.phase) if moves else 0.0,
+            name=self.key,
+            plate=plate,
+            plate_speed=c["Vd"],
+            law=self.law,
+            values=c,
+            opens=self.load.opens,
+        ).in_states(local.q)
 
-    def _normal(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        if motion.normal is not None:
-            return motion.normal
-        place = len(self.along)
-        pressed = self.load.direction is not None
-        u = motion.displacement[place] if pressed else None
-        v = motion.velocity[place] if pressed else None
-        return self.load.force(u, v, c, phase)
-
-    def _normal_rate(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        place = len(self.along)
-        pressed = self.load.direction is not None
-        v = motion.velocity[place] if pressed else None
-        a = motion.acceleration[place] if pressed else None
-        return self.load.rate(v, a, c, phase)
-
-    def _friction(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
-        if motion.friction is not None:
-            return motion.friction
-        slip, normal = self._slip(motion, c), self._normal(motion, c, phase)
-        return self.law.force(slip, normal, motion.memory, c)
-
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """Friction along the slip, and the normal force."""
-        friction = self._friction(motion, c, phase)
-        if self.load.direction is None:
-            return friction
-        return (*friction, self._normal(motion, c, phase))
+        contact = self.contact(local)
+        return contact.force if self.load.normal is None else (*contact.force, contact.normal)
 
     def memory(self) -> tuple[State, ...]:
         """Return the memory of the law."""
         return self.law.memory(len(self.along))
 
-    def memory_rates(self, motion: Motion, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
-        """Return the rates of the law's memory, per second."""
-        normal, rate = self._normal(motion, c, phase), self._normal_rate(motion, c, phase)
-        return self.law.memory_rates(self._slip(motion, c), motion.memory, c, normal, rate)
-
     def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the law's memory after a long slip; zero where the moving surface is at rest."""
+        """Return the law's memory after a long slip; zero where the moving surface is at rest.
+
+        Parameters
+        ----------
+        values
+            Parameter values by their own names.
+        """
         states = self.memory()
         if not states or not values["Vd"]:
             return (0.0,) * len(states)
         angle = values["alpha"] if self.planar else 0.0
         plate = (values["Vd"] * math.cos(angle), values["Vd"] * math.sin(angle))
-        return self._law_of(values).steady_memory(plate[: len(self.along)])
+        return self.law_with(values).steady_memory(plate[: len(self.along)])
 
-    def memory_scale(self, values: Mapping[str, float]) -> float:
-        """Return the typical size of the law's memory."""
-        return self._law_of(values).memory_scale
-
-    def _law_of(self, values: Mapping[str, float]) -> FrictionLaw:
-        return self.law.replace(**{item.name: values[item.name] for item in self.law.parameters})
-
-    def contact(self, motion: Motion, c: Symbols, phase: Expression) -> Contact | None:
-        """Return what a motion that sticks needs of it; None if the law never sticks.
+    def law_with(self, values: Mapping[str, float]) -> FrictionLaw:
+        """Return the law with parameter values.
 
         Parameters
         ----------
-        motion
-            How the structure moves there.
-        c
-            The coefficients by their own names.
-        phase
-            Time divided by the forcing period.
+        values
+            Parameter values by their own names.
         """
-        if not self.law.sticks:
-            return None
-        return Contact(
-            self.key,
-            self._slip(motion, c),
-            self._plate(c),
-            self._normal(motion, c, phase),
-            friction=lambda speed: self.law.formula(speed, c),
-            holding=self.law.holding(c),
-            opens=self.load.opens,
-        )
+        return self.law.replace(**{name: values[name] for name in self.law.values})
 
-    @property
-    def key(self) -> str:
-        """What histories call it."""
-        return self.name or "contact"
-
-    # -- what is watched -----------------------------------------------------------------------
-
-    def _speed(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        return hy.sqrt(total([part * part for part in self._slip(motion, c)]))
-
-    def _speed_ratio(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        return self._speed(motion, c, phase) / c["Vd"]
-
-    def _friction_x(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        return self._friction(motion, c, phase)[0]
-
-    def _friction_y(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        return self._friction(motion, c, phase)[1]
-
-    def _power_plate(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        pairs = zip(self._friction(motion, c, phase), self._plate(c), strict=True)
-        return total([force * speed for force, speed in pairs])
-
-    def _power_friction(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        pairs = zip(self._friction(motion, c, phase), self._slip(motion, c), strict=True)
-        return total([force * speed for force, speed in pairs])
+    # -- outputs and limits --------------------------------------------------------------------
 
     def measures(self) -> tuple[Output, ...]:
         """Return normal force, slip speed, friction force and powers."""
-        moved = "$V_{rel}$ (m/s)"
-        found = [
-            Output("N", self._normal, "N", "normal force of a contact", "$N$ (N)"),
-            Output("Vrel", self._speed, "m/s", "slip speed of a contact", moved),
-            Output("Fx", self._friction_x, "N", "friction force on the structure", "$F_x$ (N)"),
-        ]
-        if self.planar:
-            doc = "friction force on the structure along the second direction"
-            found.append(Output("Fy", self._friction_y, "N", doc, "$F_y$ (N)"))
-        if self.law.sticks:
-            doc = "slip speed over the moving surface's speed"
-            found.append(Output("Vrel_ratio", self._speed_ratio, "", doc, "$V_{rel}/V_d$"))
-        doc = "power put in by the moving surface's drive"
-        found.append(Output("power_plate", self._power_plate, "W", doc, "$P$ (W)"))
-        stored = " and stored in the contact" if self.memory() else ""
-        doc = f"power lost to friction heat{stored}"
-        found.append(Output("power_friction", self._power_friction, "W", doc, "$P$ (W)"))
-        return tuple(found)
+        outputs = contact_outputs(self.contact, self.law, len(self.along))
+        return tuple(
+            output for name, output in outputs.items() if name != "Vrel_ratio" or self.law.sticks
+        )
 
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits at which it sticks or opens."""
-        return (*self._stick(), *self.load.limits())
+        return (*self._stick(), *self.load.limits)
 
     def passed(self) -> tuple[Limit, ...]:
-        """Return those of its limits that a motion through stick and free flight passes."""
+        """Return those of its limits that a trajectory through stick and free flight passes."""
         return self.limits() if self.load.opens else self._stick()
 
     def _stick(self) -> tuple[Limit, ...]:

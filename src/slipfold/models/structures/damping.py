@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
@@ -11,10 +12,10 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.friction.quantities import described
 from slipfold.models.parameter import Parameter, nonnegative
+from slipfold.models.parametric import Parametric, described
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.structures.component import Parametric, shown
+from slipfold.models.structures.component import shown
 from slipfold.models.structures.matrices import lowest_modes
 
 
@@ -41,13 +42,6 @@ class ProportionalDamping(Damping):
 
     A mode of the frequency :math:`\omega` has the damping ratio :math:`\tfrac12 (\alpha_M/\omega +
     \beta_K \omega)`.
-
-    Parameters
-    ----------
-    alpha_M
-        Factor of the mass in 1/s.
-    beta_K
-        Factor of the stiffness in s.
 
     Examples
     --------
@@ -126,7 +120,7 @@ class ModalDamping(Damping):
 
     Examples
     --------
-    >>> ModalDamping(0.01).own_values
+    >>> ModalDamping(0.01).values
     {'zeta': 0.01}
     """
 
@@ -148,15 +142,9 @@ class ModalDamping(Damping):
         )
         object.__setattr__(self, "ratios", checked if several else checked[0])
 
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """``zeta`` if it is one for all modes."""
-        return () if isinstance(self.ratios, tuple) else (self._RATIO,)
-
-    @property
-    def own_values(self) -> dict[str, float]:
-        """Value of ``zeta`` if it is one for all modes."""
-        return {} if isinstance(self.ratios, tuple) else {"zeta": self.ratios}
+    def _pairs(self) -> Iterator[tuple[Parameter, float]]:
+        if not isinstance(self.ratios, tuple):
+            yield self._RATIO, self.ratios
 
     @property
     def kind(self) -> Self:

@@ -114,9 +114,9 @@ def define(
         )
     ]
     several = _named_apart(several)
-    values: dict[str, float] = dict(damping.own_values) if isinstance(damping, Damping) else {}
+    values: dict[str, float] = dict(damping.values) if isinstance(damping, Damping) else {}
     for component in (item for items in several for item in items):
-        values |= component.values
+        values |= component.named_values
     kinds: list[Any] = [tuple(item.kind for item in items) for items in several]
     definition = Definition(
         mass,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.friction.quantities import described
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
+from slipfold.models.parametric import described
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
     HIGHEST,
     Component,
     Direction,
     Forces,
-    Motion,
+    LocalState,
     OneDirection,
     as_direction,
     checked_harmonic,
@@ -31,24 +31,41 @@ from slipfold.models.structures.component import (
 )
 
 _PHASE = Parameter("phi", 0.0, "rad", "phase by which a forcing leads", symbol=r"$\varphi$")
+_HARMONIC = {"doc": "number of periods in a forcing period, a whole number"}
+
+
+class PeriodicForce(Component):
+    """A Fourier series of the phase.
+
+    A subclass gives the terms as `coefficients`: ``cos0 cos1 sin1 ...`` in N.
+    """
+
+    amplitude: ClassVar[str] = "F"
+    """Name of the parameter that switches it off."""
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """The amplitude."""
+        return (self.amplitude,)
+
+    def forces(self, local: LocalState) -> Forces:
+        """Return the sum of the series."""
+        terms = []
+        for key, value in local.c.items():
+            cos, sin = wave(int(key[3:]), local.phase) if key != "cos0" else (1.0, 0.0)
+            terms.append(value * (cos if key.startswith("cos") else sin))
+        return (total(terms),)
+
+
+def _leading(h: int, size: Expression, phi: Expression) -> dict[str, Expression]:
+    """Return the terms of ``size cos(2 pi h f t + phi)``."""
+    cos, sin = cos_sin(phi)
+    return {f"cos{h}": size * cos, f"sin{h}": -(size * sin)}
 
 
 @dataclass(frozen=True)
-class HarmonicForce(OneDirection):
-    r"""A harmonic force :math:`F \cos(2\pi h f t + \varphi)`.
-
-    Parameters
-    ----------
-    at
-        Degree of freedom, or weights by name.
-    F
-        Amplitude in N.
-    phi
-        Phase in rad.
-    harmonic
-        The whole number h: how often the force repeats in a forcing period.
-    name
-        Tells forces apart; empty if there is one only.
+class HarmonicForce(PeriodicForce, OneDirection):
+    r"""A harmonic force :math:`F \cos(2\pi h f t + \varphi)`; the number h is `harmonic`.
 
     Examples
     --------
@@ -57,11 +74,10 @@ class HarmonicForce(OneDirection):
     """
 
     title: ClassVar[str] = "harmonic force"
-    amplitude: ClassVar[str | None] = "F"
 
     F: float = described(Parameter("F", 0.0, "N", "amplitude of a force", symbol="$F$"))
     phi: float = described(_PHASE)
-    harmonic: int = 1
+    harmonic: int = field(default=1, metadata=_HARMONIC)
 
     def prepare(self) -> None:
         """Read the direction and the harmonic."""
@@ -70,32 +86,23 @@ class HarmonicForce(OneDirection):
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts in phase and out of phase."""
-        cos, sin = cos_sin(p["phi"])
-        return {"cos": p["F"] * cos, "sin": p["F"] * sin}
-
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
-        """``F cos(2 pi h f t + phi)``."""
-        return (_harmonic(self.harmonic, c, phase),)
+        return _leading(self.harmonic, p["F"], p["phi"])
 
 
 @dataclass(frozen=True)
-class MultiHarmonicForce(OneDirection):
+class MultiHarmonicForce(PeriodicForce, OneDirection):
     r"""A force of several harmonics: :math:`\sum_h F_h \cos(2\pi h f t + \varphi_h)`.
 
     Parameters
     ----------
-    at
-        Degree of freedom, or weights by name.
     harmonics
         Amplitude in N, or amplitude and phase in rad, by harmonic: ``{0: 2.0, 1: 1.0, 3: (0.2,
         0.5)}``. They become the parameters ``F0 F1 phi1 F3 phi3``; the mean ``F0`` has no phase.
-    name
-        Tells forces apart; empty if there is one only.
 
     Examples
     --------
     >>> force = MultiHarmonicForce("tip", {0: 2.0, 1: 1.0, 3: (0.2, 0.5)})
-    >>> force.own_values
+    >>> force.values
     {'F0': 2.0, 'F1': 1.0, 'phi1': 0.0, 'F3': 0.2, 'phi3': 0.5}
     """
 
@@ -135,21 +142,11 @@ class MultiHarmonicForce(OneDirection):
     def _angle(h: int) -> Parameter:
         return Parameter(f"phi{h}", 0.0, "rad", f"phase by which harmonic {h} of a force leads")
 
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """Amplitude and phase of each harmonic."""
-        pairs = [
-            (self._size(h), self._angle(h)) if h else (self._size(h),) for h, _, _ in self.harmonics
-        ]
-        return tuple(item for pair in pairs for item in pair)
-
-    @property
-    def own_values(self) -> dict[str, float]:
-        """Values of the parameters by name, in SI units."""
-        values: dict[str, float] = {}
+    def _pairs(self) -> Iterator[tuple[Parameter, float]]:
         for h, size, phi in self.harmonics:
-            values |= {f"F{h}": size, f"phi{h}": phi} if h else {"F0": size}
-        return values
+            yield self._size(h), size
+            if h:
+                yield self._angle(h), phi
 
     @property
     def kind(self) -> Self:
@@ -165,43 +162,22 @@ class MultiHarmonicForce(OneDirection):
         """Parts of each harmonic in phase and out of phase."""
         result: dict[str, Expression] = {}
         for h, _, _ in self.harmonics:
-            cos, sin = cos_sin(p[f"phi{h}"]) if h else (1.0, 0.0)
-            result[f"cos{h}"] = p[f"F{h}"] * cos
-            if h:
-                result[f"sin{h}"] = p[f"F{h}"] * sin
+            result |= _leading(h, p[f"F{h}"], p[f"phi{h}"]) if h else {"cos0": p["F0"]}
         return result
-
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
-        """``sum F_h cos(2 pi h f t + phi_h)``."""
-        terms = []
-        for h, _, _ in self.harmonics:
-            if not h:
-                terms.append(c["cos0"])
-                continue
-            cos, sin = wave(h, phase)
-            terms += [c[f"cos{h}"] * cos, -c[f"sin{h}"] * sin]
-        return (total(terms),)
 
 
 @dataclass(frozen=True)
-class BaseMotion(Component):
+class BaseMotion(PeriodicForce):
     r"""A base that shakes the structure: :math:`u_b = A \cos(2\pi h f t + \varphi)`.
 
-    Displacements are then relative to the base, and the force is :math:`-M r \ddot u_b`.
+    Displacements are then relative to the base, and the force is :math:`-M r \ddot u_b`. The
+    number h is `harmonic`.
 
     Parameters
     ----------
     along
         The influence vector r: how each degree of freedom would move with the base if the
         structure were rigid, as weights by name; None if all move by the same.
-    A
-        Amplitude of the displacement in m.
-    phi
-        Phase in rad.
-    harmonic
-        The whole number h: how often the base moves to and fro in a forcing period.
-    name
-        Tells base motions apart; empty if there is one only.
 
     Examples
     --------
@@ -210,13 +186,13 @@ class BaseMotion(Component):
     """
 
     title: ClassVar[str] = "base motion"
-    amplitude: ClassVar[str | None] = "A"
+    amplitude: ClassVar[str] = "A"
     inertial: ClassVar[bool] = True
 
     along: Any = None
     A: float = described(Parameter("A", 0.0, "m", "amplitude of the base's motion", symbol="$A$"))
     phi: float = described(_PHASE)
-    harmonic: int = 1
+    harmonic: int = field(default=1, metadata=_HARMONIC)
 
     def prepare(self) -> None:
         """Read the direction and the harmonic."""
@@ -230,20 +206,9 @@ class BaseMotion(Component):
         return (self.along,)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Parts of minus the acceleration in phase and out of phase, in m/s^2."""
-        cos, sin = cos_sin(p["phi"])
+        """Parts of ``A (2 pi h f)^2`` in phase and out of phase; forces are these times masses."""
         rate = 2 * math.pi * self.harmonic * p["f"]
-        size = p["A"] * rate * rate
-        return {"cos": size * cos, "sin": size * sin}
-
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
-        """``A (2 pi h f)^2 cos(2 pi h f t + phi)``, to be multiplied with the masses."""
-        return (_harmonic(self.harmonic, c, phase),)
-
-
-def _harmonic(harmonic: int, c: Symbols, phase: Expression) -> Expression:
-    cos, sin = wave(harmonic, phase)
-    return c["cos"] * cos - c["sin"] * sin
+        return _leading(self.harmonic, p["A"] * rate * rate, p["phi"])
 
 
 ROUNDING = 1e-14
@@ -251,24 +216,18 @@ ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
-class TabulatedForce(OneDirection):
+class TabulatedForce(PeriodicForce, OneDirection):
     """A force given by samples over one forcing period, times a factor.
 
     Between the samples it is their trigonometric interpolant. The factor multiplies the mean, too.
 
     Parameters
     ----------
-    at
-        Degree of freedom, or weights by name.
     samples
         Force in N at equidistant times of one period, without its end, shape (m,).
-    factor
-        What the whole table is multiplied with; no unit.
     harmonics
         Keep only harmonics up to this one; `residual` says what that leaves out. None keeps all
         that the samples have.
-    name
-        Tells forces apart; empty if there is one only.
 
     Examples
     --------
@@ -279,7 +238,7 @@ class TabulatedForce(OneDirection):
     """
 
     title: ClassVar[str] = "tabulated force"
-    amplitude: ClassVar[str | None] = "factor"
+    amplitude: ClassVar[str] = "factor"
 
     samples: Any
     factor: float = described(Parameter("factor", 1.0, "", "factor of a tabulated force"))
@@ -325,14 +284,11 @@ class TabulatedForce(OneDirection):
             found += a * np.cos(h * angle) + b * np.sin(h * angle)
         return float(np.abs(found - samples).max() / np.abs(samples).max())
 
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the Fourier series times the factor."""
-        terms = []
-        for h, a, b in self.series:
-            cos, sin = wave(h, phase) if h else (1.0, 0.0)
-            terms += [a * c["factor"] * cos] if a else []
-            terms += [b * c["factor"] * sin] if b and h else []
-        return (total(terms),)
+        series = [(f"cos{h}", a) for h, a, _ in self.series]
+        series += [(f"sin{h}", b) for h, _, b in self.series if h]
+        return {key: value * p["factor"] for key, value in series if value}
 
 
 def _checked_samples(given: Any) -> tuple[float, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Self
 
@@ -11,15 +11,15 @@ import heyoka as hy
 
 from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
-from slipfold.models.friction.quantities import described
 from slipfold.models.output import COLLAPSE_LIMIT, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, nonnegative, positive
+from slipfold.models.parametric import described
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
     Component,
     Direction,
     Forces,
-    Motion,
+    LocalState,
     OneDirection,
     as_directions,
     product,
@@ -36,17 +36,6 @@ HIGHEST = 15
 class LinearSpring(OneDirection):
     r"""A linear spring with a damper in parallel: the force :math:`-(k u + c \dot u)`.
 
-    Parameters
-    ----------
-    at
-        Degree of freedom, or weights by name, such as ``{"a": 1, "b": -1}`` between two.
-    k
-        Stiffness in N/m; negative for one that pushes away from rest.
-    c
-        Damping in N s/m.
-    name
-        Tells springs apart; empty if there is one only.
-
     Examples
     --------
     >>> LinearSpring("tip", k="2 kN/m").k
@@ -58,34 +47,25 @@ class LinearSpring(OneDirection):
     k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", symbol="$k$"))
     c: float = described(nonnegative("c", 0.0, "N s/m", "damping in parallel with a spring", "$c$"))
 
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """``-(k u + c v)``."""
-        (u,), (v,) = motion.displacement, motion.velocity
+        (u,), (v,), c = local.u, local.v, local.c
         return (-(c["k"] * u + c["c"] * v),)
 
-    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression | None:
         """``k u^2/2``."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         return 0.5 * c["k"] * u * u
 
-    def dissipation(self, motion: Motion, c: Symbols) -> Expression | None:
+    def dissipation(self, local: LocalState) -> Expression | None:
         """``c v^2``."""
-        (v,) = motion.velocity
+        (v,), c = local.v, local.c
         return c["c"] * v * v
 
 
 @dataclass(frozen=True)
 class CubicSpring(OneDirection):
     r"""A cubic spring: the force :math:`-k_3 u^3`.
-
-    Parameters
-    ----------
-    at
-        Degree of freedom, or weights by name.
-    k3
-        Cubic stiffness in N/m^3; negative for one that softens.
-    name
-        Tells springs apart; empty if there is one only.
 
     Examples
     --------
@@ -97,14 +77,14 @@ class CubicSpring(OneDirection):
 
     k3: float = described(Parameter("k3", 0.0, "N/m^3", "cubic stiffness", symbol="$k_3$"))
 
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """``-k3 u^3``."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         return (-c["k3"] * whole_power(u, 3),)
 
-    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression | None:
         """``k3 u^4/4``."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         return 0.25 * c["k3"] * whole_power(u, 4)
 
 
@@ -114,13 +94,9 @@ class PolynomialSpring(OneDirection):
 
     Parameters
     ----------
-    at
-        Degree of freedom, or weights by name.
     stiffness
         Coefficient by power, such as ``{1: -100.0, 3: 2e6}``; ``k_n`` in N/m^n becomes the
         parameter ``kn``, e.g. ``k3``.
-    name
-        Tells springs apart; empty if there is one only.
 
     Examples
     --------
@@ -156,29 +132,22 @@ class PolynomialSpring(OneDirection):
     def _parameter(n: int) -> Parameter:
         return Parameter(f"k{n}", 0.0, _unit(n), f"coefficient of u^{n}", symbol=f"$k_{{{n}}}$")
 
-    @property
-    def own_parameters(self) -> tuple[Parameter, ...]:
-        """One a power."""
-        return tuple(self._parameter(n) for n, _ in self.stiffness)
-
-    @property
-    def own_values(self) -> dict[str, float]:
-        """Values of the coefficients by name, in SI units."""
-        return {f"k{n}": value for n, value in self.stiffness}
+    def _pairs(self) -> Iterator[tuple[Parameter, float]]:
+        return ((self._parameter(n), value) for n, value in self.stiffness)
 
     @property
     def kind(self) -> Self:
         """The spring with all coefficients zero."""
         return replace(self, stiffness=tuple((n, 0.0) for n, _ in self.stiffness))
 
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """``-sum kn u^n``."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
 
-    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression | None:
         """``sum kn u^(n + 1)/(n + 1)``."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         return total([c[f"k{n}"] * whole_power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
 
 
@@ -209,19 +178,11 @@ class GapSpring(OneDirection):
 
     Parameters
     ----------
-    at
-        Degree of freedom, or weights by name.
-    k
-        Stiffness of the stop in N/m.
-    gap
-        Displacement at which it is touched, in m; negative for a stop that is pressed at rest.
     e
         Length over which the touch is rounded off, in m. It must be given: the exact stop has a
         corner, which smooth equations cannot hold.
     side
         ``"above"``, ``"below"`` or ``"both"``.
-    name
-        Tells springs apart; empty if there is one only.
 
     References
     ----------
@@ -260,18 +221,18 @@ class GapSpring(OneDirection):
         """Half the stiffness, the gap, and the square of the rounding."""
         return {"half": 0.5 * p["k"], "gap": p["gap"], "square": p["e"] * p["e"], "e": p["e"]}
 
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """``-k s(u - gap)``, and its mirror image."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         parts = []
         for sign in _SIDES[self.side]:
             depth = sign * u - c["gap"]
             parts.append(-sign * c["half"] * (depth + hy.sqrt(depth * depth + c["square"])))
         return (total(parts),)
 
-    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression | None:
         """Return the work that pressing the stop takes, zero at the touch."""
-        (u,) = motion.displacement
+        (u,), c = local.u, local.c
         parts = []
         for sign in _SIDES[self.side]:
             depth = sign * u - c["gap"]
@@ -299,14 +260,6 @@ class GeometricSpring(Component):
         Direction from the anchor to the point at rest, one component a direction; scaled to
         length 1. One more component is one across all directions, in which the point cannot move:
         ``axis=(0, 1)`` with one direction is a spring across it.
-    k
-        Stiffness in N/m.
-    L
-        Unstretched length in m.
-    stretch
-        Length at rest over unstretched length s.
-    name
-        Tells springs apart; empty if there is one only.
 
     Examples
     --------
@@ -361,27 +314,27 @@ class GeometricSpring(Component):
             "stretch": p["stretch"],
         }
 
-    def _arrow(self, motion: Motion, c: Symbols) -> list[Expression]:
+    def _arrow(self, local: LocalState) -> list[Expression]:
         """Return the vector from the anchor to the point, over L."""
-        moved = [u * c["inverse"] for u in motion.displacement]
-        rest = [product(part, c["stretch"]) if part else None for part in self.axis]
+        moved = [u * local.c["inverse"] for u in local.u]
+        rest = [product(part, local.c["stretch"]) if part else None for part in self.axis]
         arrow = [u if r is None else u + r for u, r in zip(moved, rest, strict=False)]
         return arrow + [r for r in rest[len(moved) :] if r is not None]
 
-    def _length(self, motion: Motion, c: Symbols, phase: Expression) -> Expression:
-        return hy.sqrt(total([part * part for part in self._arrow(motion, c)]))
+    def _length(self, local: LocalState, *_: Any) -> Expression:
+        return hy.sqrt(total([part * part for part in self._arrow(local)]))
 
-    def forces(self, motion: Motion, c: Symbols, phase: Expression) -> Forces:
+    def forces(self, local: LocalState) -> Forces:
         """``-k (l - L) r/l``."""
-        arrow = self._arrow(motion, c)
+        arrow = self._arrow(local)
         inverse_length = total([part * part for part in arrow]) ** -0.5
-        pull = c["force"] * (inverse_length - 1.0)
+        pull = local.c["force"] * (inverse_length - 1.0)
         return tuple(pull * part for part in arrow[: len(self.at)])
 
-    def potential(self, motion: Motion, c: Symbols) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression | None:
         """``k (l - L)^2/2``."""
-        change = self._length(motion, c, hy.expression(0.0)) - 1.0
-        return 0.5 * c["force"] * c["L"] * change * change
+        change = self._length(local) - 1.0
+        return 0.5 * local.c["force"] * local.c["L"] * change * change
 
     def measures(self) -> tuple[Output, ...]:
         """Return the length."""

@@ -19,11 +19,12 @@ from slipfold.models.definitions.source import (
     source_of_text,
 )
 from slipfold.models.equilibria import find_static_point
+from slipfold.models.friction.contact import Contact
 from slipfold.models.linear_modes import Modes, find_modes
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.output import Contact, Expression, Output, Symbols
+from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import Parameter
-from slipfold.models.structures.assembly import Assembly, assemble, structure_outputs
+from slipfold.models.structures.assembly import Assembly, assemble
 from slipfold.models.structures.cost import Cost, estimate_cost
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import define
@@ -284,15 +285,15 @@ class Structure(Model):
 
     def outputs(self) -> tuple[Output, ...]:
         """Return displacements that are watched, measures of components, energy and powers."""
-        return structure_outputs(self._assembly)
+        return self._assembly.outputs()
 
     @property
     def start(self) -> Array:
         """Zero, with the memories that contacts have after a long slip on what moves under them."""
         memories = [
             value
-            for item in self._assembly.placed
-            for value in item.component.steady_memory(item.component.own(self._values))
+            for _, contact in self._assembly.rubbing
+            for value in contact.steady_memory(contact.own(self._values))
         ]
         return np.array([0.0] * (2 * self._assembly.size) + memories)
 
@@ -312,11 +313,10 @@ class Structure(Model):
         assembly = self._assembly
         length = 1.0 if assembly.definition.length_scale != 1 else math.nan
         scales = [length] * assembly.size + [2 * math.pi * frequency * length] * assembly.size
-        for item in assembly.placed:
-            states = item.component.memory()
-            if states:
-                size = item.component.memory_scale(item.component.own(self._values))
-                scales += [size] * len(states)
+        for _, contact in assembly.rubbing:
+            if states := contact.memory():
+                law = contact.law_with(contact.own(self._values))
+                scales += [law.memory_scale] * len(states)
         return np.array(scales)
 
     def replace(self, **changes: Any) -> Self:
@@ -351,9 +351,9 @@ class Structure(Model):
             item for name in ("elements", "contacts", "forcing") if name in parts
             for item in getattr(definition, name)
         ]  # fmt: skip
-        names = {parameter.name for item in replaced for parameter in item.parameters}
+        names = {parameter.name for item in replaced for parameter in item.named_parameters}
         if "C" in parts and isinstance(definition.C, Damping):
-            names |= {parameter.name for parameter in definition.C.own_parameters}
+            names |= {parameter.name for parameter in definition.C.parameters}
         return names
 
     def __repr__(self) -> str:

@@ -1,0 +1,186 @@
+"""Parts of models with parameters of their own: friction laws, springs, contacts, forces."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any, Self
+
+from slipfold.models.parameter import Parameter
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.suggestion import unknown
+
+SECTIONS = ("Raises", "References", "Examples")
+"""Headings of docstrings that follow the section on parameters."""
+
+
+def described(parameter: Parameter) -> Any:
+    """Return the dataclass field that holds the value of a parameter."""
+    return field(default=parameter.default, metadata={"parameter": parameter})
+
+
+def declared(cls: type) -> tuple[Parameter, ...]:
+    """Return the parameters whose values a dataclass holds."""
+    parameters = (item.metadata.get("parameter") for item in fields(cls))
+    return tuple(item for item in parameters if item is not None)
+
+
+@dataclass(frozen=True)
+class Parametric:
+    """A part of a model with parameters of its own; immutable, comparable, picklable.
+
+    A subclass is a frozen dataclass whose parameters are fields made by `described`. The parameters
+    of parts in other fields are its own as well; those of several parts in a tuple are numbered.
+    All other fields tell equations apart. The section on parameters in the docstring follows from
+    the fields where the docstring itself says nothing of them.
+
+    Raises
+    ------
+    InputError
+        For a wrong unit, a value outside its bounds or values that contradict each other.
+    """
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Complete the section on parameters in the docstring."""
+        super().__init_subclass__(**options)
+        bases = [base for base in reversed(cls.__mro__[1:]) if dataclasses.is_dataclass(base)]
+        known = [item for base in bases for item in fields(base)]
+        first = {item.name: item.metadata for item in known if not item.kw_only}
+        own = {name: vars(cls).get(name) for name in inspect.get_annotations(cls)}
+        new = {name: getattr(item, "metadata", {}) for name, item in own.items()}
+        last = {item.name: item.metadata for item in known if item.kw_only}
+        cls.__doc__ = _completed(inspect.cleandoc(cls.__doc__ or ""), {**first, **new, **last})
+
+    def __post_init__(self) -> None:
+        """Check the fields and convert what has a unit."""
+        self.prepare()
+        for parameter in declared(type(self)):
+            number = parse_quantity(getattr(self, parameter.name), parameter.unit, parameter.name)
+            object.__setattr__(self, parameter.name, parameter.check(number))
+        self.check(self.values)
+
+    def prepare(self) -> None:
+        """Check and convert the fields that are not parameters; raise `InputError` if they fail."""
+
+    def check(self, values: Mapping[str, float]) -> None:
+        """Raise `InputError` if parameter values contradict each other.
+
+        Parameters
+        ----------
+        values
+            Values of the parameters by name; others may be among them.
+        """
+        for part in self._parts:
+            part.check(values)
+
+    @cached_property
+    def _parts(self) -> list[Parametric]:
+        """The parts that fields hold, without those that are numbered."""
+        values = (getattr(self, item.name) for item in fields(self))
+        return [value for value in values if isinstance(value, Parametric)]
+
+    def _pairs(self) -> Iterator[tuple[Parameter, float]]:
+        """Yield the parameters and their values, in the order of the fields."""
+        for item in fields(self):
+            value, parameter = getattr(self, item.name), item.metadata.get("parameter")
+            if parameter is not None:
+                yield parameter, value
+            elif isinstance(value, Parametric):
+                yield from value._pairs()
+            else:
+                for number, part in enumerate(_several(value), 1):
+                    for each, own in part._pairs():
+                        doc = f"{each.doc}, number {number}"
+                        name = f"{each.name}{number}"
+                        yield dataclasses.replace(each, name=name, doc=doc, symbol=""), own
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Names, units, bounds and meanings of the parameters."""
+        return tuple(parameter for parameter, _ in self._pairs())
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of the parameters by name, in SI units."""
+        return {parameter.name: value for parameter, value in self._pairs()}
+
+    @property
+    def kind(self) -> Self:
+        """The part with default values: equal for all parts with the same equations."""
+        changes: dict[str, Any] = {item.name: item.default for item in declared(type(self))}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, Parametric):
+                changes[item.name] = value.kind
+            elif several := _several(value):
+                changes[item.name] = tuple(part.kind for part in several)
+        return dataclasses.replace(self, **changes)
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new part with some values changed.
+
+        Parameters
+        ----------
+        **changes
+            New values by name, numbers in SI units or text with a unit; or new values of fields
+            that are not parameters.
+
+        Raises
+        ------
+        InputError
+            For an unknown name or a value that cannot be used.
+        """
+        names = [item.name for item in fields(self)]
+        made = {name: changes.pop(name) for name in names if name in changes}
+        for name in names:
+            value = made.get(name, getattr(self, name))
+            if isinstance(value, Parametric):
+                if own := {key: changes.pop(key) for key in value.values if key in changes}:
+                    made[name] = value.replace(**own)
+                continue
+            parts = list(_several(value))
+            for number, part in enumerate(parts, 1):
+                keys = [key for key in part.values if f"{key}{number}" in changes]
+                if keys:
+                    parts[number - 1] = part.replace(
+                        **{key: changes.pop(f"{key}{number}") for key in keys}
+                    )
+                    made[name] = tuple(parts)
+        for name in changes:
+            known = list(dict.fromkeys([*names, *self.values]))
+            raise unknown(f"{type(self).__name__} has no parameter", name, known)
+        return dataclasses.replace(self, **made)
+
+
+def _several(value: Any) -> tuple[Parametric, ...]:
+    """Return the parts in a tuple of parts; none if it is something else."""
+    parts = value if isinstance(value, tuple) else ()
+    return parts if all(isinstance(part, Parametric) for part in parts) else ()
+
+
+def _completed(doc: str, known: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a docstring with an entry for each field that it leaves out."""
+    head, _, after = doc.partition("\nParameters\n----------\n")
+    starts = [at for name in SECTIONS if (at := (after or head).find(f"\n{name}\n---")) >= 0]
+    end = min(starts, default=len(after or head))
+    text, rest = (after or head)[:end], (after or head)[end:]
+    before, entries = (head, text) if after else (text, "")
+    documented = {
+        name for line in entries.splitlines() if line[:1] != " " for name in line.split(", ")
+    }
+    for name, metadata in known.items():
+        parameter, meaning = metadata.get("parameter"), str(metadata.get("doc", ""))
+        if name in documented or not (parameter or meaning):
+            continue
+        if parameter is not None:
+            bounded = parameter.bounds != Parameter("", 0.0).bounds
+            unit = f", in {parameter.unit}" if parameter.unit else ""
+            meaning = parameter.doc + (f" ({parameter.bounds})" if bounded else unit)
+        meaning = meaning.replace("|", r"\|")  # else Sphinx takes it for a substitution
+        entries = f"{entries.rstrip()}\n{name}\n    {meaning[:1].upper()}{meaning[1:]}.\n"
+    if not entries.strip():
+        return doc
+    return f"{before.rstrip()}\n\nParameters\n----------\n{entries.strip()}\n{rest}"
