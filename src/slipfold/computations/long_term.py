@@ -91,15 +91,13 @@ def simulate(
     >>> cycle.kind, round(cycle.duration, 6)
     ('cycle', 6.663287)
     """
-    from slipfold.flow.simulate import simulate_smooth_or_switched
+    from slipfold.flow.simulate import simulate
     from slipfold.results.simulation import Simulation
 
     changed = checked_model(model).replace(**parameters)
     started = perf_counter()
     watch = on_progress or _unobserved
-    result = simulate_smooth_or_switched(
-        changed, periods, state, tolerance=tolerance, observer=watch
-    )
+    result = simulate(changed, periods, state, tolerance=tolerance, observer=watch)
     return Simulation(
         model=result.model,
         strobe=result.strobe,

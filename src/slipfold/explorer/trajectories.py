@@ -17,16 +17,12 @@ from slipfold.flow.contact_motion import ContactPiece, sample_switched
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import CHUNK
+from slipfold.flow.integration import HybridIntegration, SmoothIntegration
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import (
-    Motion,
-    ends_of,
     initial_state,
     reaches_stick_limit,
-    settlement_of,
-    start_switched,
     starts_in_slip,
-    trajectory_of,
 )
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
 from slipfold.long_term.contacts import ShownContacts, find_contacts
@@ -148,9 +144,7 @@ def stream_simulation(
         if reaches_stick_limit(motion.stopped, model):
             again = True
         else:
-            result = Trajectory(
-                motion.model, motion.strobe, motion.settlement(TOLERANCE), motion.stopped
-            )
+            result = motion.result(TOLERANCE)
     if again:
         emit({**NOTHING, "again": True, "done": False})
         result = _switched(model, start, request.periods, every, emit)
@@ -162,13 +156,14 @@ NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
 
 def _smooth(
     model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
-) -> Motion:
-    motion, flow = Motion(model, start), flow_of(model)
+) -> SmoothIntegration:
+    motion, flow = SmoothIntegration(model, start), flow_of(model)
     constants = flow.constants_of(model)
     phases = np.arange(SAMPLES) / SAMPLES
     while motion.periods < periods and motion.stopped is None:
         done = motion.periods
-        starts = motion.go_on(min(PERIODS, periods - done))
+        motion.advance(min(PERIODS, periods - done))
+        starts = motion.strobe[done : motion.periods]
         if len(starts):
             begin = np.zeros(len(starts))
             states = flow.sample(starts, begin, begin + 1.0, SAMPLES, constants)
@@ -181,13 +176,13 @@ def _smooth(
 def _switched(
     model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
 ) -> Trajectory:
-    motion = start_switched(model, start, paced=True)
+    motion = HybridIntegration.begin(model, start, paced=True)
     phases = np.arange(SAMPLES) / SAMPLES
     # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
-    for end in ends_of(model, periods if model.forced else None):
+    for end in motion.ends(periods if model.forced else None):
         while motion.periods < end and motion.stopped is None:
             done = motion.periods
-            motion.go_on(min(PERIODS, end - done))
+            motion.advance(min(PERIODS, end - done))
             begins = zip(motion.strobe[done:-1], motion.modes[done:-1], strict=True)
             values = [
                 sample_switched(motion.model, state, mode, phases).outputs()
@@ -195,7 +190,7 @@ def _switched(
             ]
             if values:
                 emit(_piece(motion.model, np.array(values), done, every))
-        result = trajectory_of(motion, settlement_of(motion, TOLERANCE))
+        result = motion.result(TOLERANCE)
         if result.settlement.settled or motion.stopped is not None:
             break
     return result

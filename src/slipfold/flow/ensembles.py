@@ -16,11 +16,12 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.explicit_steps import ORDER, STEPS_PER_CALL, explicit_steps_of
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
+from slipfold.flow.integration import LARGEST, HybridIntegration, unbounded_at
 from slipfold.flow.modes import Status, shown
 from slipfold.flow.scales import measured, measured_within
-from slipfold.flow.simulate import LARGEST, limits_are_defined, reaches_stick_limit, unbounded_at
+from slipfold.flow.simulate import limits_are_defined, reaches_stick_limit
 from slipfold.flow.switched_flow import hybrid_system
-from slipfold.flow.switched_motion import Broken, SwitchedMotion, first_mode, legs
+from slipfold.flow.switched_motion import Broken, first_mode, legs
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.progress import Observer, Progress
@@ -163,7 +164,7 @@ class SingleTrajectory:
         # Elsewhere contacts may stick at any time.
         self._sticks = not limits_are_defined(model, start[None], constants)
         self._weights = guarded_flow_of(model).weights(start, constants)
-        self._switched: SwitchedMotion | None = None
+        self._switched: HybridIntegration | None = None
         self._before = 0
 
     def go_on(self, state: Array, periods: int, done: int = 0) -> Array:
@@ -194,10 +195,10 @@ class SingleTrajectory:
     def _through_stick(self, state: Array, done: int) -> list[Array]:
         """Propagate a state over a period in which a contact may stick."""
         if self._switched is None:
-            self._switched, self._before = SwitchedMotion(self.model, state), done
+            self._switched, self._before = HybridIntegration(self.model, state), done
         motion = self._switched
         first, seen = motion.modes[-1], len(motion.recorder.modes)
-        motion.go_on(1)
+        motion.advance(1)
         if motion.stopped is not None:
             later = self._before * motion.constants.period
             self.stopped = replace(motion.stopped, time=motion.stopped.time + later)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from operator import attrgetter
@@ -28,8 +28,7 @@ from slipfold.flow.modes import (
     status_name,
 )
 from slipfold.flow.release import begins, release, released_at_limit
-from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system
-from slipfold.models.model import Model
+from slipfold.flow.switched_flow import HybridSystem, Leg
 
 
 class Interval(NamedTuple):
@@ -178,9 +177,6 @@ def alternate(
 BACKWARDS = 1e-9
 """Slip against its own direction, over its size, at which a change was missed."""
 
-FURTHER = 0.5
-"""Phases by which a smooth phase with constant rates may go beyond the end of a period."""
-
 MAX_CHANGES = 10_000
 """Changes in a forcing period that are followed."""
 
@@ -191,78 +187,6 @@ class Broken(Exception):
     def __init__(self, stop: Stop, leg: Leg | None = None) -> None:
         super().__init__(stop.reason)
         self.stop, self.leg = stop, leg
-
-
-class SwitchedMotion:
-    """A trajectory while it is integrated."""
-
-    def __init__(self, model: Model, start: Array) -> None:
-        self.model = model
-        self.system = system = hybrid_system(model, start)
-        self.flow, self.constants = system.flow, system.constants
-        self.stopped: Stop | None = None
-        self._period = self.constants.period
-        mode = first_mode(system, start)
-        self.modes = [shown(mode)]
-        self._states = [system.held(self.modes[0], start, 0.0)]
-        self.recorder = Recorder([item.name for item in self.flow.contacts], self.modes[0])
-
-    @property
-    def strobe(self) -> Array:
-        """States at the start of every period so far, read-only, shape (periods + 1, n)."""
-        whole = np.array(self._states)
-        whole.setflags(write=False)
-        return whole
-
-    @property
-    def periods(self) -> int:
-        """Whole periods so far."""
-        return len(self._states) - 1
-
-    @property
-    def time(self) -> float:
-        """Seconds so far, of whole periods and of what is known of another."""
-        return max(self.periods, self.recorder.last_time) * self._period
-
-    def go_on(self, periods: int, tell: Callable[[], None] = lambda: None) -> None:
-        """Integrate some more periods, as far as it comes; who is told of each may interrupt."""
-        last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
-        further = FURTHER
-        while (done := self.periods) < last:
-            beyond = further if done + 1 < last else 0.0
-            self.recorder.begun = done
-            if self.flow.straight:
-                args = self.system, mode, state, phase, beyond, self.recorder, self._ended
-                mode, state, phase = alternate(*args)
-            closely: Iterable[tuple[Leg, Mode]] = ()
-            if phase < 1:
-                closely = legs(self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond)
-            try:
-                for leg, after in closely:
-                    self.recorder.went_on(leg.energies)
-                    if leg.end > 1:
-                        share = (1 - leg.begin) / (leg.end - leg.begin)
-                        self._ended(mode, state + share * (leg.state - state))
-                    state, phase = leg.state, leg.end
-                    if shown(after) != mode:
-                        mode = shown(after)
-                        self.recorder.changed(phase, state, mode)
-            except Broken as broken:
-                if broken.stop.time > 1:  # the end of the period is still to come
-                    further = 0.0
-                    continue
-                time = (done + broken.stop.time) * self.constants.period
-                self.stopped = replace(broken.stop, time=time)
-                return
-            if phase <= 1:
-                self._ended(mode, state)
-            phase -= 1
-            tell()
-
-    def _ended(self, mode: Mode, state: Array) -> None:
-        """Note the end of a period."""
-        self.modes.append(mode)
-        self._states.append(state)
 
 
 def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:

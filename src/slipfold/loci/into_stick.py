@@ -13,7 +13,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.modes import contacts_of
-from slipfold.flow.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import last_round
 from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_expensive, slips_in_planes
 from slipfold.loci.isolated import ONE_ORBIT
@@ -222,7 +222,7 @@ def settle(model: Model, state: Array) -> Settled:
     """Return the attractor that a trajectory from a state converges to. Shapes: state (n,)."""
     before = 0
     for count in ROUNDS:
-        motion = simulate_smooth_or_switched(model, count, state, tolerance=SETTLED)
+        motion = simulate(model, count, state, tolerance=SETTLED)
         state = motion.strobe[-1]
         if motion.stopped is not None:
             break

@@ -271,12 +271,16 @@ def check_region(
 
 
 def _from_rest(model: Model, region: Region) -> RegionCheck:
-    check = _judged(simulate(model, FORCING_PERIODS, tolerance=SETTLED), region)
+    check = _judged(
+        simulate(model, FORCING_PERIODS, tolerance=SETTLED, through_stick=False), region
+    )
     if check.agrees:
         return check
     # A motion may rest for ever on a response that is not stable, as symmetry lets it.
     pushed = _beside(model, model.start)
-    return _judged(simulate(model, FORCING_PERIODS, pushed, tolerance=SETTLED), region)
+    return _judged(
+        simulate(model, FORCING_PERIODS, pushed, tolerance=SETTLED, through_stick=False), region
+    )
 
 
 def _judged(motion: Trajectory, region: Region) -> RegionCheck:
@@ -291,7 +295,9 @@ def _beside(model: Model, state: Array) -> Array:
 
 
 def _from_orbit(model: Model, region: Region, period: int, state: Array) -> RegionCheck:
-    motion = simulate(model, FORCING_PERIODS, _beside(model, state), tolerance=SETTLED)
+    motion = simulate(
+        model, FORCING_PERIODS, _beside(model, state), tolerance=SETTLED, through_stick=False
+    )
     settled = motion.settlement.period or 0
     return RegionCheck(
         region.place, f"period {period}", settled, settled == period, motion.settlement.message

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
-from slipfold.flow.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate
 from slipfold.long_term.exponents import Exponents
 from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -87,7 +87,7 @@ def at_rest(model: Model, state: Array, number: int) -> Attractor:
 def of_exponents(found: Exponents, number: int) -> Attractor:
     """Return a torus or chaos as what trajectories converge to."""
     model, state = found.model, found.state
-    motion = simulate_smooth_or_switched(model, SHOWN, state)
+    motion = simulate(model, SHOWN, state)
     states = motion.sample(per_period=PER_PERIOD)[1]
     flow, phases = flow_of(motion.model), np.arange(len(states)) % PER_PERIOD / PER_PERIOD
     values = flow.outputs(states, phases, flow.constants_of(motion.model))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -13,17 +12,11 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.integration import HybridIntegration, SmoothIntegration
 from slipfold.flow.linearized_motion import linearized_motion
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.simulate import (
-    Motion,
-    reaches_stick_limit,
-    settlement_of,
-    start_switched,
-    starts_in_slip,
-)
-from slipfold.flow.switched_motion import SwitchedMotion, legs
+from slipfold.flow.simulate import reaches_stick_limit, starts_in_slip
+from slipfold.flow.switched_motion import legs
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
@@ -133,24 +126,23 @@ LOST = 1e-12
 left of it is rounding."""
 
 
-class Growth(ABC):
+class Growth:
     """A trajectory that continues, with the growth of perturbations along it.
 
     They are kept orthogonal (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9): in
     each period the logarithms of the factors by which volumes of 1, 2, ... dimensions grow, divided
-    by one another.
+    by one another. At events of a trajectory through stick perturbations jump, or are lost.
     """
 
-    _motion: Motion | SwitchedMotion
-    switches = False
-    """Whether periods are followed from event to event, which takes long."""
-
-    def __init__(self) -> None:
-        self.model = self._motion.model
-        self._frame: Array = np.eye(self.state.size)
+    def __init__(self, integration: SmoothIntegration | HybridIntegration) -> None:
+        self.integration = integration
+        self.model = integration.model
+        n = len(self.model.states)
+        self._frame: Array = np.eye(n)
         self._logarithms: list[Array] = []
-        # How far states move, over their characteristic scales: in these the frame is told
-        self._extents: Array = np.ones(self.state.size)
+        # How far states move, over their characteristic scales: the frame is known in these
+        self._extents: Array = np.ones(n)
+        self._parts = 0  # into which periods are cut; 0 if that is not known yet
 
     @property
     def logarithms(self) -> Array:
@@ -159,74 +151,42 @@ class Growth(ABC):
 
     @property
     def periods(self) -> int:
-        """Whole periods so far."""
+        """Complete periods so far."""
         return sum(len(part) for part in self._logarithms)
 
-    @property
-    def stopped(self) -> Stop | None:
-        """Why the trajectory ended, if it did."""
-        return self._motion.stopped
+    def advance(self, periods: int) -> None:
+        """Continue for some periods, as far as it comes."""
+        matrices = self._in_extents(self.derivatives(periods))
+        found = np.zeros((len(matrices), matrices.shape[-1]))
+        for row, pieces in zip(found, matrices, strict=True):
+            for matrix in pieces:
+                self._frame, triangle = np.linalg.qr(matrix @ self._frame)
+                factors = np.abs(np.diag(triangle))
+                if isinstance(self.integration, HybridIntegration):
+                    factors[factors <= LOST * factors.max()] = 0.0
+                with np.errstate(divide="ignore"):
+                    row += np.log(factors)
+        self._logarithms.append(found)
 
-    @property
-    def strobe(self) -> Array:
-        """States at the start of every period so far, shape (periods + 1, n)."""
-        return self._motion.strobe
-
-    @property
-    def state(self) -> Array:
-        """The state that it has come to, shape (n,)."""
-        return self._motion.strobe[-1]
-
-    @abstractmethod
-    def settlement(self, tolerance: float) -> Settlement:
-        """Return whether the trajectory has converged, and to what."""
-
-    @abstractmethod
-    def carried(self, periods: int) -> Array:
+    def derivatives(self, periods: int) -> Array:
         """Continue; return the derivatives of the ends of pieces of equal length.
 
         Shapes: returns (periods, parts, n, n), in scaled states.
         """
-
-    def go_on(self, periods: int) -> None:
-        """Continue for some periods, as far as it comes."""
-        matrices = self._in_extents(self.carried(periods))
-        found = np.zeros((len(matrices), matrices.shape[-1]))
-        for row, pieces in zip(found, matrices, strict=True):
-            for matrix in pieces:
-                self._frame, factors = np.linalg.qr(matrix @ self._frame)
-                row += self._logarithms_of(np.abs(np.diag(factors)))
-        self._logarithms.append(found)
-
-    def _in_extents(self, matrices: Array) -> Array:
-        return matrices * (self._extents / self._extents[:, None])
-
-    def _logarithms_of(self, factors: Array) -> Array:
-        with np.errstate(divide="ignore"):
-            return np.log(factors)
-
-
-class _SmoothGrowth(Growth):
-    """That of a trajectory without events; all periods are linearized in one batch."""
-
-    def __init__(self, model: Model, start: Array) -> None:
-        self._motion: Motion = Motion(model, start)
-        self._parts = 0
-        super().__init__()
-
-    def settlement(self, tolerance: float) -> Settlement:
-        return self._motion.settlement(tolerance)
-
-    def carried(self, periods: int) -> Array:
-        before = self._motion.periods
-        self._motion.go_on(periods)
-        starts = self._motion.strobe[before:-1]
+        integration, before = self.integration, self.integration.periods
+        integration.advance(periods)
+        starts = integration.strobe[before:-1]
+        if isinstance(integration, HybridIntegration):
+            return self._through_stick(integration, starts, before)
         if not len(starts):
-            return np.empty((0, 1, self.state.size, self.state.size))
+            return np.empty((0, 1, *self._frame.shape))
         if not self._parts:
             self._extents = self._extents_of(starts[:PILOT])
             self._parts = self._parts_of(starts[:PILOT])
-        return self._derivatives(starts, self._parts)
+        return self._in_slip(starts, self._parts)
+
+    def _in_extents(self, matrices: Array) -> Array:
+        return matrices * (self._extents / self._extents[:, None])
 
     def _extents_of(self, starts: Array) -> Array:
         """Return how far each state moves, over its characteristic scale; one where it rests.
@@ -234,7 +194,7 @@ class _SmoothGrowth(Growth):
         Characteristic scales are found before anything moves: of a hard spring the displacement's
         may be thousands of times too large, and growth looks that unequal.
         """
-        model, zero = self._motion.model, np.zeros(len(starts))
+        model, zero = self.model, np.zeros(len(starts))
         flow = flow_of(model)
         states = flow.sample(starts, zero, zero + 1, SAMPLES, flow.constants_of(model))
         moved = np.ptp(states, axis=(0, 1))
@@ -245,7 +205,7 @@ class _SmoothGrowth(Growth):
         """Return into how many parts periods are cut, so that each keeps the least growth."""
         parts = 1
         while parts < MOST_PARTS:
-            matrices = self._in_extents(self._derivatives(starts, parts))
+            matrices = self._in_extents(self._in_slip(starts, parts))
             sizes = np.linalg.svd(matrices, compute_uv=False)
             with np.errstate(divide="ignore"):
                 spread = np.log(sizes[..., 0] / sizes[..., -1])
@@ -254,10 +214,10 @@ class _SmoothGrowth(Growth):
             parts *= 2
         return parts
 
-    def _derivatives(self, starts: Array, parts: int) -> Array:
-        model, n = self._motion.model, starts.shape[1]
-        flow = flow_of(model)
-        constants, scales = flow.constants_of(model), model.state_scales()
+    def _in_slip(self, starts: Array, parts: int) -> Array:
+        """Return the derivatives of all parts of some periods, linearized in one batch."""
+        n, flow = starts.shape[1], flow_of(self.model)
+        constants, scales = flow.constants_of(self.model), self.model.state_scales()
         zero = np.zeros(len(starts))
         states = flow.sample(starts, zero, zero + 1, parts, constants).reshape(-1, n)
         begin = np.tile(np.arange(parts) / parts, len(starts))
@@ -270,47 +230,29 @@ class _SmoothGrowth(Growth):
             )
         return np.reshape(matrices * (scales / scales[:, None]), (-1, parts, n, n))
 
-
-class _SwitchedGrowth(Growth):
-    """That of a trajectory through stick and slip: at events perturbations jump, or are lost."""
-
-    switches = True
-
-    def __init__(self, motion: SwitchedMotion) -> None:
-        self._motion: SwitchedMotion = motion
-        super().__init__()
-
-    def settlement(self, tolerance: float) -> Settlement:
-        return settlement_of(self._motion, tolerance)
-
-    def carried(self, periods: int) -> Array:
-        motion, before = self._motion, self._motion.periods
-        motion.go_on(periods)
-        system, constants = motion.system, motion.constants
-        scales, still = motion.model.state_scales(), np.zeros((len(constants.values), 0))
-        n, strobe = len(scales), motion.strobe
-        found = np.empty((motion.periods - before, 1, n, n))
-        for row, place in enumerate(range(before, motion.periods)):
-            passed = list(legs(system, motion.modes[place], strobe[place], 1.0))
-            part = linearized_motion(system, strobe[place], passed, still)
-            found[row, 0] = part.matrix * (scales / scales[:, None])
+    def _through_stick(self, integration: HybridIntegration, starts: Array, before: int) -> Array:
+        """Return the derivatives of some periods, from event to event."""
+        system, scales = integration.system, self.model.state_scales()
+        still = np.zeros((len(system.constants.values), 0))
+        found = np.empty((len(starts), 1, len(scales), len(scales)))
+        for matrices, start, mode in zip(found, starts, integration.modes[before:], strict=False):
+            passed = list(legs(system, mode, start, 1.0))
+            matrix = linearized_motion(system, start, passed, still).matrix
+            matrices[0] = matrix * (scales / scales[:, None])
         return found
-
-    def _logarithms_of(self, factors: Array) -> Array:
-        lost = factors <= LOST * factors.max()
-        return super()._logarithms_of(np.where(lost, 0.0, factors))
 
 
 def growth_from(model: Model, start: Array) -> Growth:
     """Begin a trajectory with the growth of its perturbations. Shapes: start (n,)."""
     if not starts_in_slip(model, start):
         return growth_through_stick(model, start)
-    return _SmoothGrowth(model if model.forced else paced(model, start, None)[0], start)
+    model = model if model.forced else paced(model, start, None)[0]
+    return Growth(SmoothIntegration(model, start))
 
 
 def growth_through_stick(model: Model, start: Array) -> Growth:
     """Begin a trajectory that sticks, or will. Shapes: start (n,)."""
-    return _SwitchedGrowth(start_switched(model, start, paced=True))
+    return Growth(HybridIntegration.begin(model, start, paced=True))
 
 
 FIRST = 250
@@ -375,7 +317,9 @@ def follow_exponents(
     observer: Observer | None,
 ) -> Exponents:
     """Let a motion go on until its exponents are known; keep what is known if interrupted."""
-    cheap = len(growth.state) <= CHEAP and not growth.switches
+    integration = growth.integration
+    smooth = isinstance(integration, SmoothIntegration)
+    cheap = smooth and len(growth.model.states) <= CHEAP
     most = (LONGEST if cheap else MOST) if periods is None else periods
     ends = _ends(most)
     estimates: list[Estimate] = []
@@ -383,7 +327,7 @@ def follow_exponents(
     try:
         for end in ends:
             while growth.periods < end:
-                growth.go_on(min(FIRST, end - growth.periods))
+                growth.advance(min(FIRST, end - growth.periods))
                 _refuse_ended(growth)
                 if observer is not None:
                     known = tuple(estimates[-1].exponents.tolist()) if estimates else ()
@@ -402,14 +346,15 @@ def follow_exponents(
     verdict = _verdict(growth, estimates[-1])
     if growth.model.forced and verdict.kind in ("torus", "undecided"):
         scales, turns = growth.model.state_scales(), growth.model.whole_turns
-        verdict = verdict.with_rotation(rotation_of(growth.strobe, scales, turns))
-    return Exponents(growth.model, growth.state, tuple(estimates), verdict, interrupted)
+        verdict = verdict.with_rotation(rotation_of(integration.strobe, scales, turns))
+    state = integration.strobe[-1]
+    return Exponents(growth.model, state, tuple(estimates), verdict, interrupted)
 
 
 def _verdict(growth: Growth, last: Estimate) -> Verdict:
     model = growth.model
     seconds = None if model.forced else model.values[DURATION.name]
-    return verdict_of(last.exponents, last.errors, growth.settlement(SETTLED), seconds)
+    return verdict_of(last.exponents, last.errors, growth.integration.settlement(SETTLED), seconds)
 
 
 def _ends(most: int) -> list[int]:
@@ -421,7 +366,7 @@ def _ends(most: int) -> list[int]:
 
 
 def _refuse_ended(growth: Growth) -> None:
-    stopped = growth.stopped
+    stopped = growth.integration.stopped
     if stopped is None:
         return
     if reaches_stick_limit(stopped, growth.model):

@@ -279,10 +279,10 @@ def _farthest(nearer: Callable[[float], bool], tried: float) -> float:
 def _monodromy(model: Model, state: Array, period: int) -> Array:
     """Return the derivatives of a state some periods later, in scaled states."""
     growth = growth_from(model, state)
-    matrices = growth.carried(period)
-    if growth.stopped is not None:
+    matrices = growth.derivatives(period)
+    if growth.integration.stopped is not None:
         growth = growth_through_stick(model, state)
-        matrices = growth.carried(period)
+        matrices = growth.derivatives(period)
     found = np.eye(len(state))
     for matrix in matrices.reshape(-1, *found.shape):
         found = matrix @ found

@@ -15,14 +15,13 @@ from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import guarded_flow_of
+from slipfold.flow.integration import HybridIntegration
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import (
     initial_state,
     reaches_stick_limit,
     simulate,
-    simulate_smooth_or_switched,
-    simulate_switched,
 )
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
@@ -148,7 +147,7 @@ def periodic_orbit(
         return orbit if orbit.sticking else search.smooth(near)
     guess = near
     if near is not None or period > 1:  # else the linear response is the guess
-        motion = simulate(model, settle if near is None else int(period), near)
+        motion = simulate(model, settle if near is None else int(period), near, through_stick=False)
         if reaches_stick_limit(motion.stopped, model):
             orbit = search.through_stick(near)
             return orbit if orbit.sticking else search.smooth(orbit.state)
@@ -209,7 +208,8 @@ class _Search:
         model, forced = self.model, self.model.forced
         start = model.start if state is None else state
         # Newton's method takes over from where the trajectory nearly repeats.
-        motion = simulate_switched(model, self.settle if forced else None, start, 1e-6)
+        hybrid = HybridIntegration.begin(model, start, paced=True)
+        motion = hybrid.run(self.settle if forced else None, 1e-6)
         if motion.stopped is not None:
             raise InputError(f"no orbit was found: {motion.stopped.reason}")
         settlement = motion.settlement
@@ -237,8 +237,8 @@ class _Search:
             orbits = orbits.described_by(better)
         orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(node[None], model)))
         if self.period > 1:
-            strobe = simulate_switched(orbit.model, self.period, orbit.state, SAME).strobe
-            _refuse_shorter(orbit, strobe)
+            hybrid = HybridIntegration.begin(orbit.model, orbit.state, paced=False)
+            _refuse_shorter(orbit, hybrid.run(self.period, SAME).strobe)
         return orbit
 
     def _cycle(self, state: Array | None) -> PeriodicOrbit:
@@ -327,7 +327,7 @@ def attractor_from(
 ) -> PeriodicOrbit | Array:
     """Return the orbit or equilibrium to which a trajectory from a state converges."""
     periods = TRANSIENT if model.forced else None
-    motion = simulate_smooth_or_switched(model, periods, state, observer=observer)
+    motion = simulate(model, periods, state, observer=observer)
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         raise KeyboardInterrupt
     found, last = motion.settlement, motion.strobe[-1]

@@ -166,7 +166,7 @@ def _is_stiff(orbits: ForcedOrbits, model: Model) -> bool:
 
     Not where it leaves the model before a period has passed.
     """
-    if model.limits and simulate(model, 1).stopped is not None:
+    if model.limits and simulate(model, 1, through_stick=False).stopped is not None:
         return False
     return orbits.flow.is_stiff(
         model.start, orbits.flow.constants(model.vector, orbits.flow_scales)

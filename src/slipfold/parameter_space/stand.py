@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.simulate import simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import steady_extrema
@@ -73,7 +73,7 @@ def swept(
 def _settled(model: Model, state: Array) -> Trajectory:
     """Return the end of a trajectory that was given time to settle, or that ended early."""
     for _ in range(MOST):
-        motion = simulate_smooth_or_switched(model, EACH, state)
+        motion = simulate(model, EACH, state)
         if motion.stopped is not None and motion.stopped.kind == "interrupted":
             raise KeyboardInterrupt
         if motion.stopped is not None or motion.settlement.settled:

@@ -17,7 +17,7 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured
-from slipfold.flow.simulate import initial_state, simulate_smooth_or_switched
+from slipfold.flow.simulate import initial_state, simulate
 from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
 from slipfold.loci.window import measured_across
 from slipfold.long_term.exponents import find_exponents
@@ -377,7 +377,7 @@ class SimulationWork(Work):
 
     def of(self, model: Model) -> Findings:
         """Integrate the solution."""
-        result = simulate_smooth_or_switched(
+        result = simulate(
             model, self.periods, parsed_start(model, self.start) or None, tolerance=self.tolerance
         )
         settlement, stopped = result.settlement, result.stopped

@@ -12,7 +12,8 @@ from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
-from slipfold.flow.simulate import Motion, initial_state
+from slipfold.flow.integration import SmoothIntegration
+from slipfold.flow.simulate import initial_state
 from slipfold.long_term.rotation import bump, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
@@ -75,9 +76,9 @@ def circle_from_trajectory(
 
     Its harmonics are averages along the motion; Newton's method makes them exact.
     """
-    motion = Motion(model, initial_state(model, state))
+    motion = SmoothIntegration(model, initial_state(model, state))
     for periods in PERIODS:
-        motion.go_on(periods - motion.periods)
+        motion.advance(periods - motion.periods)
         if motion.stopped is not None:
             return None
         strobe = motion.strobe[periods // 2 :]

@@ -6,7 +6,7 @@ import pytest
 import slipfold as sf
 from slipfold import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
-from slipfold.flow.simulate import simulate, simulate_smooth_or_switched
+from slipfold.flow.simulate import simulate
 
 OSCILLATOR = sf.SlidingOscillator(f=12.5)
 UNITS = np.array([1.0, 1.0, 64.0, 64.0])
@@ -39,7 +39,7 @@ def test_each_has_its_own_start_and_parameters():
 )
 def test_motions_go_on_through_stick(values, sticks):
     model = OSCILLATOR.replace(**values)
-    exact = simulate_smooth_or_switched(model, 20)
+    exact = simulate(model, 20)
     points = stroboscopic_samples(model, np.zeros((2, 4)), None, 20)
     assert points.stopped == (None, None)
     assert points.states[1] / UNITS == pytest.approx(exact.strobe / UNITS, abs=1e-8)
