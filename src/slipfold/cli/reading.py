@@ -281,13 +281,13 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
 
 def _law_named(name: str) -> FrictionLaw:
     """Return the law of a name, with its default values."""
-    from slipfold.models.definitions.source import source_of_tables
+    from slipfold.models.definitions.source import Source
     from slipfold.models.friction import friction_laws
     from slipfold.models.friction.record import read_law
 
     exact = {law.lower(): law for law in friction_laws()}
     value = exact.get(name.lower(), name)
-    return read_law(source_of_tables({}, "--friction"), ("--friction",), value)
+    return read_law(Source({}, "--friction"), ("--friction",), value)
 
 
 def equations_file(given: str) -> Path | None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
 from slipfold.models.definitions.definition import WatchedValue
-from slipfold.models.definitions.source import source_of_file, source_of_tables, source_of_text
+from slipfold.models.definitions.source import Source, source_of_file, source_of_text
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
@@ -249,13 +249,13 @@ class System(Model):
 
 def _built_of(definition: object, given: dict[str, Any]) -> BuiltSystem:
     if definition is None:
-        return build_system(source_of_tables(given))
+        return build_system(Source(given))
     if given:
         raise InputError(
             f"both a definition and {', '.join(given)} are given; give the one or the other"
         )
     if isinstance(definition, Mapping):
-        return build_system(source_of_tables(definition))
+        return build_system(Source(definition))
     if isinstance(definition, str):
         return build_system_of_text(definition)
     raise InputError(

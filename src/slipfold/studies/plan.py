@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import source_of_tables
+from slipfold.models.definitions.source import Source
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
@@ -194,7 +194,7 @@ def _model(tables: Mapping[str, Any], label: str, folder: Path) -> Model:
                 "belongs to it but parameters; leave it out"
             )
         return given.replace(**tables.get("parameters", {}))
-    return model_of_case(source_of_tables(tables, label), folder, {}, others=TABLES)
+    return model_of_case(Source(tables, label), folder, {}, others=TABLES)
 
 
 def _cases(given: _Given, model: Model) -> Cases:

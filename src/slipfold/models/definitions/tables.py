@@ -9,7 +9,7 @@ from numbers import Real
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import DEEPEST, Keys, Source
+from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import not_supported, suggest
@@ -116,6 +116,9 @@ def type_name(value: object) -> str:
             return words
     return "empty" if value is None else f"a {type(value).__name__}"
 
+
+DEEPEST = 20
+"""Nested tables and arrays that are looked into."""
 
 Reader = Callable[[Source, Keys, Any], Any]
 """What makes an argument of an entry: of where it was written, the path to it and its value."""

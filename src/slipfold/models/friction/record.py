@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Keys, Source, source_of_tables
+from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.tables import part_table, read_part, type_name
 from slipfold.models.friction.jenkins import Iwan, Jenkins
 from slipfold.models.friction.law import FrictionLaw
@@ -65,7 +65,7 @@ def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
     >>> law_from_record({"law": "RationalStribeck", "mu_s": 0.5, "d": 2.0})
     RationalStribeck(mu_s=0.5, d=2.0)
     """
-    return read_law(source_of_tables({}), ("friction",), record)
+    return read_law(Source({}), ("friction",), record)
 
 
 def _plain(value: Any) -> Any:
@@ -77,9 +77,9 @@ def _plain(value: Any) -> Any:
 def read_law(source: Source, path: Keys, value: object) -> FrictionLaw:
     """Make a friction law of what stands in a file.
 
-    >>> from slipfold.models.definitions.source import source_of_tables
+    >>> from slipfold.models.definitions.source import Source
     >>> table = {"law": "Regularized", "of": "Coulomb", "e": "1 mm/s"}
-    >>> read_law(source_of_tables({"friction": table}), ("friction",), table).law
+    >>> read_law(Source({"friction": table}), ("friction",), table).law
     Coulomb(mu_s=0.5, mu_k=0.5)
     """
     readers = {"of": read_law, "elements": _laws}

@@ -15,7 +15,6 @@ from slipfold.errors import InputError
 from slipfold.models.definitions.source import (
     Source,
     source_of_file,
-    source_of_tables,
     source_of_text,
 )
 from slipfold.models.equilibria import find_static_point
@@ -214,7 +213,7 @@ class Structure(Model):
         InputError
             If something in them cannot be used.
         """
-        return cls._read(source_of_tables(tables), None, "structure")
+        return cls._read(Source(tables), None, "structure")
 
     @classmethod
     def _read(cls, source: Source, folder: Path | None, name: str) -> Self:
