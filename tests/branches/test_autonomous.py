@@ -203,3 +203,28 @@ def test_cycles_of_hindmarsh_and_rose_where_zero_is_not_near_the_rest():
         method="DOP853",
     ).y[:, -1]
     assert end == pytest.approx(last.state, abs=1e-7)
+
+
+def test_a_family_of_cycles_up_to_a_homoclinic_orbit_has_no_folds():
+    # AUTO's demo vhb: at p = 0 there is a first integral, and cycles fill the loop of the saddle.
+    model = sf.System(parameters={"p": -1.0}, states={"x": "p*x - y", "y": "x*(1 - x)"})
+    diagram = sf.response(model, vary="p", span=(-1, 1))
+    assert [item.point.type for item in diagram.special] == ["HB"]
+    assert diagram.branches[1].stopped.kind == "family"
+    # The loop is y^2/2 + x^2/2 - x^3/3 = 1/6: it crosses the axis at x = 1 and x = -1/2.
+    low, _ = diagram.branches[1].extrema_of("x").of("x")
+    assert low.min() == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_folds_of_a_canard_explosion_are_located():
+    # FitzHugh and Nagumo: between the Hopf points the cycles have a fold beside each, one of them
+    # within the canards, where the parameter stands still within rounding.
+    model = sf.System(
+        parameters={"I": 0.0}, states={"v": "v - v^3/3 - w + I", "w": "0.08*(v + 0.7 - 0.8*w)"}
+    )
+    diagram = sf.response(model, vary="I", span=(0, 2))
+    assert [point.type for point in diagram.branches[1].special] == ["LP", "LP"]
+    first, second = (point.value for point in special(diagram, "LP"))
+    # (v, w, I) -> (-v, 1.75 - w, 1.75 - I) is a symmetry.
+    assert first + second == pytest.approx(1.75, abs=1e-8)
+    assert diagram.branches[1].stopped.kind == "closed"

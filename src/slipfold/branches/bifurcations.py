@@ -232,8 +232,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         """
         if name == "LP" and _stands(a, b):  # the sign of the tangent is rounding
             passes = (a.tests["fold"] > 0) != (b.tests["fold"] > 0)
-            crosses = a.orientation * b.orientation < 0
-            return passes and not crosses and all(map(is_off_circle, (a, b)))
+            if not passes or a.orientation * b.orientation < 0:
+                return False
+            return all(map(is_off_circle, (a, b))) and _passes_one(a, b)
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
             return False
@@ -290,6 +291,20 @@ def _is_known(point: OrbitPoint) -> bool:
     again, _ = recomputed(point.curve, point)
     largest = point.multipliers[0]
     return again is None or bool(abs(again.multipliers[0] - largest) < 0.5 * abs(largest))
+
+
+def _passes_one(a: OrbitPoint, b: OrbitPoint) -> bool:
+    """Whether a second computation, on another mesh, also finds that a multiplier passes one.
+
+    In a family, as round a center, one of them is one; towards a homoclinic orbit its rounding
+    grows without end. Beside a fold both computations agree at the end that is farther from it.
+    """
+    first = np.array([point.tests["fold"] for point in (a, b)])
+    others = [recomputed(point.curve, point)[0] for point in (a, b)]
+    again = np.array([np.nan if other is None else other.tests["fold"] for other in others])
+    farther = int(np.abs(first).argmax())
+    known = abs(again[farther] - first[farther]) < 0.5 * abs(first[farther])
+    return bool(known and again[0] * again[1] < 0)
 
 
 def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
