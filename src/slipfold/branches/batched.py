@@ -14,15 +14,15 @@ from functools import partial
 
 import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.branches.batched_points import (
     LAST_STEP,
     AtLimit,
-    Located,
     locate_zeros,
     orbits_at_limits,
     refine_zeros,
 )
-from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchStart, Walk
+from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchedBranch, Located, Step, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe
@@ -56,32 +56,8 @@ what is needed takes seconds."""
 BATCH = 64
 """Cases that a batch should have: of 16 each takes twice as long, of 128 four fifths."""
 
-ENDS = ("span", "limit")
-
 Report = Callable[[str, float], None]
 """Called with the stage of the computation and which fraction of it is done."""
-
-
-@dataclass(eq=False)
-class BatchedBranch:
-    """A branch of one of the cases."""
-
-    orbits: Orbits
-    parent: int | None = None  # number of the branch on which it begins, from 1
-    birth: Found[OrbitPoint] | None = None  # the period doubling at which it begins
-    first: OrbitPoint | None = None  # its first orbit, if it begins on another branch
-    stable: bool = False  # whether the first orbit is; not known of one that begins on another
-    end: str = ""  # one of ENDS, or why it was left
-    located: list[Located] = field(default_factory=list)  # its bifurcations, in order
-    found: list[Found[OrbitPoint]] = field(default_factory=list)  # the same, by the flow itself
-    # Of whole branches alone: all points, and the end in words
-    points: list[OrbitPoint] = field(default_factory=list)
-    stopped: End | None = None
-
-    @property
-    def special(self) -> tuple[SpecialPoint, ...]:
-        """The special points, with normal forms and uncertainties."""
-        return tuple(describe(item) for item in self.found)
 
 
 @dataclass(eq=False)
@@ -95,6 +71,11 @@ class BatchedCase:
     def leave(self, reason: str) -> None:
         """Leave the case, to be followed individually; the first reason counts."""
         self.failure = self.failure or reason
+
+    @property
+    def special(self) -> list[tuple[SpecialPoint, ...]]:
+        """Special points of each branch, with normal forms and uncertainties."""
+        return [tuple(describe(item) for item in branch.found) for branch in self.branches]
 
     def loss(self, special: Sequence[SpecialPoint]) -> SpecialPoint | None:
         """Return which special point of the first branch ends its initial stability, if any."""
@@ -147,18 +128,18 @@ def follow_batch(
     scales = np.array([model.state_scales() for model in models])
     width, tolerance = abs(span[1] - span[0]), settings.newton.tolerance
     orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
-    starts, branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
-    while starts:
-        walk = Walk(orbits, starts, span, settings.steps)
+    branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
+    while branches:
+        walk = Walk(orbits, branches, span, settings.steps)
         walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
         report(stage, 0.0)
-        _locate(orbits, walk, cases, branches, span)
+        _locate(orbits, cases, branches, span)
         _refine(orbits, cases, branches, tolerance)
         if whole:
             report(stage, 0.5)
-            _refine_points(orbits, walk, cases, branches, tolerance)
-        starts, branches = _doubled(cases, orbits.period, settings)
+            _refine_points(orbits, cases, branches, tolerance)
+        branches = _doubled(cases, orbits.period, settings)
         orbits = orbits.of_period(2 * orbits.period)
     return cases
 
@@ -183,7 +164,7 @@ def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
 
 def _responses(
     orbits: OrbitBatch, cases: Sequence[BatchedCase], forward: float, settings: Settings
-) -> tuple[list[BatchStart], list[BatchedBranch]]:
+) -> list[BatchedBranch]:
     """Find the responses at the first value from the linear ones."""
     flow, curves, guesses = flow_of(orbits.model), dict[int, ForcedOrbits](), []
     for number, case in enumerate(cases):
@@ -198,26 +179,23 @@ def _responses(
                 guesses.append(orbits.join(np.array([number]), nodes[None], value)[0])
                 curves[number], case.failure = curve, ""
     if not curves:
-        return [], []
+        return []
     rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
     which = np.array(list(curves))
     result = orbits.correct(which, np.array(guesses), rows, LAST_STEP, NEAR)
-    starts, branches = list[BatchStart](), list[BatchedBranch]()
+    branches = list[BatchedBranch]()
     for row, (number, curve) in enumerate(curves.items()):
-        if not result.found[row]:
+        if result.found[row]:
+            step = result.z[row], result.tangents[row], 0.0
+            branches.append(BatchedBranch(number, curve, [step]))
+        else:
             cases[number].leave("no response")
-            continue
-        starts.append(BatchStart(number, result.z[row], result.tangents[row]))
-        branches.append(BatchedBranch(curve))
-    return starts, branches
+    return branches
 
 
-def _doubled(
-    cases: Sequence[BatchedCase], period: int, settings: Settings
-) -> tuple[list[BatchStart], list[BatchedBranch]]:
-    """Return where the branches of twice a period begin."""
-    starts, branches = list[BatchStart](), list[BatchedBranch]()
-    largest = settings.largest_period
+def _doubled(cases: Sequence[BatchedCase], period: int, settings: Settings) -> list[BatchedBranch]:
+    """Return the branches of twice a period at their beginnings."""
+    branches, largest = list[BatchedBranch](), settings.largest_period
     for number, case in enumerate(cases):
         parents = [item for item in enumerate(case.branches, 1) if item[1].orbits.period == period]
         for parent, branch in [] if case.failure else parents:
@@ -229,9 +207,10 @@ def _doubled(
                     break
                 if birth is not None:
                     first = birth.start
-                    starts.append(BatchStart(number, first.z, first.tangent, first.multipliers))
-                    branches.append(BatchedBranch(birth.orbits, parent, found, first))
-    return starts, branches
+                    step = first.z, first.tangent, 0.0
+                    new = BatchedBranch(number, birth.orbits, [step], parent, found, first)
+                    branches.append(new)
+    return branches
 
 
 # -- special points --------------------------------------------------------------------------------
@@ -239,26 +218,24 @@ def _doubled(
 
 def _locate(
     orbits: OrbitBatch,
-    walk: Walk,
     cases: Sequence[BatchedCase],
     branches: Sequence[BatchedBranch],
     span: tuple[float, float],
 ) -> None:
-    """Add branches that were walked to their cases, with their bifurcations."""
-    ended = [number for number, fate in enumerate(walk.fates) if fate in ENDS]
-    brackets = [item for number in ended for item in walk.brackets[number]]
-    found = locate_zeros(orbits, brackets)
-    for number, branch in enumerate(branches):
-        branch.stable, branch.end = bool(walk.stable[number]), walk.fates[number]
-        case = cases[walk.cases[number]]
+    """Add branches that were followed to their cases, with their bifurcations."""
+    ended = [branch for branch in branches if branch.ordinary]
+    zeros = iter(locate_zeros(orbits, [item for branch in ended for item in branch.brackets]))
+    for branch in branches:
+        case = cases[branch.case]
         case.branches.append(branch)
-        own = [item for at, item in zip(brackets, found, strict=True) if at.branch == number]
-        located = [item for item in own if item is not None]
+        if not branch.ordinary:
+            case.leave(branch.end)
+            continue
+        zeros_of_branch = [next(zeros) for _ in branch.brackets]
+        located = [item for item in zeros_of_branch if item is not None]
         branch.located = [item for item in located if _is_genuine(item)]
         values = [float(item.z[-1]) * orbits.width for item in located]
-        if branch.end not in ENDS:
-            case.leave(branch.end)
-        elif len(located) < len(own):
+        if len(located) < len(zeros_of_branch):
             case.leave("not located")
         elif not all(min(span) <= value <= max(span) for value in values):
             case.leave("turns outside the span")
@@ -306,55 +283,50 @@ def _refine(
 
 def _refine_points(
     orbits: OrbitBatch,
-    walk: Walk,
     cases: Sequence[BatchedCase],
     branches: Sequence[BatchedBranch],
     tolerance: float,
 ) -> None:
-    """Add all orbits to branches that were walked, as the flow itself has them."""
-    limits = orbits_at_limits(orbits, walk, tolerance)
-    numbers = [number for number, fate in enumerate(walk.fates) if fate in ENDS]
-    parts, rows = [], []
-    for number in numbers:
-        points, branch = walk.points[number], branches[number]
-        case, first, last = cases[walk.cases[number]], int(branch.first is not None), len(points)
+    """Add all orbits to branches that were followed, as the flow itself has them."""
+    limits = orbits_at_limits(orbits, branches, tolerance)
+    ended = [branch for branch in branches if branch.ordinary]
+    parts, rows = list[list[Step]](), list[Array]()
+    for branch in ended:
+        steps, last = branch.steps, len(branch.steps)
         if branch.end == "limit":
-            limit = limits[number]
-            last = _last_before(limit, branch, case, [point[2] for point in points], tolerance)
-        lines = [tangent for _, tangent, _ in points]
+            last = _last_before(limits.get(branch), branch, cases[branch.case], tolerance)
+        own = slice(int(branch.first is not None), last)
+        lines = [tangent for _, tangent, _ in steps]
         held = hold_parameter(orbits.size)
         lines[0], lines[-1] = held * np.sign(lines[0][-1]), held * np.sign(lines[-1][-1])
-        parts.append(points[first:last])
-        rows += lines[first:last]
+        parts.append(steps[own])
+        rows += lines[own]
     if not rows:
         return
-    which = np.repeat(walk.cases[numbers], [len(part) for part in parts])
-    z = np.array([point[0] for part in parts for point in part])
+    which = np.repeat([branch.case for branch in ended], [len(part) for part in parts])
+    z = np.array([step[0] for part in parts for step in part])
     result, end = orbits.settled(which, z, np.array(rows), tolerance), 0
-    for number, part in zip(numbers, parts, strict=True):
-        own = result.of(slice(end, end + len(part)))
+    for branch, part in zip(ended, parts, strict=True):
+        orbits_of_branch = result.of(slice(end, end + len(part)))
         end += len(part)
-        case, branch = cases[walk.cases[number]], branches[number]
-        if not (own.residuals <= tolerance).all():
+        case = cases[branch.case]
+        if not (orbits_of_branch.residuals <= tolerance).all():
             case.leave("residual")
         if not case.failure:
-            _complete(branch, own, [point[2] for point in part], limits.get(number))
+            arclengths = [step[2] for step in part]
+            _complete(branch, orbits_of_branch, arclengths, limits.get(branch))
 
 
 def _last_before(
-    limit: AtLimit | None,
-    branch: BatchedBranch,
-    case: BatchedCase,
-    arclengths: Sequence[float],
-    tolerance: float,
+    limit: AtLimit | None, branch: BatchedBranch, case: BatchedCase, tolerance: float
 ) -> int:
     """Return how many points lie before a limit: the walk may have taken one too many for them."""
     if limit is None or not (limit.orbit.residuals <= tolerance).all():
         case.leave("limit not located")
-        return len(arclengths) - 1
+        return len(branch.steps) - 1
     if any(item.arclength >= limit.arclength for item in branch.located):
         case.leave("beyond the limit")
-    return sum(arclength < limit.arclength for arclength in arclengths)
+    return sum(arclength < limit.arclength for _, _, arclength in branch.steps)
 
 
 def _complete(

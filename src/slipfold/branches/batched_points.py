@@ -6,10 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.batched_walk import Bracket, Walk
+from slipfold.branches.batched_walk import BatchedBranch, Bracket, Located
 from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.continuation.interpolation import hermite_each
 from slipfold.continuation.locate import CLOSE, Enclosed
@@ -39,18 +38,6 @@ coarser steps ends up to three of them before it."""
 
 Function = Callable[[Sequence[Bracket], Solutions], Array]
 """A function whose zero each bracket has, of an orbit for each, shape (k,)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Located:
-    """A zero within a bracket."""
-
-    bracket: Bracket
-    z: Array  # shape (u,)
-    tangent: Array  # shape (u,)
-    multipliers: NDArray[np.complex128]  # shape (n,)
-    slope: float  # of the function along the branch
-    arclength: float
 
 
 def critical_values(brackets: Sequence[Bracket], found: Solutions) -> Array:
@@ -164,25 +151,26 @@ class AtLimit:
     margin: float  # zero but for rounding
 
 
-def orbits_at_limits(orbits: OrbitBatch, walk: Walk, tolerance: float) -> dict[int, AtLimit | None]:
-    """Return where branches end that ended at a limit, by their numbers; None where that fails."""
-    result: dict[int, AtLimit | None] = {
-        number: None for number, fate in enumerate(walk.fates) if fate == "limit"
-    }
-    numbers = [number for number in result if len(walk.points[number]) >= LAST]
-    if not numbers:
-        return result
-    points = [point for number in numbers for point in walk.points[number][-LAST:]]
-    z, tangents, arclengths = (np.array(item) for item in zip(*points, strict=True))
-    cases = np.repeat(walk.cases[numbers], LAST)
+def orbits_at_limits(
+    orbits: OrbitBatch, branches: Sequence[BatchedBranch], tolerance: float
+) -> dict[BatchedBranch, AtLimit]:
+    """Return where branches that end at a limit meet it, as far as that is located."""
+    ended = [item for item in branches if item.end == "limit" and len(item.steps) >= LAST]
+    if not ended:
+        return {}
+    steps = [step for branch in ended for step in branch.steps[-LAST:]]
+    z, tangents, arclengths = (np.array(item) for item in zip(*steps, strict=True))
+    cases = np.repeat([branch.case for branch in ended], LAST)
     settled = orbits.settled(cases, z, tangents, tolerance)
     margins = orbits.margins(cases, settled.z)
-    brackets = list[Bracket]()
-    for row, number in enumerate(numbers):
+    bracketed, brackets = list[BatchedBranch](), list[Bracket]()
+    for row, branch in enumerate(ended):
         last = slice(row * LAST, (row + 1) * LAST)
         parts = settled.z[last], tangents[last], arclengths[last], margins[last]
-        bracket = _limit_bracket(orbits, number, int(walk.cases[number]), *parts)
-        brackets += [] if bracket is None else [bracket]
+        bracket = _limit_bracket(orbits, branch.case, *parts)
+        if bracket is not None:
+            bracketed.append(branch)
+            brackets.append(bracket)
     names = [limit.name for limit in orbits.model.limits]
 
     def margin(brackets: Sequence[Bracket], found: Solutions) -> Array:
@@ -190,24 +178,19 @@ def orbits_at_limits(orbits: OrbitBatch, walk: Walk, tolerance: float) -> dict[i
         each = orbits.margins(np.array([item.case for item in brackets]), found.z)
         return np.asarray(each[np.arange(len(which)), which])
 
-    near = locate_zeros(orbits, brackets, margin, LIMIT_CLOSE)
-    items = [item for item in near if item is not None]
+    near = zip(bracketed, locate_zeros(orbits, brackets, margin, LIMIT_CLOSE), strict=True)
+    located = [(branch, item) for branch, item in near if item is not None]
+    items = [item for _, item in located]
     zeros = refine_zeros(orbits, items, tolerance, margin, LIMIT_CLOSE)
-    for item, zero in zip(items, zeros, strict=True):
-        if zero is not None:
-            index = names.index(item.bracket.kind)
-            result[item.bracket.branch] = AtLimit(zero[0], item.arclength, index, zero[1])
-    return result
+    return {
+        branch: AtLimit(zero[0], item.arclength, names.index(item.bracket.kind), zero[1])
+        for (branch, item), zero in zip(located, zeros, strict=True)
+        if zero is not None
+    }
 
 
 def _limit_bracket(
-    orbits: OrbitBatch,
-    branch: int,
-    case: int,
-    z: Array,
-    tangents: Array,
-    arclengths: Array,
-    margins: Array,
+    orbits: OrbitBatch, case: int, z: Array, tangents: Array, arclengths: Array, margins: Array
 ) -> Bracket | None:
     """Return two orbits between which one limit is broken; None if there is no such limit.
 
@@ -237,4 +220,4 @@ def _limit_bracket(
         return None
     index = int(broken[0])
     name, values = orbits.model.limits[index].name, margins[-2:, index]
-    return Bracket(branch, case, name, z[-2:], tangents[-2:], arclengths[-2:], values, (0, 0))
+    return Bracket(case, name, z[-2:], tangents[-2:], arclengths[-2:], values)

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.batched_points import Located, locate_zeros
-from slipfold.branches.batched_walk import Bracket
+from slipfold.branches.batched_points import locate_zeros
+from slipfold.branches.batched_walk import Bracket, Located
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.continuation.end import End
@@ -341,7 +341,7 @@ def _located(curve: _Curve, special: Sequence[SpecialPoint]) -> list[Located] | 
             values = curve.tests[ends, TESTS.index(kind)]
             if abs(after - before) == change and values[0] * values[1] < 0:
                 parts = curve.z[ends], curve.tangents[ends], s[ends], values
-                brackets.append(Bracket(0, 0, kind, *parts, (before, after)))
+                brackets.append(Bracket(0, kind, *parts, (before, after)))
     if [item.kind for item in brackets] != [item.type for item in special] or _may_hide(curve):
         return None
     length = float(s[-1])

@@ -204,7 +204,7 @@ class ResponseWork(LossWork):
         return [None if case.failure else self._found(case) for case in cases]
 
     def _found(self, case: BatchedCase) -> Findings | None:
-        special = [branch.special for branch in case.branches]
+        special = case.special
         loss = case.loss(special[0])
         if not case.branches[0].stable:
             text = unstable_from(self.vary, float(self.span[0]))
