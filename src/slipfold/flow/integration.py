@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.autonomous_settlement import judge_autonomous
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import AT_REST, PUSH, perturbed_off, rounded_down
@@ -18,7 +17,13 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
 from slipfold.flow.modes import Mode, Status, shown
 from slipfold.flow.scales import measured
-from slipfold.flow.settlement import Settlement, judge_changes, judge_settlement, not_converged
+from slipfold.flow.settlement import (
+    Settlement,
+    judge_autonomous,
+    judge_changes,
+    judge_settlement,
+    not_converged,
+)
 from slipfold.flow.switched_flow import Leg, hybrid_system
 from slipfold.flow.switched_motion import Broken, Recorder, alternate, first_mode, legs
 from slipfold.flow.trajectory import Sticking, Trajectory

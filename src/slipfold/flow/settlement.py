@@ -1,29 +1,43 @@
-"""Whether a trajectory has converged to a steady state, judged from states that should repeat."""
+"""Whether a trajectory has converged to a response, a cycle or an equilibrium.
+
+Three sequences of states must repeat: those at the start of forcing periods, those at which an
+autonomous trajectory returns to a plane, and those at which contacts change. How much they change
+over a period and how fast that shrinks, a `Trend`, says how far away the limit still is.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property, reduce
+from itertools import chain, pairwise
 
 import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import ROUNDING
+from slipfold.flow.equations import Constants
+from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.implicit_steps import StiffFallback
+from slipfold.flow.polynomials import DenseMotion
 from slipfold.flow.switched_motion import Change
+from slipfold.models.model import Model
 from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.text.one_line import number_text
 
-LARGEST_PERIOD = 8
-SHORTEST = 16
-"""Forcing periods below which nothing can be said."""
+MAX_PERIOD = 8
+"""Longest period of a response, in forcing periods."""
 
-SHORT = 200
-"""Forcing periods below which a transient cannot be told from a torus."""
-
+FEW, SHORT = 16, 200
+"""Forcing periods below which nothing is known, and below which a transient may be a torus."""
 
 TREND = 0.9
 """Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)."""
+
+MAX_CHANGES, ROUNDS = 64, 4
+"""Changes of contacts in a cycle at most, and rounds that must repeat each other."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -139,7 +153,7 @@ class Trend:
 
 def trends_of(scaled: Array, turns: Array = NO_TURNS) -> list[Trend]:
     """Return how states change over 1 to 8 of them but for whole turns. Shapes: scaled (m, n)."""
-    return [_measure(scaled, turns, period) for period in range(1, LARGEST_PERIOD + 1)]
+    return [_measure(scaled, turns, period) for period in range(1, MAX_PERIOD + 1)]
 
 
 def judge_settlement(
@@ -159,7 +173,7 @@ def judge_settlement(
     >>> judge_settlement(decay, np.ones(1), 1e-9).period
     1
     """
-    if len(strobe) <= SHORTEST:
+    if len(strobe) <= FEW:
         count = len(strobe) - 1
         return not_converged(
             f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}"
@@ -178,7 +192,7 @@ def _measure(scaled: Array, turns: Array, period: int) -> Trend:
         float(change[len(change) - (i + 1) * width : len(change) - i * width].max())
         for i in (2, 1, 0)
     )
-    drift = float(change[-min(width, LARGEST_PERIOD) :].max())
+    drift = float(change[-min(width, MAX_PERIOD) :].max())
     return Trend(period, drift, (windows[0], windows[1], windows[2]), width)
 
 
@@ -197,15 +211,12 @@ def _shortest(trends: list[Trend], settled: Trend, tolerance: float) -> Trend:
 
 def _settled(trend: Trend) -> Settlement:
     plural = "" if trend.period == 1 else "s"
-    return Settlement(
-        True,
-        trend.period,
-        trend.drift,
-        trend.rate,
-        f"settled on a response of {trend.period} forcing period{plural}; "
-        f"it repeats within {max(trend.drift, 1e-16):.1e}",
-        kind="response",
-    )
+    message = f"settled on a response of {trend.period} forcing period{plural}; {_repeats(trend)}"
+    return Settlement(True, trend.period, trend.drift, trend.rate, message, kind="response")
+
+
+def _repeats(trend: Trend) -> str:
+    return f"it repeats within {max(trend.drift, 1e-16):.1e}"
 
 
 def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlement:
@@ -245,51 +256,329 @@ def _advice(periods: int) -> str:
     )
 
 
-LONGEST = 64
-"""Changes in a cycle at most."""
-
-ROUNDS = 4
-"""Rounds that must repeat each other."""
-
-
 def judge_changes(
-    changes: list[Change], scales: Array, tolerance: float, unit: float, time: float
+    changes: Sequence[Change], scales: Array, tolerance: float, unit: float, time: float
 ) -> Settlement:
-    """Judge from the last changes whether a trajectory repeats itself.
+    """Judge from the last changes of contacts whether a trajectory repeats itself.
 
-    Of a cycle of k changes the last rounds must have the same modes in the same order. It is
-    settled where states differ by less than the tolerance from round to round, and by as much as
-    they will still do, if that shrinks from round to round. `unit` is the duration of a phase.
-
-    Shapes: scales (n,).
+    The last rounds of a cycle must have the same modes in the same order. `unit` is the duration
+    of a phase. Shapes: scales (n,).
     """
-    for length in range(1, min(LONGEST, len(changes) // ROUNDS) + 1):
+    for length in range(1, min(MAX_CHANGES, len(changes) // ROUNDS) + 1):
         last = changes[-ROUNDS * length :]
         if any(last[i].mode != last[i + length].mode for i in range(len(last) - length)):
             continue
-        gaps = [_distance(last, i, length, scales) for i in range(ROUNDS - 1)]
-        drift = gaps[-1]
-        rate = drift / gaps[0] if gaps[0] > ROUNDING else None
-        if drift > tolerance or (rate is not None and rate >= 1 and drift > ROUNDING):
-            continue
-        left = drift if rate is None else drift * math.sqrt(rate) / (1 - math.sqrt(rate))
-        if left > tolerance:
+        scaled = np.array([change.state for change in last]) / scales
+        apart = np.abs(scaled[length:] - scaled[:-length]).reshape(ROUNDS - 1, -1)
+        first, middle, drift = apart.max(axis=1).tolist()
+        trend = Trend(length, drift, (first, middle, drift), length)
+        if not (drift <= tolerance and trend.distance <= tolerance):
             continue
         duration = (last[-1].time - last[-1 - length].time) * unit
-        message = (
-            f"settled on a cycle of {duration:.9g} s ({1 / duration:.6g} Hz) with stick and slip; "
-            f"it repeats within {max(drift, 1e-16):.1e}"
-        )
+        message = f"settled on {_cycle_text(duration)} with stick and slip; {_repeats(trend)}"
+        rate = None if trend.rate is None else drift / first
         return Settlement(True, 1, drift, rate, message, duration=duration, kind="cycle")
     message = f"not settled after {time:.6g} s: stick and slip do not repeat yet; simulate longer"
     return not_converged(message)
 
 
-def _distance(last: list[Change], turn: int, length: int, scales: Array) -> float:
-    """Return how far a round is from the next one."""
-    first = last[turn * length : (turn + 1) * length]
-    second = last[(turn + 1) * length : (turn + 2) * length]
-    return max(
-        float(np.abs((after.state - before.state) / scales).max())
-        for before, after in zip(first, second, strict=True)
+def _cycle_text(duration: float) -> str:
+    return f"a cycle of {duration:.9g} s ({1 / duration:.6g} Hz)"
+
+
+STEPS = (4_000, 16_000, 64_000)
+"""Steps of the integrator at the end of a trajectory in which returns are sought: a round of a
+smooth cycle takes fifty, one with jumps a thousand."""
+
+STIFF_INTERVALS, STIFF_TRIALS, STIFF_STEPS = 100, 10, 500
+"""Intervals before the end from which stiffness is tried, how many of them, and steps of each."""
+
+NEAR = 0.3
+"""Crossings farther from the plane's origin than this fraction of the trajectory's extent belong to
+other parts of the trajectory."""
+
+NEWTON_STEPS = 12
+"""Newton steps to a crossing; five are enough, and a step that leaves its bracket is halved."""
+
+ENOUGH, FEWEST = 60, 40
+"""Returns that suffice for a trend, and states below which none can be seen."""
+
+NEUTRAL = 1e-5
+"""Distance from one of a multiplier that may be one: of a center two are, known to 1e-6 only."""
+
+PIECE = 100
+"""Steps over which derivatives are propagated at once."""
+
+
+def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlement:
+    """Judge from the end of a trajectory whether it has converged.
+
+    On an equilibrium, if it is that near to one that attracts. On a cycle, if its returns to a
+    plane across it repeat as the states of a forced trajectory must, and the cycle attracts: in a
+    center each round repeats the one before without any having been converged to.
+
+    Shapes: strobe (m, n).
+
+    >>> from slipfold.flow.simulate import simulate
+    >>> from slipfold.models import model_named
+    >>> round(simulate(model_named("vanderpol-free")).settlement.duration, 8)
+    6.66328686
+    """
+    rest = equilibrium_near(model, strobe[-1])
+    if rest is not None and rest.distance <= tolerance:
+        return _at_rest(rest)
+    end = _End(model, strobe)
+    returns, seen = None, 0.0
+    for window in chain(map(end.window, STEPS), map(end.stiff_window, STEPS[:1])):
+        if window is None:
+            break
+        seen = window.end * end.unit
+        returns = end.returns(window)
+        for trend in end.trends(returns.states):
+            if trend.drift <= tolerance:
+                found = _on_cycle(end, window, returns.phases, trend, tolerance)
+                if found is not None:
+                    return found
+        if len(returns.phases) >= ENOUGH or window.end >= len(strobe) - 1:
+            break
+    return _unsettled_autonomous(end, returns, seen, rest, tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Returns:
+    """Where a trajectory crosses a plane, in one sense."""
+
+    phases: Array  # shape (m,)
+    states: Array  # shape (m, n)
+
+
+@dataclass(frozen=True, eq=False)
+class _End:
+    """The end of a trajectory, integrated again as far back as requested."""
+
+    model: Model
+    strobe: Array
+
+    @cached_property
+    def flow(self) -> Flow:
+        return flow_of(self.model)
+
+    @cached_property
+    def constants(self) -> Constants:
+        return self.flow.constants_of(self.model)
+
+    @cached_property
+    def scales(self) -> Array:
+        return self.model.state_scales()
+
+    @property
+    def unit(self) -> float:
+        """Seconds from state to state."""
+        return float(self.model.values["duration"])
+
+    @property
+    def time(self) -> float:
+        """Seconds that the trajectory lasts."""
+        return self.unit * (len(self.strobe) - 1)
+
+    def window(self, steps: int) -> DenseMotion | None:
+        """Return the trajectory over about so many of its last steps."""
+        return self._window(self.flow.dense(self.strobe[-2], self.constants, 1.0, steps), steps)
+
+    def stiff_window(self, steps: int) -> DenseMotion | None:
+        """Return the same in implicit steps; None where the trajectory is not stiff."""
+        several = min(STIFF_INTERVALS, len(self.strobe) - 1)
+        for count in range(
+            several, max(several - STIFF_TRIALS, 0), -1
+        ):  # in a round it is at times
+            start = self.strobe[-1 - count]
+            last = self.flow.dense(start, self.constants, float(count), STIFF_STEPS)
+            if last is not None and last.implicit:
+                return self._window(last, steps)
+        return None
+
+    def _window(self, last: DenseMotion | None, steps: int) -> DenseMotion | None:
+        """Return so many steps, which are as long as the last ones."""
+        if last is None:
+            return None
+        count = min(math.ceil(steps * last.end / len(last.phases)), len(self.strobe) - 1)
+        return self.flow.dense(self.strobe[-1 - count], self.constants, float(count), 4 * steps)
+
+    def returns(self, window: DenseMotion) -> _Returns:
+        """Find where a trajectory returns to a plane, but for full revolutions.
+
+        The plane stands across the trajectory where the speed is typical of its second half,
+        neither at rest nor in a jump.
+        """
+        phases, states = window.phases, window.at(window.phases) / self.scales
+        half = np.flatnonzero(phases >= 0.5 * window.end)
+        directions = self._rates(states[half])
+        speeds = np.linalg.norm(directions, axis=1)
+        typical = int(np.argsort(speeds)[len(speeds) // 2])
+        if not speeds[typical] > 0:
+            return _Returns(np.empty(0), np.empty((0, states.shape[1])))
+        origin, normal = states[half[typical]], directions[typical] / speeds[typical]
+
+        def away(states: Array) -> Array:
+            return without_turns(states - origin, self.model.whole_turns / self.scales)
+
+        height = away(states) @ normal
+        (before,) = np.nonzero((height[:-1] < 0) & (height[1:] >= 0))
+        low, high = phases[before], phases[before + 1]
+        at, slack = 0.5 * (low + high), 1e-6 * (high - low)
+        for _ in range(NEWTON_STEPS):
+            inner = window.at(at) / self.scales
+            height = away(inner) @ normal
+            low, high = np.where(height < 0, at, low), np.where(height < 0, high, at)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                moved = at - height / (self._rates(inner) @ normal)
+            # Not where it is no number; one at the very end of a step may lie beyond by rounding.
+            inside = (moved >= low - slack) & (moved <= high + slack)
+            at = np.where(inside, np.clip(moved, low, high), 0.5 * (low + high))
+        beside = away(window.at(at) / self.scales)
+        extent = float(np.linalg.norm(away(states[half]), axis=1).max())
+        near = np.linalg.norm(beside, axis=1) <= NEAR * extent
+        return _Returns(at[near], (origin + beside)[near] * self.scales)
+
+    def _rates(self, scaled: Array) -> Array:
+        states = scaled * self.scales
+        return self.flow.rates(states, np.zeros(len(states)), self.constants) / self.scales
+
+    def trends(self, returns: Array) -> list[Trend]:
+        """Return how the states at returns change; nothing where they are too few."""
+        if len(returns) <= FEW:
+            return []
+        scaled = returns / self.scales
+        # States of hundreds of scales are known to as many times the rounding of others.
+        return trends_of(scaled / max(1.0, float(np.abs(scaled).max())))
+
+    def largest_multiplier(self, window: DenseMotion, begin: float, end: float) -> float:
+        """Return the largest modulus of a cycle's multipliers besides that of its own direction."""
+        inside = window.phases[(window.phases > begin) & (window.phases < end)]
+        if window.implicit:
+            edges = np.concatenate([[begin], inside, [end]])
+            matrices = StiffFallback(self.flow, self.constants).matrices(window, edges)
+            ratios = np.ones((1, 1))
+        else:
+            edges = np.concatenate([[begin], inside[::PIECE], [end]])
+            states, lengths = window.at(edges[:-1]), np.diff(edges)
+            still, zero = np.zeros((len(self.constants.values), 1)), np.zeros(len(states))
+            matrices = self.flow.linearize(states, zero, lengths, self.constants, still)[1]
+            ratios = self.scales / self.scales[:, None]
+        monodromy = reduce(lambda product, matrix: matrix @ product, matrices) * ratios
+        if not np.isfinite(monodromy).all():
+            return math.inf
+        values = np.linalg.eigvals(monodromy)
+        others = np.delete(values, np.abs(values - 1).argmin())
+        return float(np.abs(others).max(initial=0.0))
+
+
+def _at_rest(rest: Equilibrium) -> Settlement:
+    within = f"within {max(rest.distance, 1e-16):.1e}"
+    if rest.growth > 0:
+        return not_converged(
+            f"not settled: it sits on an unstable equilibrium, {within}; a disturbance grows by "
+            f"the factor 10 in {math.log(10) / rest.growth:.3g} s",
+            rest.distance,
+        )
+    kind = "an equilibrium" if rest.growth < 0 else "an equilibrium that attracts nothing"
+    message = f"settled on {kind}, {within}"
+    return Settlement(True, 1, rest.distance, None, message, kind="equilibrium")
+
+
+def _on_cycle(
+    end: _End, window: DenseMotion, phases: Array, trend: Trend, tolerance: float
+) -> Settlement | None:
+    """Judge a cycle by its multipliers; None if the returns are not near enough to it yet.
+
+    The largest multiplier is the rate at which drift will shrink: among rounding errors the drift
+    itself shows none.
+    """
+    begin, stop = float(phases[-1 - trend.period]), float(phases[-1])
+    duration = (stop - begin) * end.unit
+    multiplier = end.largest_multiplier(window, begin, stop)
+    if multiplier < 1 - NEUTRAL:
+        if trend.drift * multiplier / (1 - multiplier) > tolerance:
+            return None
+        message = f"settled on {_cycle_text(duration)}; {_repeats(trend)}"
+        return Settlement(
+            True, 1, trend.drift, trend.rate, message, duration=duration, kind="cycle"
+        )
+    if multiplier > 1 + NEUTRAL:
+        message = (
+            f"not settled: it follows an unstable cycle of {duration:.9g} s, from which a "
+            f"disturbance grows by the factor {multiplier:.4g} a round; start beside it"
+        )
+    else:
+        message = (
+            f"not settled: each round of {duration:.9g} s repeats the one before within "
+            f"{max(trend.drift, 1e-16):.1e}, but nothing attracts the motion to it; it goes on as "
+            "it began, as round a center without damping"
+        )
+    return not_converged(message, trend.drift, trend.rate)
+
+
+def _unsettled_autonomous(
+    end: _End, returns: _Returns | None, seen: float, rest: Equilibrium | None, tolerance: float
+) -> Settlement:
+    start = f"not settled after {end.time:.6g} s: "
+    sizes = np.abs(end.strobe / end.scales).max(axis=1)
+    if rest is not None and rest.growth < 0 and _approaches(end, rest):
+        more = math.log(rest.distance / tolerance) / -rest.growth
+        message = (
+            f"{start}it approaches an equilibrium and is {rest.distance:.1e} away; about "
+            f"{more:.3g} s more are needed"
+        )
+        return not_converged(message, rest.distance)
+    count = 0 if returns is None else len(returns.phases)
+    if returns is None or count <= FEW:
+        half = len(sizes) // 2
+        grows = half and sizes[half:].max() > 2 * sizes[:half].max()
+        how = "the motion still grows" if grows else _few(count, seen)
+        return not_converged(f"{start}{how}; simulate longer")
+    return _still_changing(end, returns, start, tolerance)
+
+
+def _few(count: int, seen: float) -> str:
+    lately = f"in the last {seen:.4g} s the motion has"
+    if count == 0:
+        return f"{lately} not come back to where it was"
+    times = "once" if count == 1 else f"{count} times"
+    return f"{lately} come back to where it was {times} only, too seldom to tell"
+
+
+def _approaches(end: _End, rest: Equilibrium) -> bool:
+    """Whether the trajectory comes nearer to an equilibrium as its slowest eigenvalue says."""
+    away = np.abs((end.strobe - rest.state) / end.scales).max(axis=1)
+    if len(away) < FEWEST:
+        return False
+    quarters = [float(part.max()) for part in np.array_split(away, 4)][1:]
+    shrinks = all(after < before for before, after in pairwise(quarters))
+    expected = -rest.growth * end.time / 4
+    return shrinks and 0.5 < math.log(quarters[-2] / quarters[-1]) / expected < 2.0
+
+
+def _still_changing(end: _End, returns: _Returns, start: str, tolerance: float) -> Settlement:
+    between = float(np.diff(returns.phases).mean()) * end.unit
+    trends = end.trends(returns.states)
+    for trend in trends:
+        more = trend.more(tolerance)
+        if more is not None and trend.rate is not None:
+            return not_converged(
+                f"{start}the motion comes back after about {trend.period * between:.4g} s, still "
+                f"changed by {trend.drift:.1e}, shrinking by the factor "
+                f"{trend.rate**trend.period:.6g}; about {more * between:.3g} s more are needed",
+                trend.drift,
+                trend.rate,
+            )
+    first = trends[0]
+    if first.growing:
+        how = f"leaving an unstable cycle of about {between:.4g} s; simulate longer"
+        return not_converged(f"{start}it is {how}", first.drift, first.rate)
+    return not_converged(
+        f"{start}the motion comes back after about {between:.4g} s, changed by {first.drift:.1e}, "
+        "and this does not shrink; a torus, chaos or a very slow transient: look at the motion, or "
+        f"simulate {10 * end.time:.3g} s",
+        first.drift,
+        first.rate,
     )
