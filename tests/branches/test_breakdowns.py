@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.branches import ends
 
 BURST = 60
 """Calls that fail in a row: more than a step may be shortened."""
@@ -151,3 +153,21 @@ def test_an_equilibrium_that_runs_away_says_so():
     assert branch.states[:-1, 0] == pytest.approx(np.log(branch.parameter[:-1]), rel=1e-9)
     assert branch.states[-1, 0] < -300
     assert "the equilibrium runs away to x = -" in branch.stopped.reason
+
+
+@pytest.mark.parametrize(
+    ("largest", "kind"), [(10.0, "failed"), (7e17, "unresolved")], ids=["ordinary", "unobservable"]
+)
+def test_a_step_that_fails_beside_an_unobservable_multiplier_is_no_failure(
+    monkeypatch, largest, kind
+):
+    # A doubled cycle of a snaking branch, as of the neural mass model of Tsodyks and Markram.
+    monkeypatch.setattr(ends, "nears_homoclinic", lambda orbits, points: "")
+    monkeypatch.setattr(ends, "failure_reason", lambda *given: ("failed", "the step fell"))
+    monkeypatch.setattr(ends.BranchEndings, "_put_on_edge", lambda self, traced: False)
+    last = SimpleNamespace(multipliers=np.array([largest, 1.0, 0.1]), z=np.zeros(1))
+    orbits = SimpleNamespace(place=lambda z: (0.5,))
+    traced = SimpleNamespace(curve=orbits, points=[last, last])
+    end = ends.BranchEndings((0, 1), None).failed(traced, SimpleNamespace(kind="failed"))
+    assert end.kind == kind
+    assert "the step fell" in end.reason

@@ -16,6 +16,7 @@ from slipfold.branches.bifurcations import (
 )
 from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.branches.special_point import ALIKE
+from slipfold.branches.stops import RESOLVED
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
@@ -88,6 +89,10 @@ class BranchEndings(Endings[OrbitPoint]):
         kind, reason = failure_reason(orbits, last, failure)
         if kind == "failed" and len(traced.points) == 1 and _is_one_of_several(last):
             reason = SEVERAL
+        largest = float(np.abs(last.multipliers).max(initial=0.0))
+        if kind == "failed" and largest > RESOLVED:
+            kind = "unresolved"
+            reason = f"a multiplier of {largest:.1e} leaves too few digits for a step ({reason})"
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
         elif clause:
