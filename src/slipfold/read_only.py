@@ -1,14 +1,41 @@
-"""Data classes that nobody changes by way of their arrays."""
+"""Data classes that nobody changes by way of their arrays, and whose fields say what they mean."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from inspect import cleandoc, get_annotations
+from textwrap import fill
+from typing import Any, ClassVar, get_origin, get_type_hints
 
 import numpy as np
 
 
 class ReadOnly:
-    """Base of frozen data classes: arrays among their fields, and in mappings there, are locked."""
+    """Base of frozen data classes: arrays among their fields, and in mappings there, are locked.
+
+    Where fields declare what they mean, ``Annotated[type, "text"]``, the docstring gets its section
+    on parameters from there.
+    """
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Write the section on parameters into the docstring."""
+        super().__init_subclass__(**options)
+        before, heading, notes = cleandoc(cls.__doc__ or "").partition("\nNotes\n")
+        if "\nParameters\n" in before or "Annotated" not in str(_own(cls)):
+            return
+        hints = get_type_hints(cls, include_extras=True)
+        lines = [before.rstrip("\n"), "", "Parameters", "----------"]
+        for name in _own(cls):
+            if get_origin(hints[name]) is not ClassVar:
+                text = cls._field_text(name, hints[name])
+                lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+        cls.__doc__ = "\n".join(lines) + (f"\n{heading}{notes}" if heading else "\n")
+
+    @classmethod
+    def _field_text(cls, name: str, hint: Any) -> str:
+        """Return the text of a field, from its annotation."""
+        (note,) = getattr(hint, "__metadata__", ("",))[:1]
+        return note if isinstance(note, str) else note.described()
 
     def __post_init__(self) -> None:
         """Lock the arrays."""
@@ -16,3 +43,11 @@ class ReadOnly:
             for each in value.values() if isinstance(value, Mapping) else (value,):
                 if isinstance(each, np.ndarray):
                     each.setflags(write=False)
+
+
+def _own(kind: type) -> dict[str, Any]:
+    """Return the annotations of a class, those of its bases first."""
+    found: dict[str, Any] = {}
+    for each in reversed(kind.__mro__):
+        found |= {} if each is ReadOnly else get_annotations(each)
+    return found

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
+from slipfold.branches.curve import CurvePoint
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.orbits.grazing import MET
-from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import OneLine, certain, number_text, parameter_text
-from slipfold.text.printed_table import PrintedTable
 
 ALIKE = 1e-6
 """Multipliers this near to each other are one that is there more than once."""
@@ -27,90 +24,55 @@ LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *MET)
 """Types of special points that have a locus in two parameters."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SpecialPoint(OneLine, ReadOnly):
-    """A located point of a branch; frozen.
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class SpecialPoint(CurvePoint):
+    """A located point of a branch; frozen."""
 
-    Parameters
-    ----------
-    type
-        ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"``, or ``"EVENT"`` for a user's event. Where
-        the model itself ends, the branch does: see `Branch.stopped`. Where contacts begin or cease
-        to do something ``"GRAZE"``, ``"STICK"``, ``"LIFT"`` or ``"MEET"``, see `name`.
-    name
-        The type in words, e.g. ``"period doubling"``, or what a user's event watches.
-    model
-        The model with the parameter values of the point.
-    vary
-        Name of the parameter followed.
-    value
-        Value of that parameter.
-    uncertainty
-        Computed uncertainty of `value`: how much it moves when the orbit and its derivatives are
-        integrated anew with other steps (same unit). Infinite where nothing is known, NaN where the
-        computation was interrupted before.
-    period
-        Period in forcing periods.
-    nodes
-        States of the orbit, shape (m, n_states).
-    multipliers
-        Floquet multipliers, complex, shape (n_states,), largest modulus first.
-    multiplier_uncertainty
-        Computed uncertainty of each multiplier, shape (n_states,).
-    residual
-        How far the orbit fails to close, in scaled states.
-    arclength
-        Position on the branch.
-    criticality
-        ``"supercritical"``, ``"subcritical"`` or None where it has no meaning.
-    coefficient
-        Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov
-        coefficient), LP (quadratic) and BP (cubic of a pitchfork, else quadratic), of an
-        equilibrium that of the flow; first Lyapunov coefficient of HB; None elsewhere. See
-        `slipfold.orbits.normal_forms.normal_form`.
-    leads_to
-        Id of the branch that was started here, or None.
-    stuck_fraction
-        Share of the period in which a contact sticks; NaN of an orbit along which contacts slip
-        in one direction all the time.
-    gradients
-        Derivatives of `value` with respect to the other parameters of the model, by name, in SI
-        units: NaN where there is none. None of what has no locus, and unless they were asked for,
-        see `slipfold.gradients`.
-    """
+    type: Annotated[
+        str,
+        '``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"HB"``, or ``"EVENT"`` for a user\'s '
+        "event. Where the model itself ends, the branch does: see `Branch.stopped`. Where contacts "
+        'begin or cease to do something ``"GRAZE"``, ``"STICK"``, ``"LIFT"`` or ``"MEET"``, '
+        "see `name`.",
+    ]
+    name: Annotated[
+        str, 'The type in words, e.g. ``"period doubling"``, or what a user\'s event measures.'
+    ]
+    vary: Annotated[str, "Name of the parameter followed."]
+    value: Annotated[float, "Value of that parameter."]
+    uncertainty: Annotated[
+        float,
+        "Computed uncertainty of `value`: how much it moves when the orbit and its derivatives are "
+        "integrated again with other steps (same unit). Infinite where nothing is known, NaN where "
+        "the computation was interrupted before.",
+    ]
+    multiplier_uncertainty: Annotated[
+        Array, "Computed uncertainty of each multiplier, shape (n_states,)."
+    ]
+    criticality: Annotated[
+        str | None, '``"supercritical"``, ``"subcritical"`` or None where it has no meaning.'
+    ] = None
+    coefficient: Annotated[
+        float | None,
+        "Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov "
+        "coefficient), LP (quadratic) and BP (cubic of a pitchfork, else quadratic), of an "
+        "equilibrium that of the flow; first Lyapunov coefficient of HB; None elsewhere. See "
+        "`slipfold.orbits.normal_forms.normal_form`.",
+    ] = None
+    leads_to: Annotated[int | None, "Id of the branch that was started here, or None."] = None
+    gradients: Annotated[
+        Mapping[str, float] | None,
+        "Derivatives of `value` with respect to the other parameters of the model, by name, in SI "
+        "units: NaN where there is none. None of what has no locus, and unless they were "
+        "requested, see `slipfold.gradients`.",
+    ] = None
 
-    type: str
-    name: str
-    model: Model
-    vary: str
-    value: float
-    uncertainty: float
-    period: int
-    nodes: NDArray[np.float64]
-    multipliers: NDArray[np.complex128]
-    multiplier_uncertainty: NDArray[np.float64]
-    residual: float
-    arclength: float
-    criticality: str | None = None
-    coefficient: float | None = None
-    leads_to: int | None = None
-    stuck_fraction: float = np.nan
-    gradients: Mapping[str, float] | None = None
+    def _numbers(self) -> Mapping[str, float | None]:
+        return {"uncertainty": self.uncertainty, "coefficient": self.coefficient}
 
-    def _line(self) -> str:
-        value = certain(self.value, self.uncertainty)
-        at = parameter_text(self.model.parameter(self.vary), value)
-        return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
-
-    def _rows(self) -> PrintedTable:
-        numbers = {"uncertainty": self.uncertainty, "coefficient": self.coefficient}
-        return PrintedTable(
-            ["", ""],
-            [
-                *([name, number_text(value)] for name, value in numbers.items()),
-                *self.orbit._rows().lines,
-            ],
-        )
+    @property
+    def _values(self) -> tuple[float]:
+        return (self.value,)
 
     @property
     def outcome(self) -> str:
@@ -141,11 +103,6 @@ class SpecialPoint(OneLine, ReadOnly):
         return "neither soft nor hard: the coefficient is zero within rounding"
 
     @property
-    def interrupted(self) -> bool:
-        """Whether the computation was interrupted before its normal form and uncertainties."""
-        return bool(np.isnan(self.uncertainty))
-
-    @property
     def several(self) -> bool:
         """Whether a PD, NS or HB has its critical multiplier more than once, as by a symmetry."""
         critical = self.critical_multiplier
@@ -154,22 +111,11 @@ class SpecialPoint(OneLine, ReadOnly):
         return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1
 
     @property
-    def state(self) -> NDArray[np.float64]:
-        """State at phase zero, shape (n_states,)."""
-        return self.nodes[0]
-
-    @property
     def duration(self) -> float:
         """Period of the orbit in seconds; at a Hopf point, that of the cycle born there."""
         if self.type == "HB" and self.critical_multiplier is not None:
             return self.orbit.duration * 2 * np.pi / float(np.angle(self.critical_multiplier))
         return self.orbit.duration
-
-    @cached_property
-    def orbit(self) -> PeriodicOrbit:
-        """The periodic orbit at this point."""
-        kind = PeriodicOrbit if np.isnan(self.stuck_fraction) else StickSlipOrbit
-        return kind(self.model, self.period, self.nodes, self.multipliers, self.residual)
 
     @property
     def critical_multiplier(self) -> complex | None:

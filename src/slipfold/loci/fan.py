@@ -159,18 +159,18 @@ def _as_point(
     orbits, model = curve.orbits, curve.orbits.model_at(point.z)
     multipliers = orbits.multipliers(point)
     return SpecialPoint(
-        kind,
-        NAMES[kind],
-        model,
-        branch.vary,
-        model.values[branch.vary],
-        np.inf,
-        branch.period,
-        orbits.evenly(point.z),
-        multipliers,
-        np.full(len(multipliers), np.inf),
-        point.residual,
-        point.arclength,
+        type=kind,
+        name=NAMES[kind],
+        model=model,
+        vary=branch.vary,
+        value=model.values[branch.vary],
+        uncertainty=np.inf,
+        period=branch.period,
+        nodes=orbits.evenly(point.z),
+        multipliers=multipliers,
+        multiplier_uncertainty=np.full(len(multipliers), np.inf),
+        residual=point.residual,
+        arclength=point.arclength,
         stuck_fraction=0.0,
     )
 

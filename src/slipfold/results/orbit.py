@@ -27,6 +27,8 @@ MULTIPLIERS = Table(
 class Orbit(Part):
     """An orbit as an attribute: its samples over one period, its nodes and its multipliers."""
 
+    doc = "The orbit."
+
     def names(self, key: str) -> set[str]:
         """Return the names of the arrays and dimensions."""
         return {"time", "node", "nodes", "multipliers"}

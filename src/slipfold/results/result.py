@@ -8,11 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from functools import cache
 from importlib import import_module
-from inspect import cleandoc, get_annotations
 from pathlib import Path
-from textwrap import fill
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, cast, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 
 from slipfold.drawing import draw
 from slipfold.errors import InputError
@@ -91,23 +89,11 @@ class Result(OneLine, ReadOnly, ABC):
     provenance: Provenance
     checked: Checked | None = None
 
-    def __init_subclass__(cls, **options: Any) -> None:
-        """Write the section on parameters into the docstring, from the declared fields."""
-        super().__init_subclass__(**options)
-        before, notes, after = cleandoc(cls.__doc__ or "").partition("\nNotes\n")
-        if not notes or "\nParameters\n" in before:
-            return
-        hints, lines = get_type_hints(cls, include_extras=True), ["Parameters", "----------"]
-        declaring = [each for each in reversed(cls.__mro__) if each is not Result]
-        for name in dict.fromkeys(name for each in declaring for name in get_annotations(each)):
-            hint = hints[name]
-            if get_origin(hint) is ClassVar:
-                continue
-            note = (*getattr(hint, "__metadata__", ()), "")[0]
-            text = note.described() if isinstance(note, Part) else note
-            text = text or USUAL[name]
-            lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
-        cls.__doc__ = "\n".join([before.rstrip("\n"), "", *lines, "", "Notes", after])
+    @classmethod
+    def _field_text(cls, name: str, hint: Any) -> str:
+        part = cls.arrays.get(name)
+        text = super()._field_text(name, hint) or ("" if part is None else part.described())
+        return text or USUAL[name]
 
     def summary(self) -> str:
         """Return a title, tables of the numbers and remarks as text."""

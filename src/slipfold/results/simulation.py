@@ -6,13 +6,15 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from html import escape
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.modes import Status, contacts_of
+from slipfold.flow.settlement import Settlement
 from slipfold.flow.switched_motion import Interval
 from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.model import Model
@@ -71,6 +73,8 @@ def _intervals(model: Model) -> Table:
 @dataclass(frozen=True)
 class Contacts(Part):
     """Sticking contacts as an attribute; None if all contacts slip all the time."""
+
+    doc = "What contacts did in a trajectory that sticks; None of one that always slips."
 
     def names(self, key: str) -> set[str]:
         """Return the dimensions of its arrays."""
@@ -139,28 +143,6 @@ class Simulation(Trajectory, Result):
 
     Made by `slipfold.simulate` and `slipfold.load`.
 
-    Parameters
-    ----------
-    model
-        The model with its parameter values.
-    strobe
-        States at phase zero of every forcing period, from the initial state on, shape
-        (periods + 1, n_states).
-    settlement
-        Whether and on what it settled.
-    stopped
-        Why and when it ended early; None if it ran to its end.
-    asked
-        Forcing periods that were asked for.
-    tolerance
-        Distance from a periodic response at which the motion counts as settled, in scaled states.
-    provenance
-        Versions and time.
-    sticking
-        What contacts did in a motion that sticks; None of one that always slips.
-    checked
-        Parts of the motion that were held against the equations; None if none was.
-
     Notes
     -----
     In the dataset of `to_xarray`, along ``strobe``: ``time`` in seconds and ``states``; the outcome
@@ -194,8 +176,16 @@ class Simulation(Trajectory, Result):
         "sticking": Contacts(),
     })  # fmt: skip
 
-    asked: int
-    tolerance: float
+    settlement: Annotated[Settlement, "Whether and on what it settled."]
+    stopped: Annotated[Stop | None, "Why and when it ended early; None if it ran to its end."] = (
+        None
+    )
+    asked: Annotated[int, "Forcing periods that were requested."]
+    tolerance: Annotated[
+        float,
+        "Distance from a periodic response at which the trajectory counts as settled, in scaled "
+        "states.",
+    ]
     provenance: Provenance
     checked: Checked | None = None
 

@@ -30,38 +30,6 @@ class ThresholdMap(GridThresholds, Result):
     Made by `slipfold.threshold_map` and `slipfold.load`. Every array has the grid's two axes first.
     Where there is no threshold, `kinds` and `reasons` say why, and the numbers are NaN.
 
-    Parameters
-    ----------
-    model
-        The model; its values of `threshold` and of the grid's parameters play no part.
-    threshold
-        Name of the parameter that is raised until stability is lost.
-    type
-        ``"PD"``: the bifurcation by which it is lost.
-    over
-        Values of the grid's two parameters by name, shapes (n1,) and (n2,).
-    span
-        First and last value of the threshold.
-    values
-        Thresholds, shape (n1, n2), in the unit of the parameter; NaN where there is none.
-    states
-        States of the orbits there at phase zero, shape (n1, n2, n_states).
-    multipliers
-        Their Floquet multipliers, complex, shape (n1, n2, n_states), largest modulus first.
-    residuals
-        How far each orbit fails to close, in scaled states, shape (n1, n2).
-    kinds
-        Why there is no threshold, in a few words, shape (n1, n2); empty where there is one.
-    reasons
-        The same as sentences.
-    followed
-        Whether the whole response was followed at this point, shape (n1, n2). Elsewhere the
-        threshold was corrected from a guess, and the response below it checked at four places.
-    provenance
-        Versions and time.
-    checked
-        Thresholds that were computed again by other means; None if nothing was.
-
     Notes
     -----
     The dataset of `to_xarray` lies along the two parameters of the grid, which label it, so that
@@ -89,7 +57,9 @@ class ThresholdMap(GridThresholds, Result):
     gap = "\n\n"
     arrays = MappingProxyType({
         "over": Labels(),
-        "values": Field(GRID, "{threshold}", "{threshold}", name="{threshold}"),
+        "values": Field(GRID, "{threshold}", "{threshold}", name="{threshold}",
+                        doc="Thresholds in the unit of the parameter",
+                        more="NaN where there is none"),
         "states": Field(f"{GRID} state", "state at phase zero", head=""),
         "multipliers": Field(f"{GRID} multiplier", "Floquet multipliers", head="multiplier"),
         "residuals": Field(GRID, "how far the orbit fails to close, in scaled states",
@@ -97,9 +67,15 @@ class ThresholdMap(GridThresholds, Result):
         "kinds": Field(GRID, "why there is no threshold, in a few words", name="kind",
                        head="no threshold"),
         "reasons": Field(GRID, "why there is no threshold", name="reason"),
-        "followed": Field(GRID, "whether the whole response was followed here"),
+        "followed": Field(GRID, "whether the whole response was followed here",
+                          more="elsewhere the threshold was corrected from a guess, and the "
+                          "response below it checked at four places"),
     })  # fmt: skip
 
+    model: Model
+    threshold: Annotated[str, "Name of the parameter that is raised until stability is lost."]
+    type: Annotated[str, '``"PD"``: the bifurcation by which it is lost.']
+    span: tuple[float, float]
     provenance: Provenance
     checked: Checked | None = None
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
+from slipfold.branches.curve import Curve
 from slipfold.continuation.end import End
-from slipfold.models.model import Model, evaluation_of
-from slipfold.models.parameter import DURATION
+from slipfold.models.model import evaluation_of
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
@@ -20,25 +20,20 @@ from slipfold.tori.surface import TorusSpectrum, spectrum_of, surface_of
 
 
 @dataclass(frozen=True, repr=False)
-class Locked(OneLine):
-    """A resonance that a branch of tori passes, where motion may be locked to an orbit; frozen.
+class Locked(OneLine, ReadOnly):
+    """A resonance that a branch of tori passes, where motion may be locked to an orbit; frozen."""
 
-    Parameters
-    ----------
-    ratio
-        The rotation number p/q: a locked orbit closes after q returns of the map.
-    first, last
-        Values of the parameter at the last torus before it and at the first one after it.
-    low, high
-        Ends of the interval in which locked orbits exist: their folds, between which the resonance
-        tongue lies. NaN if these were not found, and of autonomous models.
-    """
-
-    ratio: Fraction
-    first: float
-    last: float
-    low: float = np.nan
-    high: float = np.nan
+    ratio: Annotated[
+        Fraction, "The rotation number p/q: a locked orbit closes after q returns of the map."
+    ]
+    first: Annotated[float, "Value of the parameter at the last torus before it."]
+    last: Annotated[float, "Value of the parameter at the first torus after it."]
+    low: Annotated[
+        float,
+        "Beginning of the interval in which locked orbits exist: their fold. Between both folds "
+        "lies the resonance tongue. NaN if they were not found, and of autonomous models.",
+    ] = np.nan
+    high: Annotated[float, "End of that interval."] = np.nan
 
     def _line(self) -> str:
         return (
@@ -51,80 +46,68 @@ class Locked(OneLine):
         return PrintedTable(["rotation", "from", "to", "locked from", "to"], [row])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TorusBranch(OneLine, ReadOnly):
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class TorusBranch(Curve):
     """Quasi-periodic tori followed in one parameter; frozen, one row a torus.
 
-    The first row is the Neimark-Sacker point at which they are born: a torus without thickness. Or
-    it is the torus that a motion settles on.
-
-    Parameters
-    ----------
-    id
-        Number within the diagram; those of tori come after those of branches.
-    period
-        Forcing periods after which the circle is mapped onto itself: the period of the orbit that
-        the tori are born from. Of an autonomous model rounds, which last `durations`.
-    parent
-        Id of the branch with the Neimark-Sacker point; 0 if they begin where a motion settles.
-    model
-        The model; the value of `vary` is replaced by `parameter`.
-    vary
-        Name of the parameter followed.
-    parameter
-        Its values, shape (n_points,).
-    rotation
-        Rotation numbers, shape (n_points,): by which part of a turn the circle turns over `period`
-        forcing periods. It begins between 0 and 1/2, and is negative once the circle has come to
-        turn the other way.
-    circles
-        States at phase zero at equidistant angles of the circle, shape (n_points, m, n_states); of
-        a circle with fewer angles NaN follows. See `circle`.
-    extrema
-        Minimum and maximum of every output over the whole torus: the envelope.
-    growth
-        Largest exponent of perturbations across the torus over `period` forcing periods, shape
-        (n_points,). The torus attracts if it is negative.
-    growth_error
-        Estimated errors of `growth`, shape (n_points,).
-    truncation
-        How far circles fail to be invariant between the angles at which they are made so, in scaled
-        states, shape (n_points,).
-    omitted
-        Numbers of circles that were followed after each torus but left out since they fail to be by
-        more than 1e-8, shape (n_points,). Lines are not drawn across them.
-    folds
-        Values of the parameter at which the tori turn round.
-    locked
-        Resonances that they pass, in order.
-    stopped
-        Why the branch ends where it ends.
-    durations
-        Of tori of an autonomous model after how many seconds each circle has come round the torus
-        and lies on itself again, over `period`, shape (n_points,); None where the model is forced.
+    The first row is the Neimark-Sacker point from which they emanate: a torus without thickness.
+    Or it is the torus that a trajectory converges to.
     """
 
-    id: int
-    period: int
-    parent: int
-    model: Model
-    vary: str
-    parameter: Array
-    rotation: Array
-    circles: Array
-    extrema: Extrema
-    growth: Array
-    growth_error: Array
-    truncation: Array
-    omitted: NDArray[np.int64]
-    folds: tuple[float, ...]
-    locked: tuple[Locked, ...]
-    stopped: End
-    durations: Array | None = None
+    id: Annotated[int, "Number within the diagram; those of tori come after those of branches."]
+    period: Annotated[
+        int,
+        "Forcing periods after which the circle is mapped onto itself: the period of the orbit "
+        "from which the tori emanate. Of an autonomous model revolutions, which last `durations`.",
+    ]
+    parent: Annotated[
+        int,
+        "Id of the branch with the Neimark-Sacker point; 0 if they begin where a trajectory "
+        "converges.",
+    ]
+    vary: Annotated[str, "Name of the parameter followed."]
+    parameter: Annotated[Array, "Its values, shape (n_points,)."]
+    rotation: Annotated[
+        Array,
+        "Rotation numbers, shape (n_points,): the fraction of a revolution by which the circle "
+        "turns over `period` forcing periods. It begins between 0 and 1/2, and is negative once "
+        "the circle turns the other way.",
+    ]
+    circles: Annotated[
+        Array,
+        "States at phase zero at equidistant angles of the circle, shape (n_points, m, n_states); "
+        "of a circle with fewer angles NaN follows. See `circle`.",
+    ]
+    extrema: Annotated[
+        Extrema, "Minimum and maximum of every output over the whole torus: the envelope."
+    ]
+    growth: Annotated[
+        Array,
+        "Largest exponent of perturbations across the torus over `period` forcing periods, shape "
+        "(n_points,). The torus attracts if it is negative.",
+    ]
+    growth_error: Annotated[Array, "Estimated errors of `growth`, shape (n_points,)."]
+    truncation: Annotated[
+        Array,
+        "How far circles fail to be invariant between the angles at which they are made so, in "
+        "scaled states, shape (n_points,).",
+    ]
+    omitted: Annotated[
+        Indices,
+        "Numbers of circles that were followed after each torus but left out since they fail to be "
+        "invariant by more than 1e-8, shape (n_points,). Lines are not drawn across them.",
+    ]
+    folds: Annotated[tuple[float, ...], "Values of the parameter at which the tori have a fold."]
+    locked: Annotated[tuple[Locked, ...], "Resonances that they pass, in order."]
+    durations: Annotated[
+        Array | None,
+        "Of tori of an autonomous model the seconds after which each circle lies on itself again, "
+        "over `period`, shape (n_points,); None where the model is forced.",
+    ] = None
 
-    def __len__(self) -> int:
-        """Number of points."""
-        return len(self.parameter)
+    @property
+    def _values(self) -> Array:
+        return self.parameter[:, None]
 
     def _line(self) -> str:
         ends = (float(self.parameter[0]), float(self.parameter[-1]))
@@ -162,7 +145,7 @@ class TorusBranch(OneLine, ReadOnly):
         return np.asarray(self.rotation / (self.period * np.array(periods)))
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable(self) -> Mask:
         """Whether each torus attracts for certain, shape (n_points,); at the birth none does."""
         return np.asarray(self.growth < -self.growth_error)
 
@@ -172,22 +155,9 @@ class TorusBranch(OneLine, ReadOnly):
         return self.stopped.kind == "interrupted"
 
     @property
-    def angles(self) -> NDArray[np.int64]:
+    def angles(self) -> Indices:
         """Number of angles at which each circle is described, shape (n_points,)."""
         return np.asarray(np.isfinite(self.circles[:, :, 0]).sum(axis=1))
-
-    def model_at(self, index: int) -> Model:
-        """Return the model with the parameters of one torus.
-
-        Parameters
-        ----------
-        index
-            Row of the branch.
-        """
-        own = {self.vary: self.parameter[index]}
-        if self.durations is not None:
-            own[DURATION.name] = self.durations[index]
-        return self.model.replace(**{name: float(value) for name, value in own.items()})
 
     def circle(self, index: int) -> Array:
         """Return the circle of one torus: states at equidistant angles, shape (m, n_states).

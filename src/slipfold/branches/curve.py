@@ -1,0 +1,202 @@
+"""Curves of orbits as data, and located points of them: what branches, loci and tori share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+
+from slipfold.arrays import Array, Complex
+from slipfold.continuation.end import End
+from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.read_only import ReadOnly
+from slipfold.text.one_line import OneLine, certain, headed, number_text, parameter_text
+from slipfold.text.printed_table import PrintedTable
+
+MULTIPLIERS = "Floquet multipliers, complex, shape ({}n_states,), largest modulus first; of an "
+MULTIPLIERS += "equilibrium, those of the flow over the model's ``duration``."
+STUCK = "Fraction of the period in which a contact sticks; NaN of an orbit along which contacts "
+STUCK += "slip in one direction all the time{}."
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class CurvePoint(OneLine, ReadOnly):
+    """A located point of a curve of orbits."""
+
+    type: str
+    name: str
+    model: Annotated[
+        Model, "The model with the parameter values of the point; of a cycle also its duration."
+    ]
+    vary: str | tuple[str, str]
+    uncertainty: float | tuple[float, float]
+    period: Annotated[int, "Period in forcing periods."]
+    nodes: Annotated[Array, "States of the orbit, shape (m, n_states)."]
+    multipliers: Annotated[Complex, MULTIPLIERS.format("")]
+    residual: Annotated[float, "How far the orbit fails to close, in scaled states."]
+    arclength: Annotated[float, "Position on the curve."]
+    stuck_fraction: Annotated[float, STUCK.format("")] = np.nan
+
+    def _line(self) -> str:
+        pairs = zip(_names(self.vary), self.certain_values, strict=True)
+        at = ", ".join(parameter_text(self.model.parameter(name), value) for name, value in pairs)
+        return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
+
+    def _rows(self) -> PrintedTable:
+        found = [[name, number_text(value)] for name, value in self._numbers().items()]
+        return PrintedTable(["", ""], [*found, *self.orbit._rows().lines])
+
+    def _numbers(self) -> Mapping[str, float | None]:
+        """Return the numbers that belong to the point, by name."""
+        raise NotImplementedError
+
+    @property
+    def _values(self) -> tuple[float, ...]:
+        """Values of the parameters followed."""
+        raise NotImplementedError
+
+    @property
+    def certain_values(self) -> tuple[float, ...]:
+        """Values of the parameters, zero where they are within their uncertainty of zero."""
+        uncertain = np.atleast_1d(self.uncertainty).tolist()
+        return tuple(map(certain, self._values, uncertain))
+
+    @property
+    def outcome(self) -> str:
+        """What it is in words, and which curves were started here."""
+        raise NotImplementedError
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the computation was interrupted before its normal form and uncertainty."""
+        return bool(np.isnan(self.uncertainty).any())
+
+    @property
+    def state(self) -> Array:
+        """State at phase zero, shape (n_states,)."""
+        return self.nodes[0]
+
+    @cached_property
+    def orbit(self) -> PeriodicOrbit:
+        """The periodic orbit at this point."""
+        kind = PeriodicOrbit if np.isnan(self.stuck_fraction) else StickSlipOrbit
+        return kind(self.model, self.period, self.nodes, self.multipliers, self.residual)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Curve(OneLine, ReadOnly):
+    """Solutions followed in one parameter or two, one row a point."""
+
+    id: Annotated[int, "Number within the result, from 1."]
+    period: Annotated[int, "Period in forcing periods; of an autonomous model, in revolutions."]
+    parent: int | None
+    model: Annotated[Model, "The model; its values of `vary` are those of the points instead."]
+    vary: str | tuple[str, str]
+    stopped: Annotated[End, "Why it ends where it ends."]
+    durations: Annotated[
+        Array | None,
+        "Durations of one revolution of each cycle of an autonomous model, in seconds, shape "
+        "(n_points,); of equilibria the unit of time that their multipliers are over. None where "
+        "the model's parameters give the period.",
+    ] = None
+
+    @property
+    def _values(self) -> Array:
+        """Values of the parameters followed, shape (n_points, 1 or 2)."""
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self._values)
+
+    def model_at(self, index: int) -> Model:
+        """Return the model with the parameter values of one point.
+
+        Parameters
+        ----------
+        index
+            Row of the curve.
+        """
+        changes = dict(zip(_names(self.vary), map(float, self._values[index]), strict=True))
+        if self.durations is not None:
+            changes[DURATION.name] = float(self.durations[index])
+        return self.model.replace(**changes)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class OrbitsAlong(Curve):
+    """Periodic orbits or equilibria followed in parameters."""
+
+    kind: Annotated[str, '``"periodic"`` or ``"equilibrium"``.'] = "periodic"
+    nodes: Annotated[Array, "Orbits, shape (n_points, m, n_states): states at `period` * j / m."]
+    multipliers: Annotated[Complex, MULTIPLIERS.format("n_points, ")]
+    residual: Annotated[
+        Array, "How far each orbit fails to close, in scaled states, shape (n_points,)."
+    ]
+    arclength: Annotated[
+        Array, "Arclength along the curve in scaled variables, shape (n_points,), from its start."
+    ]
+    special: Annotated[tuple[Any, ...], "Special points, in the order of the curve."]
+    begun: Annotated[End, "Why it begins where it begins."]
+    stuck_fraction: Annotated[
+        Array | None, STUCK.format(", shape (n_points,). None where that is all of them")
+    ] = None
+
+    def _rows(self) -> PrintedTable:
+        begun, stopped = (
+            [end.kind, *map(number_text, end.values), end.reason] for end in self.ends
+        )
+        found = [
+            [point.type, *(number_text(value, 10) for value in point._values), point.outcome]
+            for point in self.special
+        ]
+        heads = ["", *(headed(self.model.parameter(name)) for name in _names(self.vary)), "what"]
+        return PrintedTable(heads, [begun, *found, stopped], ("", "what"))
+
+    @property
+    def ends(self) -> tuple[End, End]:
+        """Why it begins and ends where it does: it may have been followed both ways."""
+        return self.begun, self.stopped
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether it was interrupted, or before its special points had normal forms."""
+        stopped = any(end.kind == "interrupted" for end in self.ends)
+        return stopped or any(point.interrupted for point in self.special)
+
+    @property
+    def failed(self) -> bool:
+        """Whether it was given up before it came to an end of its own."""
+        return any(end.early for end in self.ends)
+
+    @property
+    def states(self) -> Array:
+        """States at phase zero, shape (n_points, n_states)."""
+        return self.nodes[:, 0]
+
+    def orbit(self, index: int) -> PeriodicOrbit:
+        """Return one point as a periodic orbit.
+
+        Parameters
+        ----------
+        index
+            Row of the curve.
+        """
+        fractions = self.stuck_fraction
+        slips = fractions is None or bool(np.isnan(fractions[index]))
+        return (PeriodicOrbit if slips else StickSlipOrbit)(
+            self.model_at(index),
+            self.period,
+            self.nodes[index],
+            self.multipliers[index],
+            float(self.residual[index]),
+        )
+
+
+def _names(vary: str | tuple[str, str]) -> tuple[str, ...]:
+    return (vary,) if isinstance(vary, str) else vary
