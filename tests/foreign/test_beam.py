@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq, root
 
 import slipfold as sf
-from slipfold.branches.response import measured_over
+from slipfold.branches.start import measured_over
 from slipfold.flow.flow import flow_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.equilibria import damped_newton

@@ -27,10 +27,9 @@ from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.describe import describe
 from slipfold.branches.make_branch import assemble
-from slipfold.branches.response import measured_over, span_begin
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.start import forced_orbits
+from slipfold.branches.start import forced_orbits, measured_over, span_begin
 from slipfold.branches.switching import emanating_branch
 from slipfold.continuation import curve_set
 from slipfold.continuation.curve_set import FollowedCurve

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -27,32 +26,19 @@ from slipfold.branches.make_branch import assemble
 from slipfold.branches.progress import branch_progress, searching
 from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Event, Settings
-from slipfold.branches.start import (
-    Begin,
-    equilibrium_start,
-    forced_orbits,
-    orbit_start,
-    response_start,
-)
+from slipfold.branches.start import Begin, FirstOrbit, measured_over
 from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
 from slipfold.branches.switching import Junction, find_meeting, junctions_on
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
-from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure, walk
-from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.flow.modes import contacts_of
-from slipfold.flow.scales import measured_within
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
-from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.continued import by_collocation
-from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.periodic_orbit import StickSlipOrbit
 from slipfold.progress import Observer
 
 
@@ -81,34 +67,15 @@ def trace_response(
     if begin is not None:
         begin = begin.measured_in(model.found_sizes)
     through_stick = through_stick and settings.discretization == "automatic"
-    given = model, vary, first, last, begin, settings, through_stick
-    orbits, point, begun = _first(*given, searching(observer, first))
-    if settings.discretization == "collocation" and orbits.kind == "periodic":
-        orbits, point = _by_collocation(orbits, point)
-    elif isinstance(orbits.by, Collocation):
-        orbits, point = by_collocation(orbits, point) or (orbits, point)
+    report = searching(observer, first)
+    search = FirstOrbit(model, vary, (first, last), settings, through_stick, report)
+    orbits, point, reason = search.find(begin)
     branches = _Branches(
         model.parameter(vary), (first, last), settings, events, observer, through_stick
     )
     branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
     reports = branches.report_described, branches.report_orbits
-    return assemble(branches.curves, branches.leads, begun, *reports)
-
-
-def _stuck(model: Model, value: float) -> Begin | None:
-    """Return the orbit that sticks with which a branch begins, None if none is found.
-
-    Where there are no orbits in slip either, it is said why there is none that sticks.
-    """
-    if not model.forced or not contacts_of(model):
-        return None
-    try:
-        orbit = periodic_orbit(model)
-    except InputError:
-        if may_slip(model):
-            return None
-        raise
-    return Begin(value, orbit) if isinstance(orbit, StickSlipOrbit) else None
+    return assemble(branches.curves, branches.leads, reason, *reports)
 
 
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
@@ -116,15 +83,6 @@ def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple
     value = orbits.value(point.z)
     inside = min(abs(value - end) for end in span) > CLOSE * orbits.width
     return (point, orbits.turned(point)) if inside else (point,)
-
-
-def measured_over(
-    model: Model, vary: str, span: tuple[float, float], begin: Begin | None = None
-) -> Model:
-    """Return a model that knows how large its states become over a span of a parameter."""
-    values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
-    orbit = None if begin is None else begin.orbit
-    return measured_within(model, values, None if orbit is None else orbit.nodes)
 
 
 def _checked(
@@ -148,97 +106,6 @@ def _checked(
                 f"no output {event.name!r} for an event; there are {', '.join(outputs)}"
             )
     return model.replace(**{vary: first}), first, last
-
-
-def _first(
-    model: Model,
-    vary: str,
-    first: float,
-    last: float,
-    begin: Begin | None,
-    settings: Settings,
-    through_stick: bool,
-    tell: Callable[[int], None],
-) -> tuple[Orbits, OrbitPoint, End]:
-    """Return the first branch: from what is given, or the response, or the equilibrium.
-
-    Where the first value of the span has none, it begins at the last.
-    """
-    if begin is not None:
-        return _given(model, vary, (first, last), begin)
-    try:
-        return (*_begin(model, vary, first, last, settings, tell), span_begin(vary, first))
-    except InputError as error:
-        stuck = _stuck(model, first) if through_stick else None
-        if stuck is not None:
-            return _given(model, vary, (first, last), stuck)
-        try:
-            other = model.replace(**{vary: last})
-            orbits, start = _begin(other, vary, last, first, settings, tell)
-        except InputError:
-            raise error from None
-    what = "response of period 1" if model.forced else "regular equilibrium"
-    end = End(
-        "span",
-        f"there is no {what} at {vary} = {first:g}, so the span was followed from "
-        f"its other end, {vary} = {last:g}",
-        (last,),
-    )
-    return orbits, start, end
-
-
-def _given(
-    model: Model, vary: str, span: tuple[float, float], begin: Begin
-) -> tuple[Orbits, OrbitPoint, End]:
-    """Return the first branch from where it is given to begin."""
-    at = begin.value
-    # On the last value it can only go back.
-    width = span[0] - span[1] if at == span[1] else span[1] - span[0]
-    if begin.orbit is not None:
-        orbits, start = orbit_start(begin.orbit, vary, at, at + width)
-    else:
-        there = model.replace(**{vary: at})
-        orbits, start = equilibrium_start(there, vary, at, at + width, begin.state)
-    return orbits, start, span_begin(vary, at)
-
-
-def _begin(
-    model: Model,
-    vary: str,
-    first: float,
-    last: float,
-    settings: Settings,
-    tell: Callable[[int], None],
-) -> tuple[Orbits, OrbitPoint]:
-    """Return the response or the equilibrium at one end of the span."""
-    try:
-        if not model.forced:
-            return equilibrium_start(model, vary, first, last)
-        orbits = forced_orbits(model, vary, abs(last - first), settings)
-        forward = math.copysign(1.0, last - first)
-        may = settings.discretization != "shooting"
-        return response_start(orbits, first, forward, implicitly=may, tell=tell)
-    except InputError:
-        raise
-    except BREAKDOWNS as error:
-        raise InputError(
-            f"nothing was found at {vary} = {first:g}: {breakdown(error)}; start the span elsewhere"
-        ) from None
-
-
-def _by_collocation(orbits: Orbits, point: OrbitPoint) -> tuple[Orbits, OrbitPoint]:
-    found = by_collocation(orbits, point)
-    if found is None:
-        raise InputError(
-            f"the orbit at {orbits.vary} = {orbits.value(point.z):g} could not be taken up by "
-            "collocation; use shooting"
-        )
-    return found
-
-
-def span_begin(vary: str, first: float) -> End:
-    """Say that a branch begins where the span does."""
-    return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
 
 class _Branches(CurveSet[OrbitPoint]):

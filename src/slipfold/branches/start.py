@@ -1,4 +1,4 @@
-"""First points of branches: the response, an equilibrium, or an orbit that is given."""
+"""Where the first branch of a response begins: the response, an equilibrium, or a given orbit."""
 
 from __future__ import annotations
 
@@ -11,15 +11,19 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
+from slipfold.continuation.end import End
 from slipfold.continuation.newton import Correction, correct
-from slipfold.errors import InputError
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import measured_within
 from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.collocation import INTERVALS, Collocation
-from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.continued import by_collocation, hold_parameter
 from slipfold.orbits.discretization import Cut, scheme_for
 from slipfold.orbits.eigenvalues import unit_of_time
+from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.first_orbits import find_response
 from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
@@ -50,25 +54,134 @@ class Begin:
         return replace(self, orbit=replace(self.orbit, model=model))
 
 
-def response_start(
-    orbits: ForcedOrbits,
-    value: float,
-    forward: float,
-    *,
-    implicitly: bool,
-    tell: Callable[[int], None] = lambda periods: None,
-) -> tuple[ForcedOrbits, OrbitPoint]:
-    """Return the response of period 1 at a value of the parameter."""
-    orbits, correction = find_response(orbits, value, implicitly=implicitly, tell=tell)
-    if correction.converged:
-        correction = correct(orbits, correction.z, hold_parameter(orbits.size) * forward)
-    if not correction.converged:
-        raise InputError(
-            f"no response of period 1 was found at {orbits.vary} = {value:g}: "
-            f"{correction.failure}; follow the response that a simulation settles on by "
-            "settled=True (--settled), or start the span elsewhere"
+def measured_over(
+    model: Model, vary: str, span: tuple[float, float], begin: Begin | None = None
+) -> Model:
+    """Return a model that knows how large its states become over a span of a parameter."""
+    values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
+    orbit = None if begin is None else begin.orbit
+    return measured_within(model, values, None if orbit is None else orbit.nodes)
+
+
+class FirstOrbit:
+    """The search for the orbit with which the first branch of a response begins.
+
+    Of an autonomous model that is an equilibrium.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        vary: str,
+        span: tuple[float, float],
+        settings: Settings,
+        through_stick: bool,
+        report: Callable[[int], None],
+    ) -> None:
+        self._model, self._vary, self._span = model, vary, span
+        self._settings, self._through_stick = settings, through_stick
+        self._report = report  # called with the periods that have led to no orbit yet
+
+    def find(self, begin: Begin | None) -> tuple[Orbits, OrbitPoint, End]:
+        """Return the orbits of the first branch, its first point, and why it begins there.
+
+        Where the first value of the span has no response, it begins at the last.
+        """
+        orbits, point, reason = self._given(begin) if begin else self._at_an_end()
+        if self._settings.discretization == "collocation" and orbits.kind == "periodic":
+            by_mesh = by_collocation(orbits, point)
+            if by_mesh is None:
+                raise InputError(
+                    f"the orbit at {orbits.vary} = {orbits.value(point.z):g} could not be taken up "
+                    "by collocation; use shooting"
+                )
+            orbits, point = by_mesh
+        elif isinstance(orbits.by, Collocation):
+            orbits, point = by_collocation(orbits, point) or (orbits, point)
+        return orbits, point, reason
+
+    def _given(self, begin: Begin) -> tuple[Orbits, OrbitPoint, End]:
+        first, last = self._span
+        # On the last value it can only go back.
+        width = first - last if begin.value == last else last - first
+        ends = begin.value, begin.value + width
+        if begin.orbit is not None:
+            start = _from_orbit(begin.orbit, self._vary, *ends)
+        else:
+            there = self._model.replace(**{self._vary: begin.value})
+            start = equilibrium_start(there, self._vary, *ends, begin.state)
+        return *start, span_begin(self._vary, begin.value)
+
+    def _at_an_end(self) -> tuple[Orbits, OrbitPoint, End]:
+        first, last = self._span
+        try:
+            return *self._at(first, last), span_begin(self._vary, first)
+        except InputError as error:
+            sticking = self._sticking(first) if self._through_stick else None
+            if sticking is not None:
+                return self._given(sticking)
+            try:
+                start = self._at(last, first)
+            except InputError:
+                raise error from None
+        what = "response of period 1" if self._model.forced else "regular equilibrium"
+        reason = (
+            f"there is no {what} at {self._vary} = {first:g}, so the span was followed from "
+            f"its other end, {self._vary} = {last:g}"
         )
-    return orbits, _first_point(orbits, correction, value)
+        return *start, End("span", reason, last)
+
+    def _at(self, value: float, other: float) -> tuple[Orbits, OrbitPoint]:
+        """Return the response or the equilibrium at one end of the span."""
+        model = self._model.replace(**{self._vary: value})
+        try:
+            if not model.forced:
+                return equilibrium_start(model, self._vary, value, other)
+            return self._response(model, value, other)
+        except InputError:
+            raise
+        except BREAKDOWNS as error:
+            raise InputError(
+                f"nothing was found at {self._vary} = {value:g}: {breakdown(error)}; start the "
+                "span elsewhere"
+            ) from None
+
+    def _response(
+        self, model: Model, value: float, other: float
+    ) -> tuple[ForcedOrbits, OrbitPoint]:
+        """Return the response of period 1."""
+        orbits = forced_orbits(model, self._vary, abs(other - value), self._settings)
+        implicitly = self._settings.discretization != "shooting"
+        orbits, correction = find_response(orbits, value, implicitly=implicitly, tell=self._report)
+        if correction.converged:
+            row = hold_parameter(orbits.size) * np.sign(other - value)
+            correction = correct(orbits, correction.z, row)
+        if not correction.converged:
+            raise InputError(
+                f"no response of period 1 was found at {orbits.vary} = {value:g}: "
+                f"{correction.failure}; start the span elsewhere"
+            )
+        return orbits, _first_point(orbits, correction, value)
+
+    def _sticking(self, value: float) -> Begin | None:
+        """Return the orbit that sticks with which a branch begins, None if none is found.
+
+        Where there are no orbits in slip either, it is said why there is none that sticks.
+        """
+        if not self._model.forced or not contacts_of(self._model):
+            return None
+        try:
+            orbit = periodic_orbit(self._model)
+        except InputError:
+            if may_slip(self._model):
+                return None
+            raise
+        return Begin(value, orbit) if isinstance(orbit, StickSlipOrbit) else None
+
+
+def span_begin(vary: str, first: float) -> End:
+    """Say that a branch begins where the span does."""
+    return End("span", f"the span begins at {vary} = {first:g}", (first,))
 
 
 def equilibrium_start(
@@ -105,7 +218,7 @@ def equilibrium_start(
     return orbits, _first_point(orbits, correction, first)
 
 
-def orbit_start(
+def _from_orbit(
     orbit: PeriodicOrbit, vary: str, first: float, last: float
 ) -> tuple[Orbits, OrbitPoint]:
     """Return a given orbit as the first point of a branch."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.progress import branch_progress, searching
-from slipfold.branches.response import measured_over, trace_response
+from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.start import Begin
+from slipfold.branches.start import Begin, measured_over
 from slipfold.computations.given import (
     Values,
     checked_model,

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
-from slipfold.branches.response import measured_over, trace_response
+from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
+from slipfold.branches.start import measured_over
 from slipfold.continuation.interpolation import polynomial
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
