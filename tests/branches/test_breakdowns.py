@@ -151,7 +151,7 @@ def test_an_equilibrium_that_runs_away_says_so():
     model = sf.System(name="logarithm", parameters={"q": 1.0}, states=states)
     (branch,) = sf.response(model, vary="q", span=(1, 0)).branches
     assert branch.states[:-1, 0] == pytest.approx(np.log(branch.parameter[:-1]), rel=1e-9)
-    assert branch.states[-1, 0] < -300
+    assert branch.states[-1, 0] < -20
     assert "the equilibrium runs away to x = -" in branch.stopped.reason
 
 
@@ -171,3 +171,21 @@ def test_a_step_that_fails_beside_an_unobservable_multiplier_is_no_failure(
     end = ends.BranchEndings((0, 1), None).failed(traced, SimpleNamespace(kind="failed"))
     assert end.kind == kind
     assert "the step fell" in end.reason
+
+
+def test_an_equilibrium_that_runs_away_as_the_parameter_stands_still_is_left():
+    # AUTO's demo pp3 without its third species: the branch begins at p = 0, and comes back to it
+    # as x grows without bound. Several hundred points were computed, then the step failed.
+    system = sf.System(
+        parameters={"p": 0.0},
+        states={
+            "x": {"rate": "x*(1 - x) - 4*x*y", "start": 0.06},
+            "y": {"rate": "-0.25*y + 4*x*y - p*(1 - exp(-5*y))", "start": 0.23},
+        },
+    )
+    branch, *_ = sf.response(system, vary="p", span=(0, 2)).branches
+    assert branch.stopped.kind == "unresolved"
+    assert "the equilibrium runs away to " in branch.stopped.reason
+    assert "while p stays at" in branch.stopped.reason
+    assert not branch.failed
+    assert len(branch) < 100

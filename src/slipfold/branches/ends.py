@@ -16,7 +16,7 @@ from slipfold.branches.bifurcations import (
 )
 from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.branches.special_point import ALIKE
-from slipfold.branches.stops import RESOLVED
+from slipfold.branches.stops import RESOLVED, far_away
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
@@ -148,7 +148,7 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
     if met and not singular and orbits.kind == "equilibrium":
-        return failure.kind, _far_away(orbits, last)
+        return failure.kind, far_away(orbits, last, ", where rates overflow")
     if met and not singular:
         return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
     if singular:
@@ -161,17 +161,6 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
     )
     there = f"; there {limits}" if limits else ""
     return "failed", f"{failure.reason}{there}"
-
-
-def _far_away(orbits: Orbits, last: OrbitPoint) -> str:
-    """Say which state of an equilibrium has become so large that rates overflow beside it."""
-    state = orbits.nodes(last.z)[0]
-    farthest = int(np.abs(state / orbits.model.state_scales()).argmax())
-    name = orbits.flow.output_names[farthest]
-    return (
-        f"the equilibrium runs away to {name} = {state[farthest]:.4g}, where rates overflow; a "
-        f"limit of {name} ends the branch earlier"
-    )
 
 
 def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:

@@ -19,6 +19,9 @@ FAMILY = 150
 """Orbits with one value of the parameter after which a family is followed no farther: round a
 center they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""
 
+AWAY = 10
+"""Equilibria with one value of the parameter, none of them singular, after which they run away."""
+
 STANDS_STILL = 1e-9
 """Change of the parameter, in spans, that is none: special points are located to less, so all that
 could still be found would have one and the same value of it."""
@@ -151,6 +154,10 @@ class Families:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the point up to which the parameter stood still for long."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-FAMILY:]
+        if orbits.kind == "equilibrium" and _runs_away(points[-AWAY:]):
+            where = f" while {orbits.vary} stays at {orbits.value(points[-1].z):.9g}"
+            end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
+            return MonitorResult(stop=Stop(interval.point, end))
         values = [point.z[-1] for point in points]
         if len(interval.traced.points) < FAMILY or max(values) - min(values) > STANDS_STILL:
             return MonitorResult()
@@ -163,6 +170,24 @@ class Families:
             "round a center, that goes on; stop it at an amplitude by an event"
         )
         return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
+
+
+def _runs_away(points: Sequence[OrbitPoint]) -> bool:
+    """Whether equilibria move though the parameter does not: none of them is singular."""
+    values = [point.z[-1] for point in points]
+    regular = all(abs(point.tests["fold"]) > ON_CIRCLE for point in points)
+    return len(points) == AWAY and max(values) - min(values) < STANDS_STILL and regular
+
+
+def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
+    """Say which state of an equilibrium has become large."""
+    state = orbits.nodes(point.z)[0]
+    farthest = int(np.abs(state / orbits.model.state_scales()).argmax())
+    name = orbits.flow.output_names[farthest]
+    return (
+        f"the equilibrium runs away to {name} = {state[farthest]:.4g}{where}; a limit of {name} "
+        "ends the branch earlier"
+    )
 
 
 def _in_family(points: Sequence[OrbitPoint]) -> bool:
