@@ -12,7 +12,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import cached
-from slipfold.flow.contact_state import Slopes
+from slipfold.flow.contact_state import SLACK, Arguments, Slopes, many
 from slipfold.flow.equations import Constants, Scaled
 from slipfold.flow.flow import Flow
 from slipfold.flow.modes import (
@@ -67,10 +67,10 @@ class CompiledMode:
         self.rests = mode.slow is None and all(
             is_zero(equations.field[place]) for place in self.held
         )
-        # Whether all rates are constant
+        # Whether all rates are constant, of contacts along lines
         constant = {str(item) for item in equations.coefficients}
-        self.steady = mode.slow is None and constant.issuperset(
-            hy.get_variables(list(equations.field))
+        self.steady = all(len(contact.slip) == 1 for contact in mode.contacts) and (
+            constant.issuperset(hy.get_variables(list(equations.field)))
         )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
         self.flow = Flow(equations)
@@ -79,10 +79,53 @@ class CompiledMode:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
             inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
             found = [*mode.held.values(), *_held_alone(mode)]
-            self.holding: Any = cached(
+            self._holding: Any = cached(
                 f"held at a phase and by what {self._key}",
                 lambda: compiled_function(found, inputs),
             )
+            self._arguments = Arguments()
+
+    def hold(
+        self, state: Array, phase: float, constants: Constants, polar: Sequence[float] = ()
+    ) -> Array:
+        """Return a state as contacts hold it: what sticks has no slip at all.
+
+        Slow slip has a logarithm and an angle. Shapes: state (n,).
+        """
+        if not self.held:
+            return state
+        if len(polar):
+            known = np.concatenate([state, polar, (phase,), constants.values])
+        else:
+            known = self._arguments.of(state, phase, constants)
+        result = state.copy()
+        for place, value in zip(self.held, self._holding(known).tolist(), strict=False):
+            result[place] = value
+        return result
+
+    def hold_all(self, states: Array, phases: Array, constants: Constants, polar: Array) -> Array:
+        """Do so with many states of slow slip. Shapes: states (p, n); phases (p,); polar (p, 2)."""
+        result = states.copy()
+        known = many(np.concatenate([states, polar], axis=1), phases, constants)
+        result[:, self.held] = self._holding(known).T
+        return result
+
+    def rest(self, state: Array, phase: float, constants: Constants) -> tuple[float, bool]:
+        """Return the speed of a state when a contact along a line, the only one, comes to rest.
+
+        With it whether friction holds it, clearly within its limit: most do. Shapes: state (n,).
+        """
+        known = self._arguments.of(state, phase, constants)
+        speed, needed, most = self._holding(known).tolist()
+        return speed, abs(needed) < most * (1 - SLACK)
+
+    def slopes_of(self, event: Event) -> tuple[Slopes, int]:
+        """Return what differentiates an event, in a mode without slow slip, and its row there."""
+        same = [
+            (item.ending, item.which, item.towards) == (event.ending, event.which, event.towards)
+            for item in self.events
+        ]
+        return self._event_slopes, same.index(True)
 
     @cached_property
     def held_slopes(self) -> Slopes:
@@ -90,7 +133,7 @@ class CompiledMode:
         return Slopes(list(self._mode.held.values()), self._mode.equations)
 
     @cached_property
-    def event_slopes(self) -> Slopes:
+    def _event_slopes(self) -> Slopes:
         """Derivatives of what is zero at events, in a mode without slow slip."""
         return Slopes([event.expression for event in self.events], self._mode.equations)
 

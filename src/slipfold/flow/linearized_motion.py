@@ -78,8 +78,8 @@ def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list
     found = list[Array]()
     for place, (leg, _) in enumerate(passed):
         # Where a trajectory begins so, its state is all that is known.
-        at_once = bool(found) and leg.released and leg.beginning is None
-        follows = place + 1 < len(passed) and passed[place + 1][0].beginning is not None
+        at_once = bool(found) and leg.released and leg.onset is None
+        follows = place + 1 < len(passed) and passed[place + 1][0].onset is not None
         found.append(found[-1] if at_once else leg.state if follows else beyond[place])
     return found
 
@@ -100,7 +100,7 @@ class _Variations:
             if status is Status.SLOW and _rests(leg, contact):
                 along = direction_of_release(self._system, after, contact, state, leg.end)
                 slip = BEGUN / self._system.weights[contact] * along
-                return self._flow.slipping(after, state, slip, leg.end, self._constants)
+                return self._system.slipping(after, state, slip, leg.end)
         return state
 
     def carried(self, legs: Sequence[Leg], starts: Array) -> tuple[Array, Array, Array]:
@@ -118,9 +118,9 @@ class _Variations:
         modes = [_equations_in(leg) for leg in legs]
         begun = np.zeros(len(legs), dtype=bool)
         for one, leg in enumerate(legs):
-            if leg.beginning is not None:
+            if leg.onset is not None:
                 begun[one], ends[one] = True, leg.state
-                known = leg.beginning.linearized(leg.end, self._directions)
+                known = leg.onset.linearized(leg.end, self._directions)
                 matrices[one], vectors[one] = known
         for mode in dict.fromkeys(modes):
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
@@ -154,22 +154,21 @@ class _Variations:
             found = flow.slips.at(end, leg.end, self._constants, self._directions)
             states, explicit, pulls = (along @ item[place] for item in found)
             return states, float(explicit), pulls
-        slopes, which = flow.event_slopes(shown(leg.mode), event)
+        slopes, which = flow.mode(shown(leg.mode)).slopes_of(event)
         found = slopes.at(end, leg.end, self._constants, self._directions)
         states, explicit, pulls = (item[which] for item in found)
         return states, float(explicit), pulls
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
         """Return variations as the contacts of a mode hold them: what sticks has no slip."""
-        mode = shown(mode)
-        places = self._flow.places_held(mode)
-        if not places:
+        compiled = self._flow.mode(shown(mode))
+        if not compiled.held:
             return varied
-        slopes = self._flow.held_slopes(mode)
-        states, _, pulls = slopes.at(state, phase, self._constants, self._directions)
+        known = compiled.held_slopes.at(state, phase, self._constants, self._directions)
+        states, _, pulls = known
         result = varied.copy()
-        result[places] = states @ varied
-        result[places, len(state) :] += pulls
+        result[compiled.held] = states @ varied
+        result[compiled.held, len(state) :] += pulls
         return result
 
 

@@ -19,15 +19,17 @@ from slipfold.flow.contact_state import (
     Undecided,
     friction_in,
     largest,
+    many,
     next_mode,
     outward,
     response,
 )
 from slipfold.flow.intervals import Field
-from slipfold.flow.modes import REST, Mode, Status
+from slipfold.flow.modes import REST, Mode, Status, shown
 from slipfold.flow.polynomials import BegunPolynomials
+from slipfold.flow.slip_onset import POINTS, SlipOnset, solve_onset
 from slipfold.flow.stage_equations import LinearPart
-from slipfold.flow.switched_flow import POINTS, Beginning, HybridSystem, Leg, beginning
+from slipfold.flow.switched_flow import HybridSystem, Leg
 
 AHEAD = 1e-6
 """Phases after which a force that grows is larger."""
@@ -56,7 +58,7 @@ def released_at_limit(
     flow = system.flow
     if Status.STICK not in mode:
         return mode
-    if flow.straight and flow.rested(state, phase, system.constants)[1]:
+    if flow.straight and flow.stuck.rest(state, phase, system.constants)[1]:
         return mode
     places = system.places
     now = system.at(state, phase) if now is None else now
@@ -83,13 +85,13 @@ AT_ONCE = 1e-3
 """Rate of slip, over what friction can do, that is no small one."""
 
 INSTANT, FIRST = 1e-13, 0.01
-"""Phases taken for the beginning of slip: where it grows at once, and at most where it does not."""
+"""Phases taken for the onset of slip: where it grows at once, and at most where it does not."""
 
 SHRINKS, SHORTEST = 0.3, 1e-6
 """Fraction of a time to continue with that was too long, and phases below which there is none."""
 
 TERMS = 25.0
-"""Terms of the series in which slip grows that fall, at the end of its beginning: so many leave an
+"""Terms of the series in which slip grows that fall, at the end of its onset: so many leave an
 explicit integrator four steps until it is quick enough not to be stiff."""
 
 NEAR = 0.5
@@ -133,22 +135,20 @@ def release(
         speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
         if np.linalg.norm(before) >= speed:  # it has begun already
             return []
-        after = flow.slipping(mode, state, speed * first.along, phase, constants)
+        after = system.slipping(mode, state, speed * first.along, phase)
         return [Leg(mode, phase, phase, after, flow.no_energies(), None, released=True)]
-    begun = _beginning(system, mode, contact, state, phase, first, before)
-    until = min(end, begun.end)
-    powers = flow.powers(mode, begun.stages, begun.phases, constants)
-    powers[:, [contact, len(mode) + contact]] += _corrected(system, contact, begun, first)
-    energies = begun.integrals(until) @ powers
-    seen = None
-    if dense:
-        least = LEAST_SEEN / weights[contact] * first.along
-        seen = _Seen(system, mode, contact, begun, least).polynomials(until)
-    after = flow.held(mode, begun.at(until), until, constants)
-    return [Leg(mode, phase, until, after, energies, None, True, begun, seen)]
+    onset = _onset(system, mode, contact, state, phase, first, before)
+    until = min(end, onset.end)
+    known = many(onset.stages, onset.phases, constants)
+    powers = np.array(flow.mode(shown(mode)).powers(known)).T
+    powers[:, [contact, len(mode) + contact]] += _corrected(system, contact, onset, first)
+    energies = onset.integrals(until) @ powers
+    seen = _shown_onset(system, mode, contact, onset, first.along, until) if dense else None
+    after = system.held(mode, onset.at(until), until)
+    return [Leg(mode, phase, until, after, energies, None, True, onset, seen)]
 
 
-def _beginning(
+def _onset(
     system: HybridSystem,
     mode: Mode,
     contact: int,
@@ -156,7 +156,7 @@ def _beginning(
     phase: float,
     first: _Growth,
     before: Array,
-) -> Beginning:
+) -> SlipOnset:
     """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
     stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
     flow, constants = system.flow, system.constants
@@ -174,30 +174,32 @@ def _beginning(
         time = length * constants.period
         speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
         if growth.rate > 0 and speed > 0:
-            share = min(1.0, growth.most * time / speed / TERMS)
-            shares = share * POINTS.points
-            slips = _grown(before, first, growth, time, shares)
-            phases = phase + length * shares
-            states = state + shares[:, None] * (leg.state - state)
-            guess = flow.all_slipping(mode, states, slips, phases, constants)
-            found = beginning(field, state, phase, share * length, guess)
-            if found is not None and _like(system, contact, found, slips[-1]):
-                return found
+            fraction = min(1.0, growth.most * time / speed / TERMS)
+            fractions = fraction * POINTS.points
+            slips = _grown(before, first, growth, time, fractions)
+            polar = np.stack([np.log(np.hypot(*slips.T)), np.arctan2(*slips.T[::-1])], axis=1)
+            states = state + fractions[:, None] * (leg.state - state)
+            guess = flow.mode(mode).hold_all(states, phase + length * fractions, constants, polar)
+            onset = solve_onset(field, state, phase, fraction * length, guess)
+            if onset is not None:
+                apart = _slip(system, contact, onset.stages[-1], onset.phases[-1]) - slips[-1]
+                if np.linalg.norm(apart) < NEAR * np.linalg.norm(slips[-1]):
+                    return onset
         length *= SHRINKS
     raise Undecided(why)
 
 
-def _corrected(system: HybridSystem, contact: int, begun: Beginning, first: _Growth) -> Array:
+def _corrected(system: HybridSystem, contact: int, onset: SlipOnset, first: _Growth) -> Array:
     """Return what the powers of friction lack since slow slip has few digits for its direction.
 
     By how the trajectory continues friction is known better. Shapes: returns (s, 2).
     """
     flow, constants, place = system.flow, system.constants, system.places[contact]
     nothing = np.empty((len(constants.values), 0))
-    slopes = flow.slips.at(begun.stages[-1], begun.phases[-1], constants, nothing)[0][place]
-    known = flow.quantities.along(begun.stages, begun.phases, constants)
+    slopes = flow.slips.at(onset.stages[-1], onset.phases[-1], constants, nothing)[0][place]
+    known = flow.quantities.along(onset.stages, onset.phases, constants)
     slips, plates = (np.array([item[part] for item in known])[:, place] for part in (0, -1))
-    friction = np.linalg.solve(first.change, slopes @ begun.missing.T).T
+    friction = np.linalg.solve(first.change, slopes @ onset.missing.T).T
     return np.stack(
         [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
     )
@@ -210,38 +212,25 @@ def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Ar
     return np.asarray(before + time * rates * (first.along + shares * (last.along - first.along)))
 
 
-def _like(system: HybridSystem, contact: int, begun: Beginning, slip: Array) -> bool:
-    """Whether slip ends about as it was thought to. Shapes: slip (2,)."""
-    found = _slip(system, contact, begun.stages[-1], begun.phases[-1])
-    return bool(np.linalg.norm(found - slip) < NEAR * np.linalg.norm(slip))
-
-
 def _slip(system: HybridSystem, contact: int, state: Array, phase: float) -> Array:
     return np.array(system.at(state, phase).slip[system.places[contact]])
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """What is shown of slip that begins: at the very first it is too slow to have a direction."""
+def _shown_onset(
+    system: HybridSystem, mode: Mode, contact: int, onset: SlipOnset, along: Array, end: float
+) -> BegunPolynomials:
+    """Return what is shown of slip that begins: at the very first it has no direction yet."""
+    scales = system.constants.scales
+    least = LEAST_SEEN / system.weights[contact] * along
 
-    system: HybridSystem
-    mode: Mode
-    contact: int
-    begun: Beginning
-    least: Array  # slip that is shown instead, shape (2,)
-
-    def polynomials(self, end: float) -> BegunPolynomials:
-        """Return it as far as some phase."""
-        inner, n = self.begun.polynomials(end), len(self.begun.field.scales)
-        return BegunPolynomials(inner, n, self._placed)
-
-    def _placed(self, scaled: Array, phase: float) -> Array:
-        flow, constants = self.system.flow, self.system.constants
-        state = scaled * constants.scales
-        slip = _slip(self.system, self.contact, state, phase)
-        if np.linalg.norm(slip) > np.linalg.norm(self.least):
+    def placed(scaled: Array, phase: float) -> Array:
+        state = scaled * scales
+        slip = _slip(system, contact, state, phase)
+        if np.linalg.norm(slip) > np.linalg.norm(least):
             return scaled
-        return flow.slipping(self.mode, state, self.least, phase, constants) / constants.scales
+        return system.slipping(mode, state, least, phase) / scales
+
+    return BegunPolynomials(onset.polynomials(end), len(scales), placed)
 
 
 def begins(system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float) -> bool:

@@ -144,7 +144,7 @@ def alternate(
     """
     flow, constants, weights = system.flow, system.constants, system.weights
     # An event is a root that lies ahead: what begins at its limit may be beyond it already.
-    if phase < 1 and mode == STUCK and not flow.rested(state, phase, constants)[1]:
+    if phase < 1 and mode == STUCK and not flow.stuck.rest(state, phase, constants)[1]:
         return mode, state, phase
     for _ in range(MAX_LEGS):
         if phase >= 1:
@@ -159,12 +159,12 @@ def alternate(
             break
         end, (final, energies) = integrator.time, ready.arrived()
         if after is STUCK:
-            speed, holds = flow.rested(final, end, constants)
+            speed, holds = flow.stuck.rest(final, end, constants)
             if not holds:
                 break
-            final[flow.rests_by[0]] = speed
+            final[flow.stuck.held[0]] = speed
         elif not compiled.rests:
-            final = flow.held(mode, final, end, constants)
+            final = compiled.hold(final, end, constants)
         recorder.went_on(energies)
         if end > 1:
             ended(mode, state + (1 - phase) / (end - phase) * (final - state))
@@ -230,7 +230,7 @@ def legs(
         if first and phase >= end:
             return
     for _ in range(MAX_CHANGES):
-        until = steadily if steadily > end and flow.steady(mode) else end
+        until = steadily if steadily > end and flow.mode(mode).steady else end
         leg = system.run(mode, state, phase, until, dense=dense)
         if leg.event is None:
             yield leg, mode
@@ -348,10 +348,10 @@ def _alone(system: HybridSystem, leg: Leg, event: Event) -> Mode | None:
     if event.ending is Ending.YIELDS:
         return (event.towards,)
     if event.ending is Ending.STOPS:
-        flow = system.flow
-        speed, holds = flow.rested(leg.state, leg.end, system.constants)
+        stuck = system.flow.stuck
+        speed, holds = stuck.rest(leg.state, leg.end, system.constants)
         if holds:
-            leg.state[flow.rests_by[0]] = speed
+            leg.state[stuck.held[0]] = speed
             return STUCK
     return None
 

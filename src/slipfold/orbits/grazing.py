@@ -156,7 +156,7 @@ class _EventFunction:
         if event.ending is Ending.SLOWS:
             slips = flow.slips.values(states, phases, self.constants)
             return np.asarray(np.linalg.norm(slips[:, flow.quantities.places[event.which]], axis=1))
-        slopes, which = flow.event_slopes(self.mode, event)
+        slopes, which = flow.mode(self.mode).slopes_of(event)
         values = slopes.values(states, phases, self.constants)[:, which]
         return -values if event.rising else values
 
@@ -174,7 +174,7 @@ class _EventFunction:
                 along @ item[which] for item in found.at(state, phase, self.constants, directions)
             ]
         else:
-            slopes, place = flow.event_slopes(self.mode, event)
+            slopes, place = flow.mode(self.mode).slopes_of(event)
             sign = -1.0 if event.rising else 1.0
             parts = [
                 sign * item[place] for item in slopes.at(state, phase, self.constants, directions)
@@ -213,7 +213,7 @@ def find_grazing(
     for leg, _ in passed:
         mode = shown(leg.mode)
         if not leg.released and leg.end > leg.begin:
-            for event in flow.events_of(mode):
+            for event in flow.mode(mode).events:
                 if event.ending in GRAZED[kind]:
                     function = _EventFunction(flow, mode, event, constants)
                     found += function.minima(state, leg.begin, leg.end, kind)

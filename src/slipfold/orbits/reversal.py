@@ -71,7 +71,7 @@ def _reversals(
         held = (*after[:contact], Status.STICK, *after[contact + 1 :])
         limits = {
             event.towards: event
-            for event in flow.events_of(held)
+            for event in flow.mode(held).events
             if event.ending is Ending.YIELDS and event.which == contact
         }
         yields = limits[back]
@@ -84,7 +84,7 @@ def _reversals(
 
 
 def _left(flow: SwitchedFlow, held: Mode, event: Event, leg: Leg, constants: Constants) -> float:
-    slopes, which = flow.event_slopes(held, event)
+    slopes, which = flow.mode(held).slopes_of(event)
     return float(slopes.values(leg.state[None], np.array([leg.end]), constants)[0, which])
 
 
@@ -186,7 +186,7 @@ class ReversalShooting(MarginalShooting):
         met[n:] += pulls
         later = -met / (by_state @ rates + by_phase)
         varied = varied + np.outer(rates, later)
-        slopes, which = switched.event_slopes(turn.held, turn.yields)
+        slopes, which = switched.mode(turn.held).slopes_of(turn.yields)
         value = float(slopes.values(states, end, constants)[0, which])
         by_state, by_phase, pulls = (
             item[which] for item in slopes.at(states[0], phase, constants, along)
