@@ -112,6 +112,37 @@ def test_where_a_response_begins_to_stick_does_not_depend_on_the_span(first):
     assert branch.stuck_fraction[-1] > 0
 
 
+def grazings(span):
+    """Where the response over the frequency begins and ceases to stick."""
+    model = sliding(0.3, 0.06).replace(f=span[0])
+    (branch,) = sf.response(model, vary="f", span=span, settings=ALONE).branches
+    assert branch.stopped.kind == "span"
+    return sorted((item for item in branch.special), key=lambda item: item.value)
+
+
+def assert_same_grazings(span):
+    """All that lie in a span are found, where they lie for any other."""
+    low, high = sorted(span)
+    wanted = [value for value in (11.743901747332, 12.201193845106) if low < value < high]
+    found = grazings(span)
+    assert [item.value for item in found] == pytest.approx(wanted, abs=2e-11)
+    assert all(item.type == "GRAZE" and item.uncertainty < 5e-9 for item in found)
+
+
+@pytest.mark.parametrize("span", [(9.0, 13.0), (13.0, 11.0)])
+def test_whether_a_response_leaves_stick_does_not_depend_on_the_span(span):
+    # From stick, where its last stop vanishes, it lay 8e-7 off, or ended there.
+    assert_same_grazings(span)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(8))
+def test_grazings_do_not_depend_on_the_span(seed):
+    rng = np.random.default_rng(seed)
+    low, high = rng.uniform(9, 11.7), rng.uniform(11.8, 13)
+    assert_same_grazings(tuple(rng.permutation([low, high])))
+
+
 def test_slip_in_the_plane_that_is_caught_for_good_ends_the_branch():
     # Slip knows nothing of static friction, so it touches zero where it does above.
     model = sliding(0.3, 0.06, static=0.6)

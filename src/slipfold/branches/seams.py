@@ -150,20 +150,34 @@ class Seams:
             left, was = orbits.left_to_touch(after), orbits.left_to_touch(before)
             if left is None or was is None or not left < min(was, NEAR):
                 return None
+        place = self._vanishing(orbits, start, ahead)
+        if place is None:
+            return None
+        last, beyond = place.nearest, beyond_vanishing(orbits, place)
+        if beyond is not None:
+            left, sides = orbits.left_to_touch(beyond), (last.piece, beyond.piece)
+            stops = [_counts(modes)[Status.STICK] for modes in sides]
+            caught = left is None or left > NEAR
+            if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
+                back = orbits.turned(beyond)
+                distance = float(np.linalg.norm(beyond.z - place.z))
+                again = self._vanishing(orbits, back, 2 * distance)
+                if again is not None and np.linalg.norm(again.z - place.z) < distance:
+                    place = again
+                elif caught:  # for long: another orbit, apart from this
+                    beyond = None
+        point = replace(place.nearest, z=place.z, arclength=last.arclength)
+        found = FoundTouch("GRAZE", point, float("inf"), place=place)
+        return MonitorResult([found], Stop(last, _end("GRAZE", orbits, point), beyond=beyond))
+
+    def _vanishing(
+        self, orbits: Orbits, start: OrbitPoint, ahead: float
+    ) -> Vanishing[OrbitPoint] | None:
+        """Return where slip in the plane, or a stop, vanishes ahead of a point, None if nowhere."""
         places = (
             locate_vanishing(orbits, start, orbits.left_to_touch, least, ahead) for least in LEAST
         )
-        place = next(filter(None, places), None)
-        if place is None:
-            return None
-        point = replace(place.nearest, z=place.z)
-        found = FoundTouch("GRAZE", point, float("inf"), place=place)
-        end = _end("GRAZE", orbits, point)
-        beyond = beyond_vanishing(orbits, place)
-        left = None if beyond is None else orbits.left_to_touch(beyond)
-        if left is None or left > NEAR:  # it was caught for long: another orbit, apart from this
-            beyond = None
-        return MonitorResult([found], Stop(place.nearest, end, beyond=beyond))
+        return next(filter(None, places), None)
 
 
 def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool:
