@@ -265,7 +265,7 @@ def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
     from slipfold.branches.special_point import LOCUS_TYPES
     from slipfold.results.diagram import points_by_label
 
-    points = points_by_label(diagram.branches)
+    points = points_by_label(diagram)
     return {label: point for label, point in points.items() if point.type in LOCUS_TYPES}
 
 

@@ -1,11 +1,11 @@
-"""Points and special points of curves: the tables that branches and loci share."""
+"""Diagrams that hold curves: what those of branches and of loci share."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
-from slipfold.results.fields import COMPLEX, REAL, TEXT, WHOLE, Axes, Column, Table, axes_of
+from slipfold.results.fields import COMPLEX, REAL, TEXT, WHOLE, Axes, Column, Owners, Table, axes_of
 from slipfold.results.records import SavedTable
+from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable, frame_of, joined
-from slipfold.text.one_line import listed, parameter_text
+from slipfold.text.one_line import certain, listed, parameter_text
 from slipfold.text.printed_table import with_unit
 
 Columns = tuple[Column, ...]
@@ -138,13 +139,11 @@ class Curves:
         """Return the arrays of curves, their points and special points."""
         special = [point for curve in curves for point in curve.special]
         sizes = [each.nodes.shape[1] for each in curves] + [len(each.nodes) for each in special]
-        axes = axes_of(model, vary, max(sizes, default=0))
-        owners = [curve.id for curve in curves for _ in curve.special]
-        return {
-            **self.curves.variables(curves, axes),
-            **self.points.variables(curves, axes, [curve.id for curve in curves]),
-            **self.special.variables(special, axes, owners),
-        }
+        return self._owners.variables(curves, axes_of(model, vary, max(sizes, default=0)))
+
+    @property
+    def _owners(self) -> Owners:
+        return Owners(self.curves, self.points, {"special": self.special})
 
     def frame(
         self,
@@ -174,20 +173,14 @@ class Curves:
         columns = {**found.columns, **said}
         return Frame({name: columns[name] for name in (*first, *columns)}, found.units)
 
-    def read(
-        self, saved: SavedTable, axes: Axes
-    ) -> Iterator[tuple[dict[str, Any], list[tuple[int, dict[str, Any]]]]]:
-        """Yield the fields of each curve, and those of its special points with their rows."""
-        points, special = self.points.rows(saved), self.special.rows(saved)
-        for row, number in enumerate(saved.columns[self.curves.dimensions[0]].tolist()):
-            fields = self.curves.read(saved, axes, row)
-            fields |= self.points.read(saved, axes, points[number])
+    def read(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
+        """Yield the fields of each curve, those of its special points by their rows."""
+        for fields in self._owners.read(saved, axes):
             fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
             fields |= {which: End(*fields[which].values()) for which in ("begun", "stopped")}
-            found = [(int(each), self.special.read(saved, axes, each)) for each in special[number]]
-            for _, own in found:
+            for own in fields["special"].values():
                 own["nodes"] = own["nodes"][: own.pop("node_count")]
-            yield fields, found
+            yield fields
 
 
 def _ends(
@@ -226,6 +219,103 @@ def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[C
     return (
         Column("stuck_fraction", REAL, meaning, "", get=known, record=point, head="stuck fraction"),
     )
+
+
+class Mark(NamedTuple):
+    """A line of the table of a diagram: an end or a special point of a curve."""
+
+    curve: Any
+    row: int  # of the last point of the curve that is not beyond it
+    type: str
+    values: tuple[float, ...]
+    note: str
+    point: Any = None  # the special point
+
+
+class CurveDiagram(Result):
+    """Curves with their special points, over one parameter or two."""
+
+    gap = "\n\n"
+    noted: ClassVar[tuple[str, ...]]
+    """Kinds of ends that the table notes; others are the usual ones."""
+
+    @property
+    def _curves(self) -> tuple[Any, ...]:
+        """The curves of orbits."""
+        raise NotImplementedError
+
+    @property
+    def _spans(self) -> dict[str, tuple[float, float]]:
+        """Ends of the intervals of the parameters by name."""
+        raise NotImplementedError
+
+    @property
+    def _noise(self) -> list[float]:
+        """Distances from zero below which the parameters at an end count as zero."""
+        return [ROUNDING * max(map(abs, span)) for span in self._spans.values()]
+
+    @property
+    def failed(self) -> bool:
+        """Whether the continuation of a curve failed."""
+        return any(curve.failed for curve in self._curves)
+
+    def _found(self, what: str) -> str:
+        """Return one line: the parameters, what was followed, and the special points."""
+        spans = (f"{name} = {low:g} to {high:g}" for name, (low, high) in self._spans.items())
+        types = [point.type for curve in self._curves for point in curve.special]
+        found = f"{len(self._curves)} {what}, {listed(types, 'no special points')}"
+        return f"{type(self).__name__} of {self.model.name}: {', '.join(spans)}, {found}"
+
+    def _span_text(self) -> str:
+        """Return the intervals of the parameters, and the parameters that were set."""
+        spans = (
+            with_unit(f"{name} from {low:g} to {high:g}", self.model.parameter(name).unit)
+            for name, (low, high) in self._spans.items()
+        )
+        return f"{' and '.join(spans)}{without_defaults(self.model, self._spans)}"
+
+    def _at(self, values: Iterable[float]) -> str:
+        return ", ".join(
+            with_unit(f"{name} = {value:.8g}", self.model.parameter(name).unit)
+            for name, value in zip(self._spans, values, strict=True)
+        )
+
+    def _marks(self) -> list[Mark]:
+        """Return the first point, the special points and the last point of each curve."""
+        noise, marks = self._noise, list[Mark]()
+        for curve in self._curves:
+            ends = [
+                Mark(
+                    curve,
+                    row,
+                    "MX" if end.kind == "failed" else "EP",
+                    tuple(map(certain, curve._values[row], noise)),
+                    end.kind if end.kind in self.noted else "",
+                )
+                for row, end in zip((0, len(curve) - 1), curve.ends, strict=True)
+                if len(curve)
+            ]
+            marks += ends[:1]
+            for point in curve.special if ends else ():
+                row = int(np.searchsorted(curve.arclength, point.arclength, side="right")) - 1
+                values = point.certain_values
+                marks.append(Mark(curve, row, point.type, values, point.outcome, point))
+            marks += ends[1:]
+        return marks
+
+    def _uncertain(self, thing: str) -> list[str]:
+        """Return which special points are less certain than they should be."""
+        points = (
+            (
+                f"{point.type} of {thing} {curve.id}",
+                point._values,
+                np.atleast_1d(point.uncertainty).tolist(),
+            )
+            for curve in self._curves
+            for point in curve.special
+        )
+        parameters = [self.model.parameter(name) for name in self._spans]
+        return uncertainty_notes(parameters, tuple(self._spans.values()), points)
 
 
 def without_defaults(model: Model, varied: Collection[str]) -> str:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import BIFURCATIONS, LOCUS_TYPES, SpecialPoint, sensitive_to
-from slipfold.continuation.end import End
 from slipfold.errors import InputError
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
@@ -23,22 +22,18 @@ from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.checks.checked import Checked
-from slipfold.results.curves import ROUNDING, Curves, sticking, uncertainty_notes, without_defaults
+from slipfold.results.curves import ROUNDING, CurveDiagram, Curves, Mark, sticking
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Part, axes_of, meaning_of
 from slipfold.results.records import Provenance, SavedTable
-from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
 from slipfold.results.tori import Tori, torus_sentence
-from slipfold.text.one_line import certain, headed, listed
+from slipfold.text.one_line import certain, headed
 from slipfold.text.printed_table import PrintedTable, with_unit
 from slipfold.text.stability import outside, stability_word, turns_text
 from slipfold.tori.torus_branch import TorusBranch
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
 """Entries of the column on stability."""
-
-_Row = tuple[list[str], float, Extrema, list[str]]
-"""A line of a table: its beginning, the value of the parameter, the extrema, its end."""
 
 COMPLETE = {"span", "closed", "born"}
 """Kinds of ends that say nothing about what lies beyond them."""
@@ -50,54 +45,22 @@ LOCATED = 1e-9
 """Accuracy of special points, over the largest value of the span."""
 
 
-def points_by_label(branches: Sequence[Branch]) -> dict[int, SpecialPoint]:
-    """Return the special points by their number under LAB in the table."""
-    found: dict[int, SpecialPoint] = {}
-    label = 1
-    for branch in branches:
-        if len(branch):  # both ends of a branch have labels, too
-            found |= dict(enumerate(branch.special, label + 1))
-            label += len(branch.special) + 2
-    return found
+def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
+    """Return the special points by their number under LAB in the table of the summary."""
+    marks = enumerate(diagram._marks(), 1)
+    return {label: mark.point for label, mark in marks if mark.point is not None}
 
 
-def _rows(branch: Branch, ends: Mapping[Any, PeriodicOrbit], noise: float) -> list[_Row]:
-    """Return the first point, the special points and the last point of a branch."""
-    if not len(branch):
-        return []
-    first, last = (
-        _end_row(branch, index, end, ends[branch.id, index].extrema, noise)
-        for index, end in ((0, branch.begun), (len(branch) - 1, branch.stopped))
-    )
-    return [first, *(_special_row(branch, point) for point in branch.special), last]
-
-
-def _row(branch: Branch, number: int, kind: str, *rest: Any) -> _Row:
-    return [str(branch.id), str(branch.period), str(number), kind], *rest
-
-
-def _end_row(branch: Branch, index: int, end: End, extrema: Extrema, noise: float) -> _Row:
-    kind = "MX" if end.kind == "failed" else "EP"
-    note = end.kind if end.kind in ("limit", "closed", "interrupted", "points") else ""
-    stable = _stability(branch, branch.multipliers[index])
-    # A branch that leaves another has a multiplier on the unit circle there, within rounding.
-    if index == 0 and branch.begun.kind in ("born", "closed"):
-        stable = ""
-    value = certain(float(branch.parameter[index]), noise)
-    return _row(branch, index + 1, kind, value, extrema, [stable, note])
-
-
-def _special_row(branch: Branch, point: SpecialPoint) -> _Row:
-    number = int(np.searchsorted(branch.arclength, point.arclength, side="right"))
-    stable = "" if point.type in BIFURCATIONS else _stability(branch, point.multipliers)
-    value = certain(point.value, point.uncertainty)
-    end = [stable, point.outcome]
-    return _row(branch, number, point.type, value, point.orbit.extrema, end)
-
-
-def _stability(branch: Branch, multipliers: NDArray[np.complex128]) -> str:
+def _stability(mark: Mark) -> str:
     """Say whether an orbit is stable; without damping it is neither that nor unstable."""
+    branch: Branch = mark.curve
+    if mark.type in BIFURCATIONS:
+        return ""
+    # A branch that leaves another has a multiplier on the unit circle there, within rounding.
+    if mark.point is None and mark.row == 0 and branch.begun.kind in ("born", "closed"):
+        return ""
     cycle = branch.kind == "periodic" and not branch.model.forced
+    multipliers = branch.multipliers[mark.row] if mark.point is None else mark.point.multipliers
     return WORDS[stability_word(multipliers, cycle=cycle)]
 
 
@@ -157,14 +120,15 @@ class Branches(Part):
             differentiated=bool({"special_gradients", "by_parameter"} & set(saved.columns)),
         )
         branches = []
-        for fields, found in curves.read(saved, axes_of(model)):
-            special = tuple(_special(model, vary, outputs, own) for _, own in found)
-            branches.append(_branch(model, vary, outputs, fields | {"special": special}))
+        for fields in curves.read(saved, axes_of(model)):
+            points = fields["special"].values()
+            fields["special"] = tuple(_special(model, vary, outputs, own) for own in points)
+            branches.append(_branch(model, vary, outputs, fields))
         return tuple(branches)
 
 
 @dataclass(frozen=True, eq=False)
-class Diagram(Result):
+class Diagram(CurveDiagram):
     """The periodic responses of a model over one parameter; frozen.
 
     Made by `slipfold.response` and `slipfold.load`.
@@ -193,7 +157,7 @@ class Diagram(Result):
 
     schema = "slipfold.response/1"
     title = "periodic responses of {0.model.name} over {0.vary}"
-    gap = "\n\n"
+    noted = ("limit", "closed", "interrupted", "points")
 
     model: Model
     vary: str
@@ -236,8 +200,15 @@ class Diagram(Result):
     @property
     def failed(self) -> bool:
         """Whether the continuation of a branch failed."""
-        tori = any(each.stopped.early for each in self.tori)
-        return tori or any(branch.failed for branch in self.branches)
+        return super().failed or any(each.stopped.early for each in self.tori)
+
+    @property
+    def _curves(self) -> tuple[Branch, ...]:
+        return self.branches
+
+    @property
+    def _spans(self) -> dict[str, tuple[float, float]]:
+        return {self.vary: self.span}
 
     def summary(self, outputs: Sequence[str] | None = None) -> str:
         """Return a table of ends and special points, as AUTO prints it, and why branches stop.
@@ -257,17 +228,11 @@ class Diagram(Result):
 
     def __repr__(self) -> str:
         """One line: what was followed, how far, and what was found."""
-        found = listed((point.type for _, point in self.special), "no special points")
-        found += f", {len(self.tori)} branches of tori" * bool(self.tori)
-        return (
-            f"<Diagram of {self.model.name}: {self.vary} = {self.span[0]:g} to {self.span[1]:g}, "
-            f"{len(self.branches)} branches, {found}>"
-        )
+        tori = f", {len(self.tori)} branches of tori" * bool(self.tori)
+        return f"<{self._found('branches')}{tori}>"
 
     def _head(self) -> str:
-        unit = self.model.parameter(self.vary).unit
-        span = with_unit(f"{self.vary} from {self.span[0]:g} to {self.span[1]:g}", unit)
-        return f"{self.model.name}: {span}{without_defaults(self.model, [self.vary])}"
+        return f"{self.model.name}: {self._span_text()}"
 
     def _sections(self, outputs: Sequence[str] | None = None) -> list[PrintedTable | list[str]]:
         return [self._cells(outputs), self._notes(), *self._gradients()]
@@ -281,31 +246,32 @@ class Diagram(Result):
                 has = ", ".join(known)
                 raise InputError(f"no output {name!r}; {suggest(name, known)}it has {has}")
         finalized(self)
-        noise, ends = self._noise(), self._end_orbits
-        rows = [row for branch in self.branches for row in _rows(branch, ends, noise)]
+        marks, ends = self._marks(), self._end_orbits
+        extrema = [
+            (ends[mark.curve.id, mark.row] if mark.point is None else mark.point.orbit).extrema
+            for mark in marks
+        ]
         scales = dict(zip(states, self.model.state_scales().tolist(), strict=True))
-        rounding = {
-            name: ROUNDING
-            * np.nanmax(
-                [scales.get(name, 0.0), *(abs(end[0]) for row in rows for end in row[2].of(name))]
-            )
-            for name in names
-        }
-        lines = []
-        for label, (begin, value, extrema, end) in enumerate(rows, 1):
+        lines, rounding = [], {}
+        for name in names:
+            sizes = (abs(end[0]) for each in extrema for end in each.of(name))
+            rounding[name] = ROUNDING * np.nanmax([scales.get(name, 0.0), *sizes])
+        for label, (mark, each) in enumerate(zip(marks, extrema, strict=True), 1):
+            branch, (value,) = mark.curve, mark.values
             reached = [
-                f"{certain(each[0], rounding[name]):.6g}"
+                f"{certain(end[0], rounding[name]):.6g}"
                 for name in names
-                for each in reversed(extrema.of(name))
+                for end in reversed(each.of(name))
             ]
-            lines.append([*begin, str(label), f"{value:.10g}", *reached, *end])
+            begin = [branch.id, branch.period, mark.row + 1, mark.type, label, f"{value:.10g}"]
+            lines.append([*map(str, begin), *reached, _stability(mark), mark.note])
         heads = ["BR", "period", "PT", "TY", "LAB", self.vary]
         heads += [f"{which} {name}" for name in names for which in ("max", "min")]
         return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
 
     def _gradients(self) -> list[PrintedTable | list[str]]:
         """Return how special points move with each parameter, if that was asked for."""
-        points = points_by_label(self.branches).items()
+        points = points_by_label(self).items()
         known = {label: point for label, point in points if point.gradients}
         if not known:
             return []
@@ -320,46 +286,33 @@ class Diagram(Result):
         )
         return [[title], PrintedTable(["by", *heads], lines, words=("by",))]
 
-    def _noise(self) -> float:
-        """Return the distance from zero below which an end counts as zero."""
+    @property
+    def _noise(self) -> list[float]:
         wide = max(map(abs, self.span))
         zeros = [
             point.uncertainty
             for _, point in self.special
             if abs(point.value) <= point.uncertainty <= LOCATED * wide
         ]
-        return max([ROUNDING * wide, *zeros])
+        return [max([ROUNDING * wide, *zeros])]
 
     def _endings(self) -> list[str]:
-        unit = self.model.parameter(self.vary).unit
-        sentences, noise = [], self._noise()
-
-        def at(value: float) -> str:
-            return with_unit(f"{self.vary} = {certain(value, noise):.8g}", unit)
-
+        sentences, (noise,) = [], self._noise
         for branch in self.branches:
             begun, stopped = branch.ends
+            begins, ends = (self._at([certain(end.value, noise)]) for end in branch.ends)
             size = f"period {branch.period}, {len(branch)} points"
             size = ", ".join(filter(None, [size, turns_text(branch.turns), _stuck(branch)]))
             closed = begun.reason == stopped.reason  # it ends where it begins
             if branch.parent is None and not closed and begun.value != self.span[0]:
                 sentences.append(f"Branch {branch.id}: {begun.reason}")
             if branch.parent is not None and begun.kind != "born":
-                sentences.append(f"Branch {branch.id} begins at {at(begun.value)}: {begun.reason}")
-            sentences.append(
-                f"Branch {branch.id} ({size}) stopped at {at(stopped.value)}: {stopped.reason}"
-            )
+                sentences.append(f"Branch {branch.id} begins at {begins}: {begun.reason}")
+            sentences.append(f"Branch {branch.id} ({size}) stopped at {ends}: {stopped.reason}")
         return sentences
 
     def _notes(self) -> list[str]:
-        uncertain = uncertainty_notes(
-            [self.model.parameter(self.vary)],
-            [self.span],
-            (
-                (f"{point.type} of branch {branch.id}", [point.value], [point.uncertainty])
-                for branch, point in self.special
-            ),
-        )
+        uncertain = self._uncertain("branch")
         tori = map(torus_sentence, self.tori)
         search = self._gap_note() if self.searched is None else self._search_note()
         return [*self._endings(), *uncertain, *tori, *search, *super()._notes()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from operator import attrgetter
@@ -202,6 +202,41 @@ class Table:
     def _owner_name(self) -> str:
         assert self.owner is not None
         return f"{self.owner[0]}_of_{self.dimensions[0]}"
+
+
+@dataclass(frozen=True)
+class Owners:
+    """Numbered items, each with rows of its own, and the tables of other items that it owns."""
+
+    items: Table
+    rows: Table | None = None
+    """Rows that an item has itself, such as the points of a curve."""
+    owned: Mapping[str, Table] = dataclasses.field(default_factory=dict)
+    """Tables of what an item owns, by attribute."""
+
+    def variables(self, items: Sequence[Any], axes: Axes) -> dict[str, Variable]:
+        """Return the arrays of items, of their rows and of what they own."""
+        found = self.items.variables(items, axes)
+        if self.rows is not None:
+            found |= self.rows.variables(items, axes, [item.id for item in items])
+        for key, table in self.owned.items():
+            owned = [(item.id, own) for item in items for own in getattr(item, key)]
+            numbers = [number for number, _ in owned]
+            found |= table.variables([own for _, own in owned], axes, numbers)
+        return found
+
+    def read(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
+        """Yield the fields of each item; for what it owns, a list of fields by row in the file."""
+        tables = {key: (table, table.rows(saved)) for key, table in self.owned.items()}
+        rows = None if self.rows is None else self.rows.rows(saved)
+        for row, number in enumerate(saved.columns[self.items.dimensions[0]].tolist()):
+            fields = self.items.read(saved, axes, row)
+            if self.rows is not None and rows is not None:
+                fields |= self.rows.read(saved, axes, rows[number])
+            for key, (table, owned) in tables.items():
+                own = {int(each): table.read(saved, axes, each) for each in owned[number]}
+                fields[key] = own
+            yield fields
 
 
 def nested(flat: dict[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from operator import itemgetter
 from types import MappingProxyType
@@ -16,7 +16,6 @@ from slipfold.loci.locus import (
     CODIMENSION_TWO,
     COEFFICIENT,
     Locus,
-    LocusEnd,
     LocusPoint,
     hopf_duration,
     locus_title,
@@ -28,11 +27,9 @@ from slipfold.orbits.normal_forms.normal_form import criticality_of
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import (
     LASTING,
-    ROUNDING,
+    CurveDiagram,
     Curves,
     sticking,
-    uncertainty_notes,
-    without_defaults,
 )
 from slipfold.results.fields import (
     COMPLEX,
@@ -48,10 +45,9 @@ from slipfold.results.fields import (
 )
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.regions import Regions
-from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
-from slipfold.text.one_line import capitalized, certain, listed
-from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.text.one_line import capitalized
+from slipfold.text.printed_table import PrintedTable
 
 
 def criticalities(locus: Locus) -> list[str | None]:
@@ -73,45 +69,11 @@ def _in_words(locus: Locus, coefficient: float) -> str | None:
     return criticality_of(locus.type, coefficient / (size or 1.0))
 
 
-NOTED = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
-"""Kinds of ends that the table notes; the end at the window is the usual case."""
-
 FROM_A_CYCLE = (
     "The equilibria found were followed across it, and cycles born on them there; for loci of "
     "another cycle save a response that has it (--settled) and give that file."
 )
 """Advice for an autonomous model without loci."""
-
-
-def _rows_of(locus: Locus, noise: Sequence[float]) -> list[list[str]]:
-    if not len(locus):
-        return []
-    found = [_special_row(locus, point) for point in locus.special]
-    ends = [(0, locus.begun), (-1, locus.stopped)]
-    first, last = (_end_row(locus, index, end, noise) for index, end in ends)
-    return [first, *found, last]
-
-
-def _end_row(locus: Locus, index: int, end: LocusEnd, noise: Sequence[float]) -> list[str]:
-    kind = "MX" if end.kind == "failed" else "EP"
-    word = criticalities(locus)[index]
-    note = end.kind if end.kind in NOTED else ""
-    values = map(certain, locus.values[index], noise)
-    return _row(locus, 1 if index == 0 else len(locus), kind, values, word, "", note)
-
-
-def _special_row(locus: Locus, point: LocusPoint) -> list[str]:
-    number = int(np.searchsorted(locus.arclength, point.arclength, side="right"))
-    coefficients = ", ".join(f"{name} = {value:.6g}" for name, value in point.coefficients.items())
-    word = point_criticality(locus, point)
-    return _row(locus, number, point.type, point.certain_values, word, coefficients, point.outcome)
-
-
-def _row(
-    locus: Locus, number: int, kind: str, values: Iterable[float], *rest: str | None
-) -> list[str]:
-    begin = [str(locus.id), locus.type, str(locus.period), str(number), kind]
-    return [*begin, *(f"{value:.10g}" for value in values), *(text or "" for text in rest)]
 
 
 def _regions_table(diagram: LocusDiagram) -> PrintedTable:
@@ -171,13 +133,13 @@ class Loci(Part):
         vary = result.vary
         forms, loci, axes = FORMS.rows(saved), [], axes_of(saved.model, vary)
         curves = _curves(saved.model, vary, "stuck_fraction" in saved.columns)
-        for fields, found in curves.read(saved, axes):
-            special = []
-            for row, own in found:
+        for fields in curves.read(saved, axes):
+            for row, own in fields["special"].items():
                 pairs = [FORMS.read(saved, axes, each) for each in forms[row]]
                 own["coefficients"] = {pair["name"]: pair["value"] for pair in pairs}
-                special.append(_point(saved.model, vary, own))
-            loci.append(_locus(saved.model, vary, fields | {"special": tuple(special)}))
+            points = fields["special"].values()
+            fields["special"] = tuple(_point(saved.model, vary, own) for own in points)
+            loci.append(_locus(saved.model, vary, fields))
         return tuple(loci)
 
     def record(self, result: Any, key: str) -> list[dict[str, Any]]:
@@ -187,7 +149,7 @@ class Loci(Part):
 
 
 @dataclass(frozen=True, eq=False)
-class LocusDiagram(Result):
+class LocusDiagram(CurveDiagram):
     """Bifurcations of a model in a plane of two parameters; frozen.
 
     Made by `slipfold.locus`, `slipfold.bifurcation_set` and `slipfold.load`.
@@ -212,7 +174,7 @@ class LocusDiagram(Result):
     """
 
     schema = "slipfold.locus/1"
-    gap = "\n\n"
+    noted = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
     title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"
 
     model: Model
@@ -234,9 +196,12 @@ class LocusDiagram(Result):
         return tuple(LabeledLocus(locus, point) for locus in self.loci for point in locus.special)
 
     @property
-    def failed(self) -> bool:
-        """Whether the continuation of a locus failed, at either end."""
-        return any(locus.begun.early or locus.stopped.early for locus in self.loci)
+    def _curves(self) -> tuple[Locus, ...]:
+        return self.loci
+
+    @property
+    def _spans(self) -> dict[str, tuple[float, float]]:
+        return dict(zip(self.vary, self.window, strict=True))
 
     @property
     def _sticks(self) -> bool:
@@ -245,20 +210,10 @@ class LocusDiagram(Result):
 
     def __repr__(self) -> str:
         """One line: the plane, how many loci, and what was found on them."""
-        spans = ", ".join(
-            f"{name} = {low:g} to {high:g}"
-            for name, (low, high) in zip(self.vary, self.window, strict=True)
-        )
-        found = listed((point.type for _, point in self.special), "no special points")
-        return f"<LocusDiagram of {self.model.name}: {spans}, {len(self.loci)} loci, {found}>"
+        return f"<{self._found('loci')}>"
 
     def _head(self) -> str:
-        spans = [
-            with_unit(f"{name} from {low:g} to {high:g}", self.model.parameter(name).unit)
-            for name, (low, high) in zip(self.vary, self.window, strict=True)
-        ]
-        changed = without_defaults(self.model, self.vary)
-        return f"{self.model.name}: bifurcations for {' and '.join(spans)}{changed}"
+        return f"{self.model.name}: bifurcations for {self._span_text()}"
 
     def _sections(self) -> list[PrintedTable | list[str]]:
         regions = self.regions
@@ -270,9 +225,14 @@ class LocusDiagram(Result):
     def _rows(self) -> PrintedTable:
         """Return the ends and special points of all loci, numbered throughout."""
         heads = ["LO", "type", "period", "PT", "TY", "LAB", *self.vary, "criticality"]
-        noise = [ROUNDING * max(map(abs, span)) for span in self.window]
-        rows = [row for locus in self.loci for row in _rows_of(locus, noise)]
-        lines = [[*row[:5], str(label), *row[5:]] for label, row in enumerate(rows, 1)]
+        lines = []
+        for label, (locus, index, kind, values, note, point) in enumerate(self._marks(), 1):
+            named = {} if point is None else point.coefficients
+            word = criticalities(locus)[index] if point is None else point_criticality(locus, point)
+            begin = [locus.id, locus.type, locus.period, index + 1, kind, label]
+            coefficients = ", ".join(f"{name} = {value:.6g}" for name, value in named.items())
+            shown = (f"{value:.10g}" for value in values)
+            lines.append([*map(str, begin), *shown, word or "", coefficients, note])
         words = ("type", "TY", "criticality", "coefficients", "")
         return PrintedTable([*heads, "coefficients", ""], lines, words)
 
@@ -283,14 +243,7 @@ class LocusDiagram(Result):
             notes += [] if self.model.forced else [FROM_A_CYCLE]
         if self.interrupted:
             notes.append("Interrupted: some of the set is missing.")
-        notes += uncertainty_notes(
-            [self.model.parameter(name) for name in self.vary],
-            self.window,
-            (
-                (f"{point.type} of locus {locus.id}", point.values, point.uncertainty)
-                for locus, point in self.special
-            ),
-        )
+        notes += self._uncertain("locus")
         missing = [capitalized(item, self.model.parameters) for item in self.missing]
         return [*notes, *missing, *super()._notes()]
 
@@ -302,12 +255,6 @@ class LocusDiagram(Result):
         begins = f"begins at {self._at(locus.begun.values)}: {locus.begun.reason}"
         ends = f"ends at {self._at(locus.stopped.values)}: {locus.stopped.reason}"
         return [f"Locus {locus.id} ({size}) {begins}", f"Locus {locus.id} {ends}"]
-
-    def _at(self, values: Sequence[float]) -> str:
-        return ", ".join(
-            with_unit(f"{name} = {value:.8g}", self.model.parameter(name).unit)
-            for name, value in zip(self.vary, values, strict=True)
-        )
 
     def _disagreements(self, regions: RegionMap) -> list[str]:
         """Why regions are not known: simulations or responses do not fit what others say."""

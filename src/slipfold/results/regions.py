@@ -7,7 +7,17 @@ from typing import Any
 
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.models.model import Model
-from slipfold.results.fields import TEXT, TRUTH, WHOLE, Column, Part, Table, axes_of, meaning_of
+from slipfold.results.fields import (
+    TEXT,
+    TRUTH,
+    WHOLE,
+    Column,
+    Owners,
+    Part,
+    Table,
+    axes_of,
+    meaning_of,
+)
 from slipfold.results.records import SavedTable
 from slipfold.results.tables import Variable
 
@@ -67,6 +77,9 @@ REGIONS = Table(
 )  # fmt: skip
 
 
+OWNERS = Owners(REGIONS, owned={"checks": CHECKS, "motions": MOTIONS})
+
+
 def _cells(model: Model, vary: tuple[str, str]) -> tuple[Table, ...]:
     """The axes of the plane, and which region a cell belongs to."""
     axes = []
@@ -93,10 +106,7 @@ class Regions(Part):
         axes, variables = axes_of(result.model, result.vary), dict[str, Variable]()
         for table in _cells(result.model, result.vary):
             variables |= table.variables([regions], axes)
-        variables |= REGIONS.variables(regions.regions, axes)
-        for table, name in ((CHECKS, "checks"), (MOTIONS, "motions")):
-            rows = [(item.id, own) for item in regions.regions for own in getattr(item, name)]
-            variables |= table.variables([own for _, own in rows], axes, [at for at, _ in rows])
+        variables |= OWNERS.variables(regions.regions, axes)
         return variables
 
     def record(self, result: Any, key: str) -> list[dict[str, Any]] | None:
@@ -112,14 +122,12 @@ class Regions(Part):
         first, second, cells = _cells(saved.model, result.vary)
         fields = first.read(saved, axes, ...) | second.read(saved, axes, ...)
         fields |= cells.read(saved, {**axes, **fields}, ...)
-        labels, checks, motions = fields["labels"], CHECKS.rows(saved), MOTIONS.rows(saved)
-        numbers = saved.columns["region"].tolist()
-        if labels.size and not 0 <= labels.min() <= labels.max() <= len(numbers):
+        labels, count = fields["labels"], REGIONS.count(saved)
+        if labels.size and not 0 <= labels.min() <= labels.max() <= count:
             raise ValueError("region_of_cell names a region that there is not")
         regions = []
-        for row, number in enumerate(numbers):
-            own = [RegionCheck(**CHECKS.read(saved, axes, each)) for each in checks[number]]
-            seen = [RegionMotion(**MOTIONS.read(saved, axes, each)) for each in motions[number]]
-            told = REGIONS.read(saved, axes, row)
-            regions.append(Region(**told, checks=tuple(own), motions=tuple(seen)))
+        for told in OWNERS.read(saved, axes):
+            told["checks"] = tuple(RegionCheck(**each) for each in told["checks"].values())
+            told["motions"] = tuple(RegionMotion(**each) for each in told["motions"].values())
+            regions.append(Region(**told))
         return RegionMap(**fields, regions=tuple(regions))

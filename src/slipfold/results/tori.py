@@ -18,6 +18,7 @@ from slipfold.results.fields import (
     TRUTH,
     WHOLE,
     Column,
+    Owners,
     Part,
     Table,
     axes_of,
@@ -29,6 +30,13 @@ from slipfold.text.printed_table import with_unit
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
 LASTING = "duration of a round, after which the circle lies on itself"
+
+RESONANCE_ENDS = {
+    "first": "at the last torus before it",
+    "last": "at the first torus after it",
+    "low": "from which motion is locked",
+    "high": "up to which motion is locked",
+}
 
 OWNER = ("torus", "branch of tori it lies on")
 
@@ -55,13 +63,14 @@ def _tori(vary: str, unit: str, *, forced: bool) -> Table:
             Column("minimum", get=lambda tori: _by_name(tori.extrema, 0), record=True),
             Column("maximum", get=lambda tori: _by_name(tori.extrema, 1), record=True),
             Column("special", get=_folds, record=True),
-            Column("locked", get=_locked, record=True),
-            Column("begun", get=lambda tori: _end(tori.begun), record=True),
-            Column("stopped", get=lambda tori: _end(tori.stopped), record=True),
-            Column("stopped.kind", TEXT, "why they end there, in one word",
+            Column("locked", record=True, get=lambda tori: [
+                _resonances(vary, unit).record(item) for item in tori.locked]),
+            *(Column(f"begun.{part}", record=True) for part in ("kind", "reason", "value")),
+            Column("stopped.kind", TEXT, "why they end there, in one word", record=True,
                    name="torus_stopped_kind"),
-            Column("stopped.reason", TEXT, "why they end there", name="torus_stopped_reason"),
-            Column("stopped.value", REAL, f"{vary} where they end", unit,
+            Column("stopped.reason", TEXT, "why they end there", record=True,
+                   name="torus_stopped_reason"),
+            Column("stopped.value", REAL, f"{vary} where they end", unit, record=True,
                    name="torus_stopped_value"),
         ),
         "torus_",
@@ -103,10 +112,15 @@ def _points(model: Model, vary: str) -> Table:
     )  # fmt: skip
 
 
-def _turns(vary: str, unit: str) -> Table:
-    """Where branches of tori turn round."""
-    return Table(("fold",), (Column("value", REAL, f"{vary} where tori turn round", unit,
-                                    get=lambda value: value),), "fold_", OWNER)  # fmt: skip
+def _owners(model: Model, vary: str) -> Owners:
+    """Return the tables of tori, of their points, folds and resonances."""
+    unit = model.parameter(vary).unit
+    fold = Column("value", REAL, f"{vary} where tori turn round", unit, get=float)
+    owned = {
+        "folds": Table(("fold",), (fold,), "fold_", OWNER),
+        "locked": _resonances(vary, unit),
+    }
+    return Owners(_tori(vary, unit, forced=model.forced), _points(model, vary), owned)
 
 
 def _resonances(vary: str, unit: str) -> Table:
@@ -114,15 +128,13 @@ def _resonances(vary: str, unit: str) -> Table:
     return Table(
         ("resonance",),
         (
-            Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio)),
-            Column("first", REAL, f"{vary} at the last torus before it", unit),
-            Column("last", REAL, f"{vary} at the first torus after it", unit),
-            Column("low", REAL, f"{vary} from which motion is locked", unit),
-            Column("high", REAL, f"{vary} up to which motion is locked", unit),
+            Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio), record=True),
+            *(Column(name, REAL, f"{vary} {where}", unit, record=True)
+              for name, where in RESONANCE_ENDS.items()),
         ),
         "resonance_",
         OWNER,
-    )
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -136,46 +148,26 @@ class Tori(Part):
         tori: Sequence[TorusBranch] = getattr(result, key)
         if not tori:
             return {}
-        model, vary = result.model, result.vary
-        unit, ids = model.parameter(vary).unit, [each.id for each in tori]
-        axes = {**axes_of(model), "angle": [""] * max(each.circles.shape[1] for each in tori)}
-        folds = [value for each in tori for value in each.folds]
-        locked = [item for each in tori for item in each.locked]
-        return {
-            **_tori(vary, unit, forced=model.forced).variables(tori, axes),
-            **_points(model, vary).variables(tori, axes, ids),
-            **_turns(vary, unit).variables(
-                folds, axes, [each.id for each in tori for _ in each.folds]
-            ),
-            **_resonances(vary, unit).variables(
-                locked, axes, [each.id for each in tori for _ in each.locked]
-            ),
-        }
+        longest = max(each.circles.shape[1] for each in tori)
+        axes = {**axes_of(result.model), "angle": [""] * longest}
+        return _owners(result.model, result.vary).variables(tori, axes)
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[TorusBranch, ...]:
         """Return the tori; none if there are none."""
         if not {"torus", "torus_period"} & set(saved.columns):
             return ()
-        model, vary, axes = saved.model, result.vary, axes_of(saved.model)
-        unit, outputs = model.parameter(vary).unit, tuple(saved.columns["output"].tolist())
-        tori = _tori(vary, unit, forced=model.forced)
-        points, turns, resonances = (
-            _points(model, vary),
-            _turns(vary, unit),
-            _resonances(vary, unit),
-        )
-        found = []
-        for row, number in enumerate(saved.columns["torus"].tolist()):
-            fields = tori.read(saved, axes, row)
-            fields |= points.read(saved, axes, points.rows(saved)[number])
+        model, vary = saved.model, result.vary
+        outputs, found = tuple(saved.columns["output"].tolist()), []
+        for fields in _owners(model, vary).read(saved, axes_of(model)):
             fields["extrema"] = Extrema(outputs, **fields["extrema"])
             fields["stopped"] = End(*fields["stopped"].values())
-            most = int(np.isfinite(fields["circles"][:, :, 0]).sum(axis=1).max())
-            fields["circles"] = fields["circles"][:, :most]
-            folds = [turns.read(saved, axes, at)["value"] for at in turns.rows(saved)[number]]
-            locked = [resonances.read(saved, axes, at) for at in resonances.rows(saved)[number]]
-            ratios = [item | {"ratio": Fraction(item["ratio"])} for item in locked]
-            fields |= {"folds": tuple(folds), "locked": tuple(Locked(**each) for each in ratios)}
+            angles = np.isfinite(fields["circles"][:, :, 0]).sum(axis=1)
+            fields["circles"] = fields["circles"][:, : int(angles.max())]
+            fields["folds"] = tuple(each["value"] for each in fields["folds"].values())
+            fields["locked"] = tuple(
+                Locked(**each | {"ratio": Fraction(each["ratio"])})
+                for each in fields["locked"].values()
+            )
             found.append(TorusBranch(model=model, vary=vary, **fields))
         return tuple(found)
 
@@ -225,20 +217,3 @@ def _by_name(extrema: Extrema, side: int) -> dict[str, Any]:
 
 def _folds(tori: TorusBranch) -> list[dict[str, Any]]:
     return [{"type": "LP", "value": value} for value in tori.folds]
-
-
-def _locked(tori: TorusBranch) -> list[dict[str, Any]]:
-    return [
-        {
-            "ratio": str(item.ratio),
-            "first": item.first,
-            "last": item.last,
-            "low": item.low,
-            "high": item.high,
-        }
-        for item in tori.locked
-    ]
-
-
-def _end(end: End) -> dict[str, Any]:
-    return {"kind": end.kind, "reason": end.reason, "value": end.value}
