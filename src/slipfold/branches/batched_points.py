@@ -11,7 +11,7 @@ from slipfold.arrays import Array
 from slipfold.branches.batched_walk import BatchedBranch, Bracket, Located
 from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.continuation.interpolation import hermite_each
-from slipfold.continuation.locate import CLOSE, Enclosed
+from slipfold.continuation.locate import CLOSE, BracketedZero
 from slipfold.continuation.newton import EXACT
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, OrbitBatch, Settled, Solutions
 
@@ -64,14 +64,14 @@ def locate_zeros(
     slopes = np.array([item.tangents for item in brackets])
     slopes /= (slopes * rows[:, None]).sum(axis=2)[..., None]  # by the position along the chord
     zeros = [
-        Enclosed(length, (float(item.values[0]), float(item.values[1])))
+        BracketedZero(length, (float(item.values[0]), float(item.values[1])))
         for item, length in zip(brackets, lengths.tolist(), strict=True)
     ]
     active = list(range(len(brackets)))
     for _ in range(ITERATIONS):
         if not active:
             break
-        at = np.array([zeros[i].next_place() for i in active])
+        at = np.array([zeros[i].next_guess() for i in active])
         ends = np.column_stack([np.zeros(len(active)), lengths[active]])
         guess, _ = hermite_each(ends, z[active], slopes[active], at)
         off = at - ((guess - z[active, 0]) * rows[active]).sum(axis=1)

@@ -1,7 +1,7 @@
 """Branches of one period of many cases, followed together, each with its own steps.
 
-Step lengths, acceptance and doubt about what lies between two points follow the rules of a single
-curve (`continuation.step_length`, `continuation.unseen`). Where that one would be searched, the
+Step lengths, acceptance and tests of what lies between two points follow the rules of a single
+curve (`continuation.step_length`, `continuation.search`). Where that one would be searched, the
 step is taken again at half its length. A branch is left, to be followed individually, if anything
 happens on it but folds, period doublings and tori.
 """
@@ -21,7 +21,12 @@ from slipfold.continuation.curve import Curve
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, FIRST
 from slipfold.continuation.interpolation import POINTS, arcs, hermite_each, polynomial_weights
-from slipfold.continuation.search import KNOTS
+from slipfold.continuation.search import (
+    KNOTS,
+    Interpolated,
+    arclengths_between,
+    interpolation_weights,
+)
 from slipfold.continuation.settings import Steps
 from slipfold.continuation.step_length import (
     HARDER,
@@ -35,7 +40,6 @@ from slipfold.continuation.step_length import (
     shortened_where_lost,
 )
 from slipfold.continuation.traced_curve import Found
-from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 from slipfold.continuation.walk import EDGE
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
@@ -231,8 +235,8 @@ class Walk:
         length, turn = arcs(result.z - self._z[active, -1], last, result.tangents)
         measures = self._measured(active, result, guess, length, turn)
         fits = measures.fits & result.found & ~beyond
-        tests, doubtful = self._examined(active, result, length, fits)
-        accepted = fits & ~doubtful
+        tests, ambiguous = self._examined(active, result, length, fits)
+        accepted = fits & ~ambiguous
         # One that leads beyond a bound is taken again, to the bound.
         step, growth = self._step[active], self._growth[active]
         longer = lengthened(step, measures, growth, self._steps.largest)
@@ -304,13 +308,13 @@ class Walk:
     def _examined(
         self, active: Indices, result: Corrected, length: Array, fits: Mask
     ) -> tuple[Indices, Mask]:
-        """Return which test function has a zero, -1 where none has, and which steps are doubtful.
+        """Return which test function has a zero, -1 where none has, and which steps are ambiguous.
 
-        A step is doubtful if zeros may hide in it, or if changes of sign do not explain how the
+        A step is ambiguous if zeros may hide in it, or if changes of sign do not explain how the
         number of unstable multipliers changes.
         """
         departs = self._departs[active] & (self._count[active] == 1)
-        doubtful = np.zeros(len(active), bool)
+        ambiguous = np.zeros(len(active), bool)
         for count, same in self._by_count(active, KNOTS - 1):
             which = same[(fits & ~departs)[same]]
             here = active[which]
@@ -322,10 +326,10 @@ class Walk:
             where = np.column_stack([new, self._arclengths[here, : -count - 1 : -1]])
             history = self._tests[here, : -count - 1 : -1]
             values = np.concatenate([result.tests[which, None], history], axis=1)
-            grid = places_between(last, new)
-            weights = expectation_weights(where, grid, (last, new), (1, 0))
-            expected = Expected.of(weights @ values, values[:, 1::-1])
-            doubtful[which] = expected.doubtful.any(axis=1)
+            grid = arclengths_between(last, new)
+            weights = interpolation_weights(where, grid, (last, new), (1, 0))
+            tests_between = Interpolated.from_values(weights @ values, values[:, 1::-1])
+            ambiguous[which] = tests_between.ambiguous.any(axis=1)
         changed = (self._tests[active, -1] > 0) != (result.tests > 0)
         changed &= ~departs[:, None]
         change = np.abs(_unstable(result) - self._unstable[active])
@@ -336,10 +340,10 @@ class Walk:
         folds = changed[:, LP] & changed[:, FOLD] & (changed.sum(axis=1) == 2) & (change == 1)
         tests[folds] = LP
         # What is located must lie before a limit: on the last step of a branch is nothing.
-        doubtful |= (tests >= 0) & ~(result.seen.above > self._bounds).all(axis=1)
+        ambiguous |= (tests >= 0) & ~(result.seen.above > self._bounds).all(axis=1)
         uneventful = ~changed.any(axis=1) & (change == 0)
-        self._stop(active[fits & ~doubtful & changed[:, FOLD] & ~changed[:, LP]], "crossing")
-        return tests, np.asarray(doubtful | ~(uneventful | (tests >= 0)))
+        self._stop(active[fits & ~ambiguous & changed[:, FOLD] & ~changed[:, LP]], "crossing")
+        return tests, np.asarray(ambiguous | ~(uneventful | (tests >= 0)))
 
     def _add_bracket(
         self, number: int, result: Corrected, length: Array, row: int, test: int

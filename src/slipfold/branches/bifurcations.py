@@ -14,9 +14,8 @@ from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite
 from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate
-from slipfold.continuation.search import Zeros, locate_test
+from slipfold.continuation.search import Zeros, contracts_between, locate_test
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
-from slipfold.continuation.unseen import contracts_between
 from slipfold.continuation.walk import EDGE
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED

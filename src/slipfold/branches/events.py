@@ -40,7 +40,7 @@ class Events(Zeros[OrbitPoint]):
             self._known[point] = self._measured(point.z)
         return self._known[point]
 
-    def foreseen(self, points: Sequence[OrbitPoint], weights: Array) -> None:
+    def extrapolated(self, points: Sequence[OrbitPoint], weights: Array) -> None:
         """Return None: outputs are known at the points alone."""
 
     def _measured(self, z: Array) -> Array:

@@ -79,7 +79,7 @@ class Curve(ABC, Generic[P]):
         """Return a weighted sum of derivatives at several points, None if they are not kept."""
         return None
 
-    def foreseen(self, points: Sequence[P], weights: Array) -> Array | None:
+    def extrapolated(self, points: Sequence[P], weights: Array) -> Array | None:
         """Return the test functions that weighted sums of the derivatives at points have.
 
         None where their values at the points tell as much.

@@ -1,4 +1,4 @@
-"""Where on a curve a function of its points is zero."""
+"""The zero of a function of the points of a curve between two of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Generic
 
 import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import (
     POINTS,
@@ -22,27 +23,27 @@ from slipfold.continuation.newton import correct
 from slipfold.errors import breakdown
 
 CLOSE = 1e-12
-"""Arclength to which a zero is found; the parameter then is right to 1e-12 of the span."""
+"""Arclength to which a zero is located; the parameter then is right to 1e-12 of the span."""
 
 EVALUATIONS = 40
-"""Points after which a zero counts as not found; 8 are seldom needed."""
+"""Maximum number of points; 8 are seldom needed."""
 
 ASIDE = 0.5
-"""Where a point cannot be found exactly at a zero, one this much of `close` beside it is taken."""
+"""Where Newton's method fails at a zero, a point at this fraction of `close` from it is taken."""
 
 BLURRED = 1e-6
 """Arclength within which rounding, magnified by large multipliers, may hide a zero. The point's
-uncertainty, computed apart, says how much it does."""
+uncertainty, computed separately, says how much it does."""
 
 ALONG = 0.3
 """A curve whose tangent makes a smaller cosine than this with a chord is halved first."""
 
 
-PATIENCE = 8
-"""Evaluations after which every other one bisects, whatever the interpolation says."""
+INTERPOLATIONS = 8
+"""Evaluations after which every other one bisects, whatever the interpolation returns."""
 
-BESIDE = 2
-"""Points beside a bracket that are interpolated as well: they save one of four evaluations."""
+NEIGHBORS = 2
+"""Points outside a bracket that are interpolated as well: they save one of four evaluations."""
 
 KNOTS = 6
 """Values that a polynomial goes through."""
@@ -56,145 +57,144 @@ class LostCurveError(ArithmeticError):
 
 
 def lost_reason(error: Exception) -> str:
-    """Say why what lies between two points was not found."""
+    """Say why a point between two others was not computed."""
     return str(error) if isinstance(error, LostCurveError) else breakdown(error)
 
 
-def point_at(curve: Curve[P], known: Sequence[P], arclength: float) -> P:
-    """Return the point at a place between known points of a curve."""
-    near = well_spaced(known, arclength, arclength, POINTS)
+def point_at(curve: Curve[P], history: Sequence[P], arclength: float) -> P:
+    """Return the point at an arclength between known points of a curve."""
+    near = well_spaced(history, arclength, arclength, POINTS)
     guess, row = hermite(near, arclength)
-    expected = derivatives(curve, near, arclength)
-    correction = correct(curve, curve.aligned(guess, near[0].z), row, expected=expected)
+    point = _corrected(curve, near, curve.aligned(guess, near[0].z), row, arclength)
+    # Where the guess was poor the correction moved it along the curve.
+    after = bisect([item.arclength for item in history], point.arclength)
+    if not 0 < after < len(history):
+        return point
+    return _between(history[after - 1], point, history[after])
+
+
+def _corrected(curve: Curve[P], near: Sequence[P], guess: Array, row: Array, s: float) -> P:
+    """Return the point nearest a guess, with derivatives interpolated from points near it."""
+    correction = correct(curve, guess, row, expected=derivatives(curve, near, s))
     if not correction.converged:
         raise LostCurveError(correction.failure)
-    return _placed(known, curve.point(correction, arclength))
-
-
-def _placed(known: Sequence[P], point: P) -> P:
-    """Give a point its true place: where the guess was poor the correction moved it along."""
-    after = bisect([item.arclength for item in known], point.arclength)
-    if not 0 < after < len(known):
-        return point
-    return _between(known[after - 1], point, known[after])
+    return curve.point(correction, s)
 
 
 def _between(a: P, point: P, b: P) -> P:
-    """Give a point its place between two others, by its distances from them."""
+    """Give a point its arclength between two others, by its distances from them."""
     left, right = arc_between(a, point), arc_between(point, b)
-    share = left / (left + right) if left + right > 0 else 0.5
-    return replace(point, arclength=a.arclength + share * (b.arclength - a.arclength))
+    fraction = left / (left + right) if left + right > 0 else 0.5
+    return replace(point, arclength=a.arclength + fraction * (b.arclength - a.arclength))
 
 
-def insert(known: list[P], point: P) -> None:
+def insert(history: list[P], point: P) -> None:
     """Add a point to a list that is ordered by arclength."""
-    known.insert(bisect([item.arclength for item in known], point.arclength), point)
+    history.insert(bisect([item.arclength for item in history], point.arclength), point)
 
 
 def locate(
     curve: Curve[P],
-    known: list[P],
+    history: list[P],
     a: P,
     b: P,
     function: Callable[[P], float],
     close: float = CLOSE,
 ) -> P:
-    """Find the zero of a function that has different signs at two points.
+    """Return the zero of a function that has different signs at two points.
 
-    It is that of the polynomial through the values known so far, also of points beside the two;
-    where that has none in the bracket, inverse interpolation and bisection lead on.
-    Every point computed on the way is added to `known`, so that each guess is better than the
-    last.
+    Each guess is the zero of the polynomial through all values, also of points outside the two.
+    Where it has none in the bracket, inverse interpolation and bisection follow. Every point
+    computed is added to `history`.
     """
     values = function(a), function(b)
     while not (chord := _Chord(curve, a, b)).is_crossed_once:
-        middle = point_at(curve, known, 0.5 * (a.arclength + b.arclength))
+        middle = point_at(curve, history, 0.5 * (a.arclength + b.arclength))
         if not a.arclength < middle.arclength < b.arclength:
             raise LostCurveError("the curve turns too sharply between two points")
-        insert(known, middle)
+        insert(history, middle)
         value = function(middle)
         if (value > 0) == (values[0] > 0):
             a, values = middle, (value, values[1])
         else:
             b, values = middle, (values[0], value)
-    beside = [(place, function(point)) for place, point in chord.use_beside(known)]
-    zero = Enclosed(chord.length, values, beside)
+    outside = [(s, function(point)) for s, point in chord.use_neighbors(history)]
+    zero = BracketedZero(chord.length, values, outside)
     for _ in range(EVALUATIONS):
-        at = zero.next_place()
+        s = zero.next_guess()
         try:
-            point = chord.point_at(at)
+            point = chord.point_at(s)
         except LostCurveError:  # Newton's method is singular exactly at a branch point
-            at += ASIDE * close
-            point = chord.point_at(at)
+            s += ASIDE * close
+            point = chord.point_at(s)
         value = function(point)
-        if value == 0.0 or zero.error(at, value) <= close or zero.width <= close:
+        if value == 0.0 or zero.error(s, value) <= close or zero.width <= close:
             return point
-        insert(known, point)
-        zero.add(at, value)
+        insert(history, point)
+        zero.add(s, value)
     if zero.width > BLURRED:
-        raise LostCurveError(f"a zero was not found in {EVALUATIONS} points")
+        raise LostCurveError(f"a zero was not located in {EVALUATIONS} points")
     return point
 
 
-class Enclosed:
+class BracketedZero:
     """A zero of a function that has different signs at zero and at some length.
 
-    Places and values beside the two may be known as well.
+    Values outside the two may be known as well.
     """
 
     def __init__(
         self,
         length: float,
         values: tuple[float, float],
-        beside: Sequence[tuple[float, float]] = (),
+        outside: Sequence[tuple[float, float]] = (),
     ) -> None:
         self._tried = [(0.0, values[0]), (length, values[1])]
-        self._beside = beside
+        self._outside = outside
         self._low, self._high, self._positive = 0.0, length, values[0] > 0
 
     @property
     def width(self) -> float:
-        """Length within which it is known to lie."""
+        """Length of the bracket."""
         return self._high - self._low
 
-    def next_place(self) -> float:
-        """Return where to look next, inside of what encloses it."""
-        least = min(self._tried, key=lambda item: abs(item[1]))[0]
-        at, count = _polynomial_zero([*self._tried, *self._beside], least), len(self._tried) - 2
-        if not self._low < at < self._high:
-            at = _inverse_interpolation(self._tried, self._low, self._high)
-        if not self._low < at < self._high or (count > PATIENCE and count % 2):
+    def next_guess(self) -> float:
+        """Return where to evaluate the function next, inside the bracket."""
+        start = min(self._tried, key=lambda item: abs(item[1]))[0]
+        s, count = _polynomial_zero([*self._tried, *self._outside], start), len(self._tried) - 2
+        if not self._low < s < self._high:
+            s = _inverse_interpolation(self._tried, self._low, self._high)
+        if not self._low < s < self._high or (count > INTERPOLATIONS and count % 2):
             return 0.5 * (self._low + self._high)
-        return at
+        return s
 
-    def error(self, at: float, value: float) -> float:
-        """Return the distance of a place to the zero by the secant through the nearest one."""
-        nearest, other = self._nearest(at)
-        return abs(value * (at - nearest) / (value - other)) if value != other else np.inf
+    def error(self, s: float, value: float) -> float:
+        """Return the distance to the zero by the secant through the nearest value."""
+        nearest, other = self._nearest(s)
+        return abs(value * (s - nearest) / (value - other)) if value != other else np.inf
 
-    def slope(self, at: float, value: float) -> float:
+    def slope(self, s: float, value: float) -> float:
         """Return the slope of that secant."""
-        nearest, other = self._nearest(at)
-        return (value - other) / (at - nearest)
+        nearest, other = self._nearest(s)
+        return (value - other) / (s - nearest)
 
-    def add(self, at: float, value: float) -> None:
+    def add(self, s: float, value: float) -> None:
         """Note a value of the function."""
-        self._tried.append((at, value))
+        self._tried.append((s, value))
         if (value > 0) == self._positive:
-            self._low = at
+            self._low = s
         else:
-            self._high = at
+            self._high = s
 
-    def _nearest(self, at: float) -> tuple[float, float]:
-        return min(self._tried, key=lambda item: abs(item[0] - at))
+    def _nearest(self, s: float) -> tuple[float, float]:
+        return min(self._tried, key=lambda item: abs(item[0] - s))
 
 
 class _Chord(Generic[P]):
-    """The part of a curve between two points, over its place along the chord.
+    """The part of a curve between two points, over the projection on the chord.
 
-    The place of a point is that of its projection. Unlike the arclength, which is summed from one
-    guess to the next, it belongs to the solution alone, so that an interpolated zero stays where
-    it is as more points become known.
+    Unlike the arclength, which is summed from one guess to the next, the projection depends on the
+    solution alone. So an interpolated zero does not move as more points are computed.
     """
 
     def __init__(self, curve: Curve[P], a: P, b: P) -> None:
@@ -203,76 +203,75 @@ class _Chord(Generic[P]):
         difference = b.z - a.z
         self.length = float(np.linalg.norm(difference)) or 1.0
         self._row = difference / self.length
-        self._known: list[P] = []
+        self._points: list[P] = []
         if self.is_crossed_once:
-            self._known = [self._projected(a, 0.0), self._projected(b, self.length)]
+            self._points = [self._projected(a, 0.0), self._projected(b, self.length)]
 
     @property
     def is_crossed_once(self) -> bool:
         """Whether the curve runs along the chord at both ends, not back or across."""
-        return all(float(item.tangent @ self._row) > ALONG for item in (self._a, self._b))
+        return all(self._cosine(item) > ALONG for item in (self._a, self._b))
 
-    def use_beside(self, known: Sequence[P]) -> list[tuple[float, P]]:
-        """Let guesses go through points beside the chord; return the nearest with their places."""
-        apart, found = SPACING * self.length, list[tuple[float, P]]()
-        for point in known:
+    def _cosine(self, point: P) -> float:
+        return float(point.tangent @ self._row)
+
+    def use_neighbors(self, history: Sequence[P]) -> list[tuple[float, P]]:
+        """Let guesses go through points outside the chord; return these with their projections."""
+        apart, chosen = SPACING * self.length, list[tuple[float, P]]()
+        for point in history:
             if (point.curve, point.piece) != (self._a.curve, self._a.piece):
                 continue
-            place = float((point.z - self._a.z) @ self._row)
-            beside = not -apart <= place <= self.length + apart
-            alone = all(abs(place - other) > apart for other, _ in found)
-            if beside and alone and float(point.tangent @ self._row) > ALONG:
-                found.append((place, point))
-        found = sorted(found, key=lambda item: abs(item[0] - 0.5 * self.length))[:BESIDE]
-        self._known += [self._projected(point, place) for place, point in found]
-        return found
+            s = float((point.z - self._a.z) @ self._row)
+            near = not -apart <= s <= self.length + apart
+            alone = all(abs(s - other) > apart for other, _ in chosen)
+            if near and alone and self._cosine(point) > ALONG:
+                chosen.append((s, point))
+        chosen = sorted(chosen, key=lambda item: abs(item[0] - 0.5 * self.length))[:NEIGHBORS]
+        self._points += [self._projected(point, s) for s, point in chosen]
+        return chosen
 
-    def point_at(self, place: float) -> P:
-        """Return the point at a place along the chord."""
-        near = well_spaced(self._known, place, place, POINTS)
-        guess, _ = hermite(near, place)
-        guess = guess + (place - float((guess - self._a.z) @ self._row)) * self._row
-        expected = derivatives(self._curve, near, place)
-        correction = correct(self._curve, guess, self._row, expected=expected)
-        if not correction.converged:
-            raise LostCurveError(correction.failure)
-        point = self._curve.point(correction, place)
-        if float(point.tangent @ self._row) <= 0:
+    def point_at(self, s: float) -> P:
+        """Return the point with a projection on the chord."""
+        near = well_spaced(self._points, s, s, POINTS)
+        guess, _ = hermite(near, s)
+        guess = guess + (s - float((guess - self._a.z) @ self._row)) * self._row
+        point = _corrected(self._curve, near, guess, self._row, s)
+        if self._cosine(point) <= 0:
             raise LostCurveError("the curve turns too sharply between two points")
-        self._known.append(self._projected(point, place))
+        self._points.append(self._projected(point, s))
         return _between(self._a, point, self._b)
 
-    def _projected(self, point: P, place: float) -> P:
-        """Return a point with its place along the chord and the derivative with respect to it."""
-        return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
+    def _projected(self, point: P, s: float) -> P:
+        """Return a point over its projection, with the derivative with respect to it."""
+        return replace(point, arclength=s, tangent=point.tangent / (point.tangent @ self._row))
 
 
-def _polynomial_zero(known: Sequence[tuple[float, float]], start: float) -> float:
-    """Place of the zero near a start of the polynomial through places and their values; or NaN.
+def _polynomial_zero(values: Sequence[tuple[float, float]], start: float) -> float:
+    """Return the zero near a start of the polynomial through positions and their values; or NaN.
 
     In Newton's form and plain floats: there are few of them.
     """
-    nearest = sorted(known, key=lambda item: abs(item[0] - start))[:KNOTS]
+    nearest = sorted(values, key=lambda item: abs(item[0] - start))[:KNOTS]
     where, factors = [item[0] for item in nearest], [item[1] for item in nearest]
     if len(set(where)) < len(where):
         return np.nan
     for order in range(1, len(where)):
         for i in range(len(where) - 1, order - 1, -1):
             factors[i] = (factors[i] - factors[i - 1]) / (where[i] - where[i - order])
-    at = start
+    s = start
     for _ in range(CORRECTIONS):
         value, slope = 0.0, 0.0
         for x, factor in zip(reversed(where), reversed(factors), strict=True):
-            slope = slope * (at - x) + value
-            value = value * (at - x) + factor
+            slope = slope * (s - x) + value
+            value = value * (s - x) + factor
         if slope == 0.0:
             return np.nan
-        at -= value / slope
-    return at
+        s -= value / slope
+    return s
 
 
 def _inverse_interpolation(tried: list[tuple[float, float]], low: float, high: float) -> float:
-    """Place of the zero by Neville's scheme through both ends of the bracket and the last two."""
+    """Return the zero by Neville's scheme through both ends of the bracket and the last two."""
     ends = [item for item in tried if item[0] in (low, high)]
     others = [item for item in tried if item[0] not in (low, high)]
     chosen = np.array(ends + others[-2:])

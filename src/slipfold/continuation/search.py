@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from math import isfinite
 from typing import Generic
 
 import numpy as np
 
-from slipfold.arrays import Array
-from slipfold.continuation.curve import Curve, P
-from slipfold.continuation.interpolation import well_spaced
+from slipfold.arrays import Array, Mask
+from slipfold.continuation.curve import Curve, P, Point
+from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
 from slipfold.continuation.locate import insert, locate, point_at
+from slipfold.continuation.step_length import Number
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
-from slipfold.continuation.unseen import Expected, expectation_weights, places_between
 
 DEPTH = 7
 """Maximum number of halvings of an interval, to 1/128 of a step."""
@@ -23,9 +25,9 @@ KNOTS = 4
 
 
 class Zeros(Generic[P]):
-    """A monitor of functions that change their sign: all their zeros are located, none missed.
+    """A monitor of functions that change their sign: it locates all their zeros.
 
-    Here of all test functions of the points, recorded by their names.
+    This class monitors all test functions of the points, and records zeros by their names.
     """
 
     def __init__(self, curve: Curve[P]) -> None:
@@ -35,12 +37,12 @@ class Zeros(Generic[P]):
         """Return the functions at a point."""
         return point.values
 
-    def foreseen(self, points: Sequence[P], weights: Array) -> Array | None:
+    def extrapolated(self, points: Sequence[P], weights: Array) -> Array | None:
         """Return predictions of the functions that use more than their values at points.
 
-        None where those are all that is known. Shapes: weights (t, points); returns (t, functions).
+        None where nothing else is known. Shapes: weights (t, points); returns (t, functions).
         """
-        return self.curve.foreseen(points, weights)
+        return self.curve.extrapolated(points, weights)
 
     def watch(self, interval: StepInterval[P]) -> MonitorResult[P]:
         """Locate all zeros between two neighboring points."""
@@ -48,41 +50,41 @@ class Zeros(Generic[P]):
         return self.seen(found, interval)
 
     def seen(self, found: Sequence[Found[P]], interval: StepInterval[P]) -> MonitorResult[P]:
-        """Return what the zeros mean: here they are recorded."""
+        """Return the consequence of the zeros: here they are recorded."""
         return MonitorResult(found)
 
-    def search(self, known: list[P], a: P, b: P, depth: int = 0) -> list[Found[P]]:
-        """Find the special points between two points.
+    def search(self, history: list[P], a: P, b: P, depth: int = 0) -> list[Found[P]]:
+        """Return the special points between two points.
 
-        A sign change brackets a zero. Two zeros between the points leave no sign change: so the
-        test functions are interpolated, and where one may come near zero the point there is
-        computed and both halves are searched. At the end what was found must explain how the two
-        points differ, else the interval is halved as well.
+        A sign change brackets a zero. Two zeros between the points leave no sign change. So the
+        test functions are interpolated; where one may come near zero, the point there is computed
+        and both halves are searched. The interval is halved as well if its special points do not
+        explain how the two points differ.
         """
-        place = _suspicious_place(self, known, a, b) if depth < DEPTH else None
-        if place is not None and self.excludes(a, b):
+        arclength = _ambiguous_arclength(self, history, a, b) if depth < DEPTH else None
+        if arclength is not None and self.excludes(a, b):
             return []
-        if place is None:
-            found = self.located(known, a, b)
+        if arclength is None:
+            found = self.located(history, a, b)
             explained = self.accounts_for(found, a, b)
             if depth >= DEPTH and not explained:
-                found += self.hidden(found, known, a, b)
+                found += self.hidden(found, history, a, b)
             if depth >= DEPTH or explained:
                 return sorted(found, key=lambda item: item.point.arclength)
-            place = 0.5 * (a.arclength + b.arclength)
-        middle = point_at(self.curve, known, place)
-        insert(known, middle)
-        left = self.search(known, a, middle, depth + 1)
-        return left + self.search(known, middle, b, depth + 1)
+            arclength = 0.5 * (a.arclength + b.arclength)
+        middle = point_at(self.curve, history, arclength)
+        insert(history, middle)
+        left = self.search(history, a, middle, depth + 1)
+        return left + self.search(history, middle, b, depth + 1)
 
     def excludes(self, a: P, b: P) -> bool:
-        """Whether nothing can be found between two points, whatever the functions do."""
+        """Whether there can be no zero between two points, whatever the functions do."""
         return False
 
-    def located(self, known: list[P], a: P, b: P) -> list[Found[P]]:
+    def located(self, history: list[P], a: P, b: P) -> list[Found[P]]:
         """Return the genuine zeros where a function changes its sign between two points."""
         names = [name for name in a.tests if self.changes_sign(name, a, b)]
-        found = [locate_test(self.curve, known, a, b, name, name) for name in names]
+        found = [locate_test(self.curve, history, a, b, name, name) for name in names]
         return [item for item in found if self.is_genuine(item)]
 
     def changes_sign(self, name: str, a: P, b: P) -> bool:
@@ -91,23 +93,23 @@ class Zeros(Generic[P]):
         return isfinite(before) and isfinite(after) and (before > 0) != (after > 0)
 
     def is_genuine(self, found: Found[P]) -> bool:
-        """Whether a zero is what its name says."""
+        """Whether a zero is of the type that its name says."""
         return True
 
     def accounts_for(self, found: list[Found[P]], a: P, b: P) -> bool:
-        """Whether what was found explains how two points differ."""
+        """Whether the special points between two points explain how these differ."""
         return True
 
-    def hidden(self, found: list[Found[P]], known: list[P], a: P, b: P) -> list[Found[P]]:
+    def hidden(self, found: list[Found[P]], history: list[P], a: P, b: P) -> list[Found[P]]:
         """Return special points at which no function changes its sign."""
         return []
 
 
-def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:
+def locate_test(curve: Curve[P], history: list[P], a: P, b: P, kind: str, test: str) -> Found[P]:
     """Locate the zero of a test function between two points."""
-    point = locate(curve, known, a, b, lambda item: item.tests[test])
+    point = locate(curve, history, a, b, lambda item: item.tests[test])
     nearest = min(
-        (item for item in known if item.arclength != point.arclength),
+        (item for item in history if item.arclength != point.arclength),
         key=lambda item: abs(item.arclength - point.arclength),
     )
     # The nearest evaluations may coincide to rounding; the bracket gives the slope then.
@@ -119,26 +121,182 @@ def locate_test(curve: Curve[P], known: list[P], a: P, b: P, kind: str, test: st
     return Found(kind, point, slope)
 
 
-def _suspicious_place(watch: Zeros[P], known: Sequence[P], a: P, b: P) -> float | None:
-    """Where between two points a test function may touch zero without a sign change at the ends.
+def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) -> float | None:
+    """Return where a test function may touch zero without a sign change at the ends.
 
-    Each is interpolated in that way of two which a point less changes less: by its values, or by
-    what it follows from.
+    Each function is interpolated from its values, and from what it is computed from. The better of
+    the two is the one that changes less if a point is left out.
     """
-    near = well_spaced(known, a.arclength, b.arclength, KNOTS)
-    grid = places_between(a.arclength, b.arclength)
-    ends = np.array([watch.values(a), watch.values(b)])
-    where = np.array([point.arclength for point in near])
-    own = _number(near, a), _number(near, b)
-    weights = expectation_weights(where, grid, (a.arclength, b.arclength), own)
-    values = weights @ np.array([watch.values(point) for point in near])
-    place = Expected.of(values, ends).doubtful_place(grid)
-    foreseen = None if place is None else watch.foreseen(near, weights)
-    if foreseen is None:
-        return place
-    return Expected.of(values, ends, foreseen).doubtful_place(grid)
+    near = well_spaced(history, a.arclength, b.arclength, KNOTS)
+    grid = arclengths_between(a.arclength, b.arclength)
+    ends = np.array([monitor.values(a), monitor.values(b)])
+    arclengths = np.array([point.arclength for point in near])
+    numbers = _index(near, a), _index(near, b)
+    weights = interpolation_weights(arclengths, grid, (a.arclength, b.arclength), numbers)
+    values = weights @ np.array([monitor.values(point) for point in near])
+    arclength = Interpolated.from_values(values, ends).ambiguous_arclength(grid)
+    extrapolated = None if arclength is None else monitor.extrapolated(near, weights)
+    if extrapolated is None:
+        return arclength
+    return Interpolated.from_values(values, ends, extrapolated).ambiguous_arclength(grid)
 
 
-def _number(points: Sequence[P], point: P) -> int:
+def _index(points: Sequence[P], point: P) -> int:
     """Return the index of a point among others, -1 if it is not among them."""
     return next((i for i, item in enumerate(points) if item is point), -1)
+
+
+# -- test functions between two points, of one curve or of many -----------------------------------
+
+
+GRID = 16
+"""Arclengths between two points at which functions are interpolated."""
+
+UNSURE = 0.25
+"""Fraction of its interpolation error below which a test function may have changed its sign twice:
+a parabola with that error in its slope falls by so much."""
+
+DIP = 0.15
+"""A test function that falls between two points to this fraction of its values is examined."""
+
+
+def arclengths_between(first: Number, last: Number) -> Array:
+    """Return arclengths between two points, shape (t,); or of each of many curves, shape (k, t)."""
+    spacing = np.asarray((last - first) / (GRID + 1))[..., None]
+    return np.arange(1, GRID + 1) * spacing + np.asarray(first)[..., None]
+
+
+def interpolation_weights(
+    where: Array, grid: Array, ends: tuple[Number, Number], numbers: tuple[int, int]
+) -> Array:
+    """Return the weights of points in interpolations, those of one arclength in a row.
+
+    The first rows are for a grid between two ends, the next for the same grid without the last
+    point, which is the farthest away, the last two for the ends without the points that lie there.
+    These are given by number, -1 where there is none.
+
+    Shapes: where (c,), grid (t,), returns (2 t + 2, c); or of each of many curves (k, ...).
+    """
+    size, count = grid.shape[-1], where.shape[-1]
+    weights = np.zeros((*grid.shape[:-1], 2 * size + 2, count))
+    weights[..., :size, :] = inside = polynomial_weights(where, grid)
+    farthest = where[..., -1:]
+    factors = (where[..., :-1] - farthest)[..., None, :] / (grid - farthest)[..., None]
+    weights[..., size:-2, :-1] = inside[..., :-1] * factors
+    places: Sequence = where.tolist() if where.ndim == 1 else list(where.T)
+    for row, end, number in zip((-2, -1), ends, numbers, strict=True):
+        others = [i for i in range(count) if i != number]
+        weights[..., row, others] = lagrange([places[i] for i in others], end).T
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolated:
+    """Test functions between two points of a curve; of many curves with a first axis."""
+
+    inside: Array  # the functions on a grid between the points, shape (t, f)
+    errors: Array  # their changes if the point farthest away is left out, shape (t, f)
+    ends: Array  # the functions at the points, shape (2, f)
+    end_errors: Array  # their differences from the interpolation of the others, shape (2, f)
+
+    @staticmethod
+    def from_values(values: Array, ends: Array, extrapolated: Array | None = None) -> Interpolated:
+        """Interpolate the functions from their values, or take predictions where these are better.
+
+        Shapes: values, extrapolated as the rows of `interpolation_weights`, (2 t + 2, f).
+        """
+        size = (values.shape[-2] - 2) // 2
+        grid, fewer = slice(None, size), slice(size, -2)
+        if extrapolated is not None:
+            one, other = (
+                np.abs(each[..., grid, :] - each[..., fewer, :]) for each in (values, extrapolated)
+            )
+            better = other.max(axis=-2) < one.max(axis=-2)
+            values = np.where(better[..., None, :], extrapolated, values)
+        inside = values[..., grid, :]
+        errors = np.abs(inside - values[..., fewer, :])
+        return Interpolated(inside, errors, ends, np.abs(ends - values[..., -2:, :]))
+
+    @property
+    def ambiguous(self) -> Mask:
+        """Whether each may touch zero, or has more zeros than its signs show, shape (f,).
+
+        Between the points its error may be as large as the change from the interpolation through a
+        point less. If it is near zero at a point and its error is large there, its slope is not
+        known, and it may have come from the other side.
+        """
+        first, last = self.ends[..., 0, :], self.ends[..., 1, :]
+        touches = self._above_zero.min(axis=-2) < 0
+        unsure = (np.abs(self.ends) < UNSURE * self.end_errors).any(axis=-2)
+        several = np.count_nonzero(self._changes, axis=-2) > 1
+        # A function that is not defined everywhere, or is zero everywhere.
+        known = np.isfinite(self.inside).all(axis=-2) & ((first != 0) | (last != 0))
+        return np.asarray(known & np.where(first * last > 0, touches | unsure, several))
+
+    def ambiguous_arclength(self, grid: Array) -> float | None:
+        """Return where the first of them on one curve is ambiguous, None if none is."""
+        for index in np.flatnonzero(self.ambiguous).tolist():
+            if self.ends[0, index] * self.ends[1, index] <= 0:
+                changes = np.flatnonzero(self._changes[:, index])
+                return float(grid[min(changes[1], len(grid) - 1)])
+            above = self._above_zero[:, index]
+            lowest = int(above.argmin())
+            return float(grid[lowest] if above[lowest] < 0 else 0.5 * (grid[0] + grid[-1]))
+        return None
+
+    @cached_property
+    def _inner(self) -> Array:
+        """The functions on the grid, positive where they have the sign of the first end."""
+        first, last = self.ends[..., 0, :], self.ends[..., 1, :]
+        signs = np.where(first != 0, np.sign(first), -np.sign(last))
+        return np.asarray(signs[..., None, :] * self.inside)
+
+    @cached_property
+    def _above_zero(self) -> Array:
+        """Lower bounds of these, shape (t, f)."""
+        minimum = np.abs(self.ends).min(axis=-2)[..., None, :]
+        return self._inner - np.maximum(self.errors, DIP * minimum)
+
+    @cached_property
+    def _changes(self) -> Mask:
+        """Where these change their sign, if they do so from one end to the other; (t + 1, f)."""
+        inner = self._inner
+        signs = np.ones((*inner.shape[:-2], inner.shape[-2] + 2, inner.shape[-1]))
+        np.sign(inner, out=signs[..., 1:-1, :])
+        signs[..., -1, :] = -1.0
+        return np.asarray(signs[..., 1:, :] != signs[..., :-1, :])
+
+
+CHANGE = 0.5
+"""Fraction of its distance from zero by which the bound of the multipliers may change in a step."""
+
+
+def contracts_between(a: Point, b: Point) -> bool:
+    """Whether perturbations decay on all orbits between two points, so that none bifurcates.
+
+    They decay at both, and the bound of the multipliers changes by less from one to the other than
+    its distance below zero.
+    """
+    growth = max(a.growth, b.growth)
+    if not -np.inf < min(a.growth, b.growth) <= growth < 0:
+        return False
+    same = all((a.tests[name] > 0) == (b.tests[name] > 0) for name in a.tests)
+    return same and a.orientation == b.orientation and abs(a.growth - b.growth) <= CHANGE * -growth
+
+
+def contraction_drift(recent: Sequence[Point], point: Point) -> float:
+    """Return the extrapolation error of the bound of the multipliers, relative to its tolerance.
+
+    Multipliers rotate with the forcing frequency, and test functions with them, also where nothing
+    can bifurcate. The bound, which excludes bifurcations, does not rotate. Infinite where it
+    excludes none.
+    """
+    if not contracts_between(recent[-1], point):
+        return np.inf
+    if not all(np.isfinite(item.growth) for item in recent):
+        return 0.0
+    weights = lagrange([item.arclength for item in recent], point.arclength)
+    expected = float(weights @ [item.growth for item in recent])
+    allowed = CHANGE * min(-recent[-1].growth, -point.growth)
+    change = max(abs(point.growth - expected), abs(point.growth - recent[-1].growth))
+    return float(change / allowed)

@@ -18,6 +18,7 @@ from slipfold.continuation.interpolation import (
     lagrange,
 )
 from slipfold.continuation.newton import Correction, Linearized, correct, length_of
+from slipfold.continuation.search import contraction_drift
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
     HARDER,
@@ -30,27 +31,26 @@ from slipfold.continuation.step_length import (
     shortened,
     shortened_where_lost,
 )
-from slipfold.continuation.unseen import contraction_drift
 from slipfold.errors import BREAKDOWNS, breakdown
 
 Bound = tuple[int, float, float]
 """A component of the unknown, with the least and the largest value it may take."""
 
 LINES = 0.25
-"""What counts of the extrapolated test functions' error where these are foreseen better: lines
-through the points, which know nothing of them, would bend too much between fewer."""
+"""Weight of the error of polynomials through the test functions where a prediction from derivatives
+is better. Lines drawn through the points are such polynomials, and need this many points."""
 
 STRAIGHT = 0.01
-"""Error of the prediction, relative to its aim, below which that counts ever less: the lines do not
-bend, however fast multipliers turn."""
+"""Error of the prediction, relative to its aim, below which that weight falls in proportion: the
+lines are straight, however fast multipliers rotate."""
 
 EDGE = 1e-9
-"""Distance from a bound that counts as none. A guess that is less beyond it may be so by rounding:
-where the curve begins on a bound and runs along it, as a pitchfork's does, its point decides."""
+"""Distance from a bound that counts as none. Rounding may bring a guess beyond a bound on which the
+curve begins and along which it runs, as a pitchfork does: then its point decides."""
 
 LARGE = 10.0
-"""Length of an unknown from which on steps may be longer in proportion: at a resonance orbits are
-many times as large as typical sizes."""
+"""Length of an unknown above which steps may be longer in proportion: at a resonance orbits are
+many times as large as the state scales."""
 
 
 @dataclass(frozen=True)
@@ -218,10 +218,10 @@ def _measure(
         measures = replace(measures, drift=float(drift(errors, *known)))
     if not measures.follows_tests:
         return measures
-    # How they are foreseen better, and whether they matter, takes longer to see.
-    foreseen = curve.foreseen(recent, weights[None])
-    if foreseen is not None:
-        errors = np.fmin(errors, np.abs(point.values - foreseen[0]))
+    # How they are extrapolated better, and whether they matter, takes longer to see.
+    extrapolated = curve.extrapolated(recent, weights[None])
+    if extrapolated is not None:
+        errors = np.fmin(errors, np.abs(point.values - extrapolated[0]))
         lines = LINES * min(1.0, measures.error / STRAIGHT)
         drifted = max(float(drift(errors, *known)), lines * drifted)
     return replace(measures, drift=min(drifted, contraction_drift(recent, point) / coarse))

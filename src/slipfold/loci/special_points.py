@@ -12,9 +12,8 @@ from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
 from slipfold.branches.closed_branches import asymmetry, has_copy
 from slipfold.continuation.end import End
 from slipfold.continuation.newton import correct
-from slipfold.continuation.search import Zeros
+from slipfold.continuation.search import Zeros, contracts_between
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
-from slipfold.continuation.unseen import contracts_between
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.critical import crossing_gap

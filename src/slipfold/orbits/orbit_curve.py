@@ -446,7 +446,7 @@ class Orbits(OrbitCurve):
         tests = evaluate_tests(multipliers, self.spectrum.tests)
         return {**tests, "LP": float(tangent[-1])}
 
-    def foreseen(self, points: Sequence[OrbitPoint], weights: Array) -> Array | None:
+    def extrapolated(self, points: Sequence[OrbitPoint], weights: Array) -> Array | None:
         """Return the test functions of the multipliers that weighted sums of transitions have.
 
         Transitions of segments turn by a fraction of what multipliers do over the period, and

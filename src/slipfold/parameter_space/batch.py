@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.continuation.interpolation import polynomial_weights
-from slipfold.continuation.unseen import TOUCH
+from slipfold.continuation.search import DIP
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import linearized_steps_of
 from slipfold.flow.modes import contacts_of
@@ -84,7 +84,7 @@ def _dips(values: Array) -> Mask:
     """Return where the polynomial through values at the first fractions dips, (m, k) to (m,)."""
     known, grid = np.array(FRACTIONS[: values.shape[1]]), np.linspace(0.0, 1.0, 41)
     curve = values @ polynomial_weights(known, grid).T
-    return np.asarray(curve.min(axis=1) < TOUCH * values[:, [0, -1]].min(axis=1))
+    return np.asarray(curve.min(axis=1) < DIP * values[:, [0, -1]].min(axis=1))
 
 
 ROUGHLY = 1e-8
