@@ -36,7 +36,7 @@ from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression, Limit
 
-BEYOND = 1e-14
+BEYOND = TOLERANCE / 10
 """How far beyond zero, over its size, something has come that counts as having crossed it. Where a
 mode begins, slip is exactly zero; a root there would be taken for the one that is sought."""
 

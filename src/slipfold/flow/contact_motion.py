@@ -103,10 +103,6 @@ def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Sa
     return Samples(model, states, phases, modes)
 
 
-FEWEST = 16
-"""Intervals between samples of a piece at least: short ones turn as sharply as long ones."""
-
-
 @dataclass(frozen=True, eq=False)
 class ContactPiece:
     """A time in which a contact does one thing, with its ends; d directions."""
@@ -169,7 +165,7 @@ def contact_motions(
 def _sampled(model: Model, leg: Leg, n: int, per_period: int) -> list[ContactPiece]:
     """Sample a smooth phase from its begin to its end, a piece for each contact."""
     constants, flow = flow_of(model).constants_of(model), switched_flow_of(model)
-    count = max(math.ceil(per_period * (leg.end - leg.begin)), FEWEST)
+    count = max(math.ceil(per_period * (leg.end - leg.begin)), 16)  # short pieces turn as sharply
     phases = np.linspace(leg.begin, leg.end, count + 1)
     assert leg.polynomials is not None
     states = leg.polynomials(phases)[:, :n] * constants.scales

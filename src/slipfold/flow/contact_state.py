@@ -160,14 +160,8 @@ def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expr
     return found + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]
 
 
-TURNS = 50
-"""Newton steps to the direction of slip that begins: three are enough."""
-
 SLACK = 1e-11
 """Fraction of what friction holds by which rounding may place a force beyond it."""
-
-TRIED = 7
-"""Contacts at rest at one instant of which all combinations are tried."""
 
 
 class Undecided(ValueError):
@@ -281,7 +275,7 @@ def outward(alone: Numbers, change: list[Numbers], size: float) -> tuple[Numbers
     (a, b), (c, d) = change
     x, y = _solved(change, [-part for part in alone])
     angle = math.atan2(y, x)
-    for _ in range(TURNS):
+    for _ in range(50):  # three steps are enough
         cos, sin = math.cos(angle), math.sin(angle)
         u, v = alone[0] + size * (a * cos + b * sin), alone[1] + size * (c * cos + d * sin)
         across = size * (sin * (a * sin - b * cos) - cos * (c * sin - d * cos))
@@ -363,7 +357,7 @@ def _changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
 def _all(instant: _Instant, mode: Mode) -> Iterator[Mode]:
     """All modes, those that stick most first."""
     rest = instant.rest
-    if len(rest) > TRIED:
+    if len(rest) > 7:  # too many combinations to try
         return
     planar = (Status.STICK, Status.SLOW)
     straight = (Status.STICK, Status.FORTH, Status.BACK)

@@ -34,21 +34,8 @@ cache."""
 CALLS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
 """Calls in a forcing period, each of a few steps."""
 
-FIRST = 4
-"""Calls in the first period, if they are of four steps."""
-
-HALVINGS = 9
-"""Times that the steps of one trajectory are halved before that trajectory is left behind."""
-
-
 TOLERANCE = 1e-9
 """Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""
-
-MANY = 0.2
-"""Fraction of calls repeated for single trajectories from which all take shorter steps."""
-
-FEW = 0.02
-"""Fraction of them below which all may take longer ones."""
 
 
 class March:
@@ -65,7 +52,8 @@ class March:
         self._work = np.zeros((n + 2 + len(known), known.shape[1]))
         self._work[n + 2 :] = known
         self._values = np.empty((n + 1, known.shape[1]))
-        self._place = CALLS.index(FIRST * STEPS_PER_CALL // self._steps.count)
+        # Four calls in the first period, if they are of four steps
+        self._place = CALLS.index(4 * STEPS_PER_CALL // self._steps.count)
 
     def period(self, states: Array) -> Array:
         """Propagate states over a forcing period; NaN where a trajectory is left behind.
@@ -112,7 +100,7 @@ class March:
     def _halve(self, again: NDArray[np.bool_], behind: NDArray[np.bool_]) -> None:
         """Repeat the last steps for some motions at half their length, and these if need be."""
         which = np.flatnonzero(again)
-        ends, arrived = self._in_halves(self._work[:, which], HALVINGS)
+        ends, arrived = self._in_halves(self._work[:, which], 9)  # then it is left behind
         self._values[: self._n, which] = ends
         behind[which[~arrived]] = True
 
@@ -143,9 +131,9 @@ class March:
     def _pace(self, repeated: float, worst: float) -> None:
         """Choose the number of steps in the next period."""
         place = self._place
-        if repeated > MANY:
+        if repeated > 0.2:  # of all calls, for single trajectories
             self._place = min(place + 1, len(CALLS) - 1)
-        elif repeated < FEW and place > 0:
+        elif repeated < 0.02 and place > 0:
             longer = CALLS[place] / CALLS[place - 1]
             self._place -= 2 * worst * longer**ORDER < TOLERANCE
 

@@ -120,16 +120,6 @@ EXPLORED = 500
 """Steps of the integrator from which the pace of a trajectory is taken: ten rounds of a smooth
 one."""
 
-INTERVALS = 20
-"""Intervals that these make: a round is about two of them."""
-
-LONGEST = 8.0
-"""Intervals this many times as long are divided: the integrator's steps within are bounded."""
-
-FASTEST = 12.0
-"""Angle, or growth, of the fastest eigenvalue in an interval at most: a trajectory that begins
-small takes longer steps at first than later."""
-
 FARTHEST = 1e4
 """Times of the fastest rate that are explored: a trajectory that slows down sets no pace."""
 
@@ -140,7 +130,8 @@ def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int |
     natural = _natural(model, state)
     if periods is None and unit == DURATION.default:
         return model.replace(**{DURATION.name: natural}), None
-    return divided(model, periods, math.ceil(unit / natural) if unit > LONGEST * natural else 1)
+    # The integrator's steps in an interval are bounded.
+    return divided(model, periods, math.ceil(unit / natural) if unit > 8 * natural else 1)
 
 
 def divided(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, int | None]:
@@ -170,7 +161,9 @@ def _natural(model: Model, state: Array) -> float:
         motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
     if motion is None:
         return DURATION.default
-    return rounded_down(min(motion.end / INTERVALS, FASTEST / fastest))
+    # A round is about two of 20 intervals. Steps of what begins small are longer at first: the
+    # fastest eigenvalue turns or grows by 12 at most.
+    return rounded_down(min(motion.end / 20, 12 / fastest))
 
 
 def rounded_down(length: float) -> float:

@@ -203,9 +203,6 @@ TOLERANCE = 1e-10
 """Error of a step and of its derivatives, in scales. What is decided rests on special points, which
 are corrected by the flow itself; orbits are then known to 1e-9 and better."""
 
-FIRST = 1 / 32
-"""Step that is tried first, in forcing periods."""
-
 ORDER = 8
 
 SAFELY, SHORTER, LONGER = 0.9, 0.2, 4.0
@@ -223,13 +220,6 @@ cache."""
 
 MORE = 0.5
 """Fraction of the fall below the ends of a step by which it may fall farther than a cubic does."""
-
-REGISTERS = 16
-"""Trajectories are made up to a multiple of this: those left over would be computed by other code,
-and what is found of one would depend on how many there are beside it."""
-
-MAX_LINEARIZED_OPERATIONS = 5_000
-"""Operations compiled into a step at most; 3,000 take three seconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +269,7 @@ class LinearizedSteps:
         work[:n] = states.T
         rows = work[n:size].reshape(n, n + 1, count)
         rows[np.arange(n), np.arange(n)] = 1.0
-        work[size], work[size + 1] = start, min(FIRST, length)
+        work[size], work[size + 1] = start, min(1 / 32, length)
         work[size + 2 :] = np.concatenate([coefficients, scales, change], axis=1).T
         passed = _Passed()
         going = np.flatnonzero(np.isfinite(work).all(axis=0))
@@ -307,7 +297,9 @@ class LinearizedSteps:
     ) -> NDArray[np.bool_]:
         """Take a few steps with some trajectories; return which have arrived."""
         size, count, watched = self.states * (self.states + 2), len(some), self.limits
-        more = -count % REGISTERS
+        # Full registers: those left over would be computed by other code, and a result would depend
+        # on how many trajectories there are beside it.
+        more = -count % 16
         work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
         ends = np.concatenate([ends, np.full(more, ends[0])])
         phase, step = work[size], work[size + 1]
@@ -386,7 +378,7 @@ def _shared_linearized(kind: Kind) -> LinearizedSteps | None:
     whole = with_variations(equations, equations.dimension, [changes])
     if (
         len(method().B) * len(take_apart(equations)) * (equations.dimension + 2)
-        > MAX_LINEARIZED_OPERATIONS
+        > 5_000  # 3,000 take three seconds to compile
     ):
         return None
     bounds = [limit.output for limit in model.limits]

@@ -38,12 +38,6 @@ from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseMotion
 from slipfold.models.model import COLUMNS, Kind, Model, carried_whole
 
-MANY = 8_000
-"""Steps of a trajectory that is not stiff in its first period, at most."""
-
-TINY = 1e-300
-"""Length of a step that is taken for what is known before it."""
-
 
 class Flow(Evaluated):
     """The flow of a model over phase (time in forcing periods).
@@ -289,7 +283,7 @@ class Flow(Evaluated):
                 batch.state[:n] = state[:, None]
             ends = carried(batch, last[some])
             if in_time > 1:  # for the Taylor coefficients in time
-                batch.step(np.full(LANES, TINY), write_tc=True)
+                batch.step(np.full(LANES, 1e-300), write_tc=True)
             for k in range(in_time):
                 slopes = ends
                 if k:
@@ -318,7 +312,7 @@ class Flow(Evaluated):
         Shapes: state (n,).
         """
         single = self._set_out(state, constants, 0.0)
-        outcome = int(single.propagate_until(1.0, max_steps=MANY)[0])
+        outcome = int(single.propagate_until(1.0, max_steps=8_000)[0])  # enough if not stiff
         return outcome == STEP_LIMIT and StiffFallback(self, constants).is_due(single)
 
     def dense(

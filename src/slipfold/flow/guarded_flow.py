@@ -35,10 +35,6 @@ CHUNK = 16
 """Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
 
 
-STANDSTILL = 1e-9
-"""A last step shorter than this fraction of a period is one before a singularity."""
-
-
 @dataclass(frozen=True)
 class Stop:
     """Why and when a trajectory ended early.
@@ -176,7 +172,7 @@ class GuardedFlow:
         place = f"{'' if known else 'more than '}{time:.6g} s after the start"
         if self._forced:
             place += f", in forcing period {math.ceil(done) + len(states) + 1}"
-        if outcome == STEP_LIMIT and abs(integrator.last_h) > STANDSTILL:
+        if outcome == STEP_LIMIT and abs(integrator.last_h) > 1e-9:  # else before a singularity
             return Strobe(states, self._stiff(LONGEST, place, constants, time))
         return Strobe(states, self._singular(place, time))
 

@@ -34,12 +34,6 @@ left out is smaller by as much as it is smaller than the one before."""
 MOST = 20_000
 """Steps of a trajectory at most: a hundred forcing periods of stiff slip, ten seconds."""
 
-SHORTEST = 1e-14
-"""Length of a step, over that of the trajectory, below which there is a singularity."""
-
-BEGIN = 0.01
-"""Fraction of its size by which a trajectory may change in the first step that is tried."""
-
 SAFETY, SHRINKS, GROWS = 0.85, 0.1, 3.0
 """Of the length that the error allows, and how much a step may differ from the one before."""
 
@@ -89,7 +83,7 @@ def implicit_motion(
     outcome, limit = End.ARRIVED, None
     while times[-1] < end:
         length, tried = min(length, end - times[-1]), tried + 1
-        if length < SHORTEST * whole or not np.isfinite(state).all():
+        if length < 1e-14 * whole or not np.isfinite(state).all():  # a singularity
             outcome = End.LOST
             break
         if tried > most:
@@ -121,7 +115,8 @@ def implicit_motion(
 def _first_length(field: Field, state: Array, start: float, end: float) -> float:
     rate = float(np.abs(field.rates(state[None], np.array([start]))).max())
     size = max(1.0, float(np.abs(state).max()))
-    return min(end - start, BEGIN * size / rate) if rate > 0 else end - start
+    # The first step changes the state by a hundredth.
+    return min(end - start, 0.01 * size / rate) if rate > 0 else end - start
 
 
 def _step(
@@ -176,11 +171,6 @@ def _first_met(
     return int((~(values(np.array([high]))[0] > 0)).argmax()), high
 
 
-LIMITED = 1.0
-"""Decay in a step, as an exponent, from which on it is that short for its sake: Taylor's method of
-order 16 is stable up to six or so, and what it resolves it resolves in a few tenths."""
-
-
 class StiffFallback:
     """Goes on implicitly from where one trajectory's integrator is."""
 
@@ -196,7 +186,8 @@ class StiffFallback:
         values = np.linalg.eigvals(jacobian)
         fastest = values[np.abs(values).argmax()]
         decays = fastest.real < -abs(fastest.imag)
-        return bool(decays and abs(single.last_h * fastest) > LIMITED)
+        # Taylor's method of order 16 is stable up to six, and what it resolves takes a few tenths.
+        return bool(decays and abs(single.last_h * fastest) > 1.0)
 
     def motion(
         self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST

@@ -39,12 +39,6 @@ PERIODS = 1000
 LARGEST = 1e12
 """Size in scales beyond which a trajectory has left whatever its equations mean."""
 
-PILOT = 4
-"""Periods of a trajectory through stick from which the scales of its states are taken."""
-
-FURTHER = 0.5
-"""Phases by which a smooth phase with constant rates may go beyond the end of a period."""
-
 
 class Integration(ABC):
     """A trajectory while it is integrated, one forcing period after the other."""
@@ -266,7 +260,7 @@ class HybridIntegration(Integration):
     def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes."""
         last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
-        further = FURTHER
+        further = 0.5  # phases beyond the end of a period
         while (done := self.periods) < last:
             beyond = further if done + 1 < last else 0.0
             self.recorder.begun = done
@@ -348,7 +342,7 @@ def _in_own_scales(model: Model, start: Array) -> Model:
     sizes = np.ones(len(start))
     for _ in range(2):  # what is small beside one shows in a second look only
         pilot = HybridIntegration(model.measured_in(sizes), start)
-        pilot.advance(PILOT)
+        pilot.advance(4)  # periods show the scales
         ends = [item.state for item in pilot.recorder.changes]
         reached = np.abs(np.array([*pilot.strobe, *ends])).max(axis=0)
         sizes = power_of_two(np.where(reached > 0, reached, sizes))

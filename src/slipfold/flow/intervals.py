@@ -14,26 +14,6 @@ from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
 from slipfold.flow.stage_equations import MANY, Inverted, Jacobians, LinearPart, StageEquations
 
-ITERATIONS = 10
-
-NEARBY = 1e-3
-"""After a step this short its derivatives do for the next ones, if others are not wanted."""
-
-STILL = 1e-10
-"""A step this short, in scaled states, is the last one: what it leaves is rounding."""
-
-EXACT = 1e-13
-"""Steps with old derivatives continue until they are this short."""
-
-CHORDS = 8
-"""Steps with old derivatives before new ones are taken."""
-
-SLOWEST = 0.3
-"""Fraction of the step before that one with old derivatives may still be long."""
-
-FAR = 1e6
-"""Steps longer than this, in scaled states, lead nowhere."""
-
 
 @dataclass(frozen=True, eq=False)
 class Field:
@@ -277,32 +257,33 @@ def solve_intervals(
 
     if equations is not None:
         before = np.inf
-        for _ in range(CHORDS):
+        for _ in range(8):  # with the same derivatives
             slopes = field.rates(stages, phases)
             step = -equations.solve(beside(slopes))[..., 0]
             length = float(np.abs(step).max())
-            if not length < SLOWEST * before:
+            if not length < 0.3 * before:  # slow
                 break
             stages, before = stages + step, length
-            if length < EXACT * max(1.0, float(np.abs(stages).max())):
+            if length < 1e-13 * max(1.0, float(np.abs(stages).max())):
                 if not derived:
                     return Solved(points, nodes, start, lengths, stages, slopes, equations, None)
                 break
     alone, previous = equations is None and not derived, np.inf
     given = points, nodes, start, lengths
-    for _ in range(ITERATIONS):
+    for _ in range(10):
         try:
             slopes, jacobians, equations, step = _step(field, *given, stages)
         except np.linalg.LinAlgError:
             break
         length = float(np.abs(step).max())
-        if not length < FAR:
+        if not length < 1e6:  # leads nowhere
             break
         stages = stages + step
         size_of_states = max(1.0, float(np.abs(stages).max()))
-        if length < STILL * size_of_states or 1e-7 > length > 0.5 * previous:
+        # What it leaves is rounding.
+        if length < 1e-10 * size_of_states or 1e-7 > length > 0.5 * previous:
             return Solved(*given, stages, slopes + jacobians.times(step), equations, jacobians)
-        if alone and length < NEARBY:
+        if alone and length < 1e-3:  # derivatives do for the next steps
             return solve_intervals(field, *given, stages, equations, derived=False)
         previous = length
     lost = np.full((m, s, n), np.nan)

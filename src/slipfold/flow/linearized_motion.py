@@ -24,12 +24,9 @@ from slipfold.flow.switched_flow import HybridSystem, Leg
 
 SHORT = 1e-9
 """Fraction of a smooth phase of slow slip that is left out before it comes to rest: there the
-equations are singular, and what happens to perturbations in so short a time is of second order."""
-
-BEGUN = 1e-9
-"""Slip in the plane, over its size, with which slip begins that grows at once: less has too few
-digits for its direction."""
-
+equations are singular, and what happens to perturbations in so short a time is of second order.
+Also the slip in the plane, over its size, with which slip begins that grows at once: less has too
+few digits for its direction."""
 
 UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 """Events at which only the variables of the integration change."""
@@ -99,7 +96,7 @@ class _Variations:
         for contact, status in enumerate(after):
             if status is Status.SLOW and _rests(leg, contact):
                 along = direction_of_release(self._system, after, contact, state, leg.end)
-                slip = BEGUN / self._system.weights[contact] * along
+                slip = SHORT / self._system.weights[contact] * along
                 return self._system.slipping(after, state, slip, leg.end)
         return state
 

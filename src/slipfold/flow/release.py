@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import ROUNDING
+from slipfold.flow.batches import ROUNDING, TOLERANCE
 from slipfold.flow.contact_state import (
     SLACK,
     ContactsNow,
@@ -31,11 +31,9 @@ from slipfold.flow.slip_onset import POINTS, SlipOnset, solve_onset
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.flow.switched_flow import HybridSystem, Leg
 
-AHEAD = 1e-6
-"""Phases after which a force that grows is larger."""
-
-GROWN = 1e-13
-"""Fraction of what friction holds by which it is then larger than rounding alone makes it."""
+SHORT = 1e-6
+"""Phases, and slip over its size, that are short: a force that grows is larger after them, slip may
+still be beginning, and no onset is shorter."""
 
 
 def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> list[int]:
@@ -70,11 +68,11 @@ def released_at_limit(
             continue
         if math.hypot(*friction[place]) < most * (1 - SLACK):
             continue
-        leg = system.without_limit(contact).run(mode, state, phase, phase + AHEAD)
+        leg = system.without_limit(contact).run(mode, state, phase, phase + SHORT)
         later = system.at(leg.state, leg.end)
         ahead = friction_in(later, places, mode, rest)
         grown = math.hypot(*ahead[place]) - later.holding[contact]
-        if grown - (math.hypot(*friction[place]) - most) > GROWN * most:
+        if grown - (math.hypot(*friction[place]) - most) > TOLERANCE * most:
             straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
             slips = Status.SLOW if place.stop - place.start == 2 else straight
             return next_mode(now, places, mode, rest, {contact: slips})
@@ -82,26 +80,17 @@ def released_at_limit(
 
 
 AT_ONCE = 1e-3
-"""Rate of slip, over what friction can do, that is no small one."""
+"""Rate of slip, over what friction can do, at or above which it begins at once."""
 
 INSTANT, FIRST = 1e-13, 0.01
 """Phases taken for the onset of slip: where it grows at once, and at most where it does not."""
 
-SHRINKS, SHORTEST = 0.3, 1e-6
-"""Fraction of a time to continue with that was too long, and phases below which there is none."""
+SHRINKS = 0.3
+"""Fraction of a time to continue with that was too long."""
 
 TERMS = 25.0
 """Terms of the series in which slip grows that fall, at the end of its onset: so many leave an
 explicit integrator four steps until it is quick enough not to be stiff."""
-
-NEAR = 0.5
-"""Share by which slip may differ from what was guessed of it."""
-
-LEAST_SEEN = 1e-11
-"""Slip over its size that is shown at least where it begins."""
-
-BEGUN = 1e-6
-"""Slip over its size, below which it may still be beginning."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +153,7 @@ def _onset(
     # Meanwhile the contact is held by more than friction: its limit weighs nothing.
     held, length = system.without_limit(contact), FIRST
     why = "slip begins against its own friction"
-    while length > SHORTEST:
+    while length > SHORT:
         leg = held.run(stuck, state, phase, phase + length)
         if leg.event is not None:
             why = "two contacts change while one of them begins to slip"
@@ -183,7 +172,7 @@ def _onset(
             onset = solve_onset(field, state, phase, fraction * length, guess)
             if onset is not None:
                 apart = _slip(system, contact, onset.stages[-1], onset.phases[-1]) - slips[-1]
-                if np.linalg.norm(apart) < NEAR * np.linalg.norm(slips[-1]):
+                if np.linalg.norm(apart) < 0.5 * np.linalg.norm(slips[-1]):
                     return onset
         length *= SHRINKS
     raise Undecided(why)
@@ -221,7 +210,7 @@ def _shown_onset(
 ) -> BegunPolynomials:
     """Return what is shown of slip that begins: at the very first it has no direction yet."""
     scales = system.constants.scales
-    least = LEAST_SEEN / system.weights[contact] * along
+    least = SLACK / system.weights[contact] * along
 
     def placed(scaled: Array, phase: float) -> Array:
         state = scaled * scales
@@ -236,7 +225,7 @@ def _shown_onset(
 def begins(system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float) -> bool:
     """Whether the slow slip of a contact is still beginning. Shapes: state (n,)."""
     slip = system.at(state, phase).slip[system.places[contact]]
-    if math.hypot(*slip) * system.weights[contact] > BEGUN:
+    if math.hypot(*slip) * system.weights[contact] > SHORT:
         return False
     growth = _growth(system, mode, contact, state, phase)
     return growth.rate > -SLACK * growth.most

@@ -17,18 +17,9 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
-ROUNDS = 60
-"""Steps towards balance; a chain of a hundred states needs no more to come within a factor."""
-
-ENOUGH = 0.1
-"""Logarithm of what rows and columns may differ by: sizes are rounded to powers of two."""
-
 WEAK = 0.1
 """Where a state drives another that does not act back, their ratio is that of a coupling back with
 this fraction of the typical rate."""
-
-NEGLIGIBLE = 1e-100
-"""Fraction of the largest entry below which one couples nothing: what follows from it overflows."""
 
 
 def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
@@ -38,7 +29,7 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
 
     Shapes: matrix (n, n); loops (n,).
     """
-    matrix = np.where(matrix < NEGLIGIBLE * matrix.max(), 0.0, matrix)
+    matrix = np.where(matrix < 1e-100 * matrix.max(), 0.0, matrix)  # else overflows
     size, groups = np.ones(len(matrix)), coupled(matrix)
     entries = matrix * ~np.eye(len(matrix), dtype=bool)
     own = np.diag(matrix)
@@ -50,13 +41,13 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     with np.errstate(divide="ignore", over="ignore"):
         back = np.where(entries > 0, lasting**2 / entries, 0.0).T
     entries = np.maximum(entries, back)
-    for _ in range(ROUNDS):
+    for _ in range(60):  # a chain of a hundred states needs no more
         scaled = entries * size / size[:, None]
         rows, columns = scaled.sum(axis=1), scaled.sum(axis=0)
         acts = (rows > 0) & (columns > 0)
         unequal = rows[acts] / columns[acts]
         size[acts] *= unequal**0.25
-        if np.abs(np.log(unequal)).max(initial=0.0) < ENOUGH:
+        if np.abs(np.log(unequal)).max(initial=0.0) < 0.1:  # sizes become powers of two
             break
     return size / size[groups]
 
@@ -130,9 +121,6 @@ def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
 PHASES = np.arange(32) / 32
 """Phases that average the forcing: exact for up to 31 harmonics."""
 
-BESIDE = 1e-3
-"""Rest itself may be a singular point of a model: the search then starts so far beside it."""
-
 
 def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) -> Array:
     """Return the equilibrium under the forcing's mean, shape (n_states,).
@@ -150,13 +138,10 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
         )
 
     found = np.full(n, np.nan)
-    for beside in (0.0, BESIDE):
+    for beside in (0.0, 1e-3):  # rest itself may be singular
         if np.isnan(found).any():
             found = damped_newton(linear, (start + beside * scales)[None], scales)[0]
     return found
-
-
-HARMONICS = 8
 
 
 def linear_response(
@@ -173,7 +158,7 @@ def linear_response(
     jacobian = flow.jacobians(states, PHASES, constants).mean(axis=0)
     nodes = np.tile(center, (segments, 1))
     phases = np.arange(segments) / segments
-    for harmonic in range(1, HARMONICS + 1):
+    for harmonic in range(1, 9):
         stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
         if np.isfinite(stiffness).all():
             # Rows of one size: else slow modes are nothing but rounding beside fast ones.
@@ -192,22 +177,9 @@ yet."""
 SAMPLES = 16
 """Samples of it in a forcing period."""
 
-LEAST = 1 / 8
-"""Least size of a state over what balances it with the one that moves most: a slow forcing moves
-displacements alone, and what follows it vibrates faster."""
-
 ROUNDING = 1e-9
 """Movement below this fraction of the displacement at rest, and vibration below this fraction of
 the fastest rate, are rounding."""
-
-ROUNDING_OF_ZERO = 1e-15
-"""Fraction of the start, or of what the forcing moves, below which a state at rest is zero."""
-
-BENT = 0.5
-"""Fraction of the linear rates that the others make up where a trajectory counts as large."""
-
-SMALL = 1e-6
-"""The same share that may be no more than rounding."""
 
 DISTANCES = 2.0 ** np.arange(-120, 121)
 """Distances from rest at which that is looked for, in balanced states."""
@@ -285,7 +257,7 @@ class _Look:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium
         # Newton's method, and the mean of a forcing, leave of a zero what is no size of anything.
-        zero = ROUNDING_OF_ZERO * np.maximum(np.abs(start), ratios * guess)
+        zero = 1e-15 * np.maximum(np.abs(start), ratios * guess)
         state = np.where(np.abs(state) < zero, 0.0, state)
         return np.where(np.isfinite(state), state, start)
 
@@ -321,7 +293,8 @@ class _Look:
         # What moves little now may take over where others have grown as far as equations bend.
         far = _largest(largest * self.ratios / self.bent)
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
-        sizes = np.maximum(reached, LEAST * self.ratios * largest)
+        # A slow forcing moves displacements alone, and what follows it vibrates faster.
+        sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
         return np.where(largest > ROUNDING * still, sizes, np.nan)
 
     @cached_property
@@ -421,9 +394,9 @@ class _Look:
             others = np.abs(others if self.slow is None else others @ self.slow.T)
             share = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
         share = share.max(axis=1)
-        large = ~(share <= BENT)
+        large = ~(share <= 0.5)  # of the rates is not linear
         if not large.any():  # what is not linear is bounded, as friction is: where it counts most
-            most = share.max(initial=SMALL)
+            most = share.max(initial=1e-6)  # rounding
             # What saturates beside what stays linear counts ever more: there half of it is enough.
             large = share >= (most / 2 if share[-1] >= most / 2 else most)
         first = int(large.argmax())

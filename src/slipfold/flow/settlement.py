@@ -297,17 +297,11 @@ NEAR = 0.3
 """Crossings farther from the plane's origin than this fraction of the trajectory's extent belong to
 other parts of the trajectory."""
 
-NEWTON_STEPS = 12
-"""Newton steps to a crossing; five are enough, and a step that leaves its bracket is halved."""
-
 ENOUGH, FEWEST = 60, 40
 """Returns that suffice for a trend, and states below which none can be seen."""
 
 NEUTRAL = 1e-5
 """Distance from one of a multiplier that may be one: of a center two are, known to 1e-6 only."""
-
-PIECE = 100
-"""Steps over which derivatives are propagated at once."""
 
 
 def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlement:
@@ -426,7 +420,7 @@ class _End:
         (before,) = np.nonzero((height[:-1] < 0) & (height[1:] >= 0))
         low, high = phases[before], phases[before + 1]
         at, slack = 0.5 * (low + high), 1e-6 * (high - low)
-        for _ in range(NEWTON_STEPS):
+        for _ in range(12):  # five are enough
             inner = window.at(at) / self.scales
             height = away(inner) @ normal
             low, high = np.where(height < 0, at, low), np.where(height < 0, high, at)
@@ -460,7 +454,7 @@ class _End:
             matrices = StiffFallback(self.flow, self.constants).matrices(window, edges)
             ratios = np.ones((1, 1))
         else:
-            edges = np.concatenate([[begin], inside[::PIECE], [end]])
+            edges = np.concatenate([[begin], inside[::100], [end]])
             states, lengths = window.at(edges[:-1]), np.diff(edges)
             still, zero = np.zeros((len(self.constants.values), 1)), np.zeros(len(states))
             matrices = self.flow.linearize(states, zero, lengths, self.constants, still)[1]

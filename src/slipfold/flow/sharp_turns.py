@@ -23,9 +23,6 @@ from slipfold.flow.equations import Equations, Scaled
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression
 
-COMPARED = "?"
-"""Name of all comparisons but ``"<"``."""
-
 
 @dataclass(frozen=True)
 class Operand:
@@ -87,7 +84,7 @@ def _read(text: str) -> tuple[str, tuple[Operand, ...]]:
     if text == "t":
         return "time", ()
     if match := re.fullmatch(r"\((.*)\)", text):
-        sign = next((sign for sign in "-+*/<" if f" {sign} " in text), COMPARED)
+        sign = next((sign for sign in "-+*/<" if f" {sign} " in text), "?")
         return sign, _operands(match[1].split(f" {sign} "))
     if match := re.fullmatch(r"(\w+)\((.*)\)", text):
         name = {"div": "/", "sub": "-"}.get(match[1], match[1])
@@ -114,18 +111,9 @@ def _operand(text: str) -> Operand:
 
 Group = tuple[int, ...]
 
-MEMBERS = 4
-"""States of a group at most: a susceptible is exposed, infected, in hospital, dead."""
-
-PLACES = 2
-"""Random places at which a rate must vanish to be one that vanishes everywhere."""
-
 FASTER = 1.5
 """Factor by which what is watched changes faster than the state does: it is of order one where
 other states may be a thousand scales large, and errors are relative to the largest."""
-
-LEAST = 1e-300
-"""Squared size below which a state counts as zero; the least numbers have no digits left."""
 
 
 def relative_sizes(equations: Equations) -> list[Expression]:
@@ -160,7 +148,7 @@ def unfed_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
     """
     groups = set[Group]()
     level: set[tuple[Group, int]] = {((first,), first) for first in range(count)}
-    for size in range(1, MEMBERS + 1):
+    for size in range(1, 5):  # a susceptible is exposed, infected, in hospital, dead
         tried, level = sorted(level), set()
         if not tried:
             break
@@ -180,7 +168,7 @@ def _vanishes(
     rates: Callable[[Array], Array], count: int, groups: list[Group]
 ) -> NDArray[np.bool_]:
     """Whether each rate vanishes where a group does, shape (number of groups, n)."""
-    states = np.random.default_rng(2).uniform(0.5, 1.5, (len(groups), PLACES, count))
+    states = np.random.default_rng(2).uniform(0.5, 1.5, (len(groups), 2, count))  # random places
     for place, group in enumerate(groups):
         states[place, :, list(group)] = 0.0
     found = rates(states.reshape(-1, count)).reshape(states.shape)
@@ -189,7 +177,7 @@ def _vanishes(
 
 def _relative_size(states: list[Expression]) -> Expression:
     squares = hy.sum([state * state for state in states])
-    return 0.5 + 0.4 * hy.sin(FASTER / 2 * hy.log(squares + LEAST))
+    return 0.5 + 0.4 * hy.sin(FASTER / 2 * hy.log(squares + 1e-300))
 
 
 FLAT = 36.0
@@ -289,7 +277,7 @@ def _has_corner(operations: Sequence[Operation], operation: Operation) -> bool:
         return False
     if operation.name == "<" and operation.operands[1].index is None:
         return _power(operations, _index(operation))[1] != 2
-    return operation.name in ("<", COMPARED) or "relu" in operation.name
+    return operation.name in ("<", "?") or "relu" in operation.name
 
 
 def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:

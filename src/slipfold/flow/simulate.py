@@ -21,9 +21,6 @@ from slipfold.models.model import Model
 from slipfold.models.suggestion import unknown
 from slipfold.progress import Observer
 
-DIVISIONS = 4
-"""Times that intervals are divided where a trajectory becomes faster than it began."""
-
 
 def simulate(
     model: Model,
@@ -62,7 +59,7 @@ def _simulate_in_slip(
 ) -> Trajectory:
     if not model.forced:
         model, periods = paced(model, start, periods)
-    for _ in range(DIVISIONS + 1):
+    for _ in range(5):  # intervals are divided where it becomes faster than it began
         found = SmoothIntegration(model, start).run(periods, tolerance, observer)
         if model.forced or found.stopped is None or found.stopped.kind != "stiff":
             break

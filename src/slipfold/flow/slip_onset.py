@@ -13,6 +13,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
+from slipfold.flow.batches import TOLERANCE
 from slipfold.flow.intervals import Field, Solved
 from slipfold.flow.polynomials import StepPolynomials
 from slipfold.flow.stage_equations import Inverted
@@ -27,13 +28,6 @@ point is a ten thousandth of that at the end."""
 ITERATIONS, RENEWED = 12, 0.1
 """How many of them there may be, and from what fraction of the one before on that takes new
 derivatives."""
-
-FAR = 1.0
-"""A first step must be shorter than a fraction of this, in scaled states, to lead anywhere."""
-
-LAST = 1e-13
-"""Last term of the polynomial, in scaled states, that is small enough: what is left out is smaller
-by as much as that is smaller than the one before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +115,7 @@ def solve_onset(
     """
     node, lengths = state / field.scales, np.array([length])
     stages, phases = guess / field.scales, begin + length * POINTS.points
-    equations, before = None, FAR
+    equations, before = None, 1.0
     for _ in range(ITERATIONS):
         rates = field.rates(stages, phases)
         if equations is None:
@@ -135,7 +129,7 @@ def solve_onset(
         if not size <= RENEWED * before:
             equations = None
         # What is left after a step is as much smaller as that was than the one before.
-        elif size <= EXACT or (before < FAR and size * size <= EXACT * before):
+        elif size <= EXACT or (before < 1.0 and size * size <= EXACT * before):
             break
         before = size
     else:
@@ -143,8 +137,9 @@ def solve_onset(
     assert equations is not None
     one = np.array([begin])
     solved = Solved(POINTS, node[None], one, lengths, stages[None], rates[None], equations, None)
+    # What is left out is smaller by as much as the last term is smaller than the one before.
     last = POINTS.transform[-1] @ solved.slopes[0] * length / (2 * (2 * len(phases) - 1))
-    return SlipOnset(field, begin, length, solved) if np.abs(last).max() <= LAST else None
+    return SlipOnset(field, begin, length, solved) if np.abs(last).max() <= TOLERANCE else None
 
 
 def _equations(field: Field, lengths: Array, stages: Array, phases: Array) -> Inverted | None:

@@ -73,15 +73,6 @@ class Jacobians:
 MANY = 12
 """States from which the linear part of the equations is set apart."""
 
-SHARE = 0.25
-"""Columns of the Jacobian that may change for it to pay."""
-
-SAME = 1e-12
-"""Share by which entries of a matrix may differ from a multiple of another one."""
-
-SOUND = 1e-9
-"""Fraction of a matrix that may be lost in its eigenvectors."""
-
 
 class StageEquations(ABC):
     r"""The system :math:`Z_l - h \sum_k a_{lk} J_k Z_k = R_l` of each of m intervals."""
@@ -162,7 +153,8 @@ class _Modes:
         except np.linalg.LinAlgError:
             return None
         lost = np.abs((right * values) @ left - matrix).max() / np.abs(matrix).max()
-        if not max(lost, np.abs(left @ right - np.eye(len(values))).max()) < SOUND:
+        # Else eigenvectors nearly coincide.
+        if not max(lost, np.abs(left @ right - np.eye(len(values))).max()) < 1e-9:
             return None
         kept = values.imag >= 0
         doubled = np.where(values.imag > 0, 2.0, 1.0)
@@ -175,7 +167,7 @@ class _Modes:
         kept = np.delete(self.matrix, self.columns, axis=1)
         given = np.delete(jacobian, self.columns, axis=1)
         pace = float((given * kept).sum() / (kept * kept).sum())
-        same = bool((np.abs(given - pace * kept) <= SAME * np.abs(pace * kept)).all())
+        same = bool((np.abs(given - pace * kept) <= 1e-12 * np.abs(pace * kept)).all())  # rounding
         return pace if same else None
 
 
@@ -205,7 +197,7 @@ class LinearPart:
         if known is None or pace is None or not np.isin(changes, known.columns).all():
             if known is not None:
                 changes = np.union1d(changes, known.columns)
-            if len(changes) > SHARE * n:
+            if len(changes) > 0.25 * n:  # else it does not pay
                 return Inverted.of(points, lengths, jacobians.whole)
             known, pace = _Modes.of(jacobians.first, changes), 1.0
             if known is None:

@@ -247,11 +247,8 @@ class HybridSystem:
     def without_limit(self, contact: int) -> HybridSystem:
         """Return the system in which a contact is held by more than friction."""
         weights = self.weights.copy()
-        weights[len(self.flow.contacts) + contact] *= NOTHING
+        weights[len(self.flow.contacts) + contact] *= 2.0**-100  # the limit counts for nothing
         return HybridSystem(self.flow, self.constants, weights)
-
-
-NOTHING = 2.0**-100
 
 
 class _Own(threading.local):

@@ -174,9 +174,6 @@ def alternate(
     return mode, state, phase
 
 
-BACKWARDS = 1e-9
-"""Slip against its own direction, over its size, at which a change was missed."""
-
 MAX_CHANGES = 10_000
 """Changes in a forcing period that are followed."""
 
@@ -331,7 +328,8 @@ def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
             rest.append(contact)
         elif status is Status.OPEN:
             continue  # it slips as it lands
-        elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -BACKWARDS:
+        # A change was missed.
+        elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -1e-9:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
     after = _one_slow(released_at_limit(system, after, leg.state, leg.end, now), rest)

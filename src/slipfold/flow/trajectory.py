@@ -372,22 +372,6 @@ class Trajectory(OneLine):
         return self._flow.constants_of(self.model)
 
 
-STEPS = 100_000
-"""Steps of the integrator in a round at most."""
-
-WHOLE = 1e-9
-"""Phases that may lack of a round: the end of a smooth phase is the root of an event there."""
-
-CLOSES = 1e-5
-"""Gap, in scaled states, of a round carried on from rest; what is caught there misses by far."""
-
-SPREAD = 64
-"""Places in a step of slow slip that are looked at."""
-
-UNSETTLED = 16
-"""Intervals at the end of an autonomous trajectory that are looked at if it has no round."""
-
-
 @dataclass(frozen=True)
 class StickTime:
     """A time in which a contact sticks; frozen.
@@ -436,7 +420,7 @@ def last_round(motion: Trajectory) -> LastRound | None:
     the last forcing period.
     """
     settlement, model = motion.settlement, motion.model
-    count = settlement.period or (1 if model.forced else min(UNSETTLED, motion.periods))
+    count = settlement.period or (1 if model.forced else min(16, motion.periods))
     if not 1 <= count <= motion.periods:
         return None
     if settlement.duration is not None:
@@ -446,7 +430,7 @@ def last_round(motion: Trajectory) -> LastRound | None:
     state, flow = motion.strobe[place], flow_of(model)
     constants = flow.constants_of(model)
     if motion.sticking is None:
-        dense = flow.dense(state, constants, float(count), STEPS)
+        dense = flow.dense(state, constants, float(count), 100_000)
         return None if dense is None else LastRound(*_extrema([dense.polynomials], dense.scales))
     mode, names = motion.sticking.mode(place), motion.sticking.contacts
     found = round_with_stick(model, state, mode, names, count, settlement.settled)
@@ -484,12 +468,12 @@ STICK = Status.STICK
 
 def _goes_round(model: Model, state: Array, legs: Sequence[Leg], count: int) -> bool:
     """Whether legs reach the end of a round; if on from rest at a touch, whether they close it."""
-    if not legs or legs[-1].end < count - WHOLE:
+    if not legs or legs[-1].end < count - 1e-9:  # an event may end it
         return False
     if not any(leg.event is not None and leg.event.ending is Ending.STIFF for leg in legs):
         return True
     apart = without_turns(legs[-1].state - state, model.whole_turns) / model.state_scales()
-    return bool(np.abs(apart).max() < CLOSES)
+    return bool(np.abs(apart).max() < 1e-5)  # what is caught there misses by far
 
 
 def _meet(spans: Sequence[tuple[float, float]], end: float) -> bool:
@@ -507,7 +491,7 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
             output = output.inner
         if isinstance(output, SlowPolynomials):
             known = [place for place in known if place not in output.held]
-            spread = output.nodes(np.linspace(0.0, 1.0, SPREAD))[0]
+            spread = output.nodes(np.linspace(0.0, 1.0, 64))[0]
             for place in output.held:
                 values = _peaks(spread[:, :, place])
                 least[place] = min(least[place], values.min())

@@ -22,17 +22,8 @@ from slipfold.progress import Observer, Progress
 FLOOR = 1e-8
 """Change in scales, from one response to the next, that errors of steps may make."""
 
-FADES = 1e-5
-"""Change in scales over a part of a period below which that part is the period."""
-
 NEAR = 1e-3
 """Distance in scales that a trajectory may still be away from the response it comes to."""
-
-AROUND = 4.0
-"""Distances from a response between which states lie that wind round it."""
-
-SHRINKS = 0.9
-"""Ratio of the changes at the end and at the beginning below which they shrink."""
 
 
 def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) -> NDArray[np.int64]:
@@ -58,15 +49,17 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
             ratio = last / first
             rate = ratio ** (period / (change.shape[-1] - width))
             rest = last * rate / (1 - rate)
-        settles = (last <= FLOOR) | ((ratio < SHRINKS) & (rest <= NEAR))
+        settles = (last <= FLOOR) | ((ratio < 0.9) & (rest <= NEAR))
         new = settles & (found == 0)
         found[new], left[new] = period, np.where(last <= FLOOR, FLOOR, rest)[new]
         changes[period] = last
     for period in sorted(changes, reverse=True):
-        within = (found % period == 0) & (found > 0) & (changes[period] <= AROUND * left)
+        # What winds round the response lies up to four distances away.
+        within = (found % period == 0) & (found > 0) & (changes[period] <= 4 * left)
         found[within] = period
     for period in sorted(changes, reverse=True):
-        found[(found > period) & (found % period == 0) & (changes[period] <= FADES)] = period
+        # What moves so little over a part of the period only has to fade.
+        found[(found > period) & (found % period == 0) & (changes[period] <= 1e-5)] = period
     return found
 
 
@@ -129,18 +122,6 @@ APART = 1e-7
 
 ZERO = 3e-4
 """Exponents a period that may be those of a torus, and their largest errors; no chaos is told."""
-
-ROUNDING = 1e-7
-"""Exponents a period that steps and rounding may leave of zero."""
-
-EVEN = 2e-5
-"""Errors of the exponents of chaos are larger: what grows more evenly leaves a response.
-
-So does what nearly repeats at the beginning, which is not chaotic yet.
-"""
-
-LEAVES = 1e-2
-"""Change in scales over some periods, at the beginning, of what may leave a response later."""
 
 SHRUNK = 0.9
 """Fraction of its distance to a response that a trajectory has left at most, if it is seen to come
@@ -278,13 +259,14 @@ class _Pairs:
             exponent, error = grown.values[place], grown.errors[place]
             found.states[row] = last[-1, place]
             found.exponents[row] = exponent
-            slack = SURE * error + ROUNDING
+            slack = SURE * error + 1e-7  # rounding
             if stopped[place] or self._sticks[place]:
                 found.kinds[row] = STOPPED if stopped[place] else STICKS
                 found.exponents[row] = np.nan
             elif repeats[place]:
                 self._set_periodic(found, row, last[-repeats[place] :, place])
-            elif exponent > slack + ZERO and error > EVEN:
+            # What grows more evenly leaves a response, as does what nearly repeats at first.
+            elif exponent > slack + ZERO and error > 2e-5:
                 if not self._nearly_repeats(self._first[:, place]):
                     found.kinds[row] = CHAOS
             elif error > ZERO:
@@ -309,7 +291,7 @@ class _Pairs:
             np.abs(without_turns(states[period:] - states[:-period], self._turns) / self._scales)
             for period in range(1, RECENT // 3 + 1)
         ]
-        return min(change.max() for change in changes) < LEAVES
+        return min(change.max() for change in changes) < 1e-2
 
     def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
         """Return the period of the averages, if the trajectory comes nearer to them; else 0."""

@@ -24,12 +24,6 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
 
-SAME_EQUILIBRIUM = 1e-8
-"""Distance, in scaled states, of two equilibria that are one."""
-
-HALVINGS = 12
-"""Times a step is halved before a start is given up: there are others."""
-
 
 def equilibria_in(model: Model, starts: Array) -> list[Array]:
     """Return what Newton's method finds from many starts, each equilibrium once.
@@ -37,7 +31,8 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
     One at which a limit of the model is passed is none. Shapes: starts (k, n).
     """
     functions, scales = evaluation_of(model), model.state_scales()
-    states = damped_newton(functions.linear_of(model), starts, scales, halvings=HALVINGS)
+    # There are other starts.
+    states = damped_newton(functions.linear_of(model), starts, scales, halvings=12)
     found: list[Array] = []
     for state in states[np.isfinite(states).all(axis=1)]:
         values = dict(
@@ -47,7 +42,7 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
             continue
         reduced = without_turns(state, model.whole_turns)
         apart = [without_turns(reduced - other, model.whole_turns) / scales for other in found]
-        if all(np.abs(each).max() > SAME_EQUILIBRIUM for each in apart):
+        if all(np.abs(each).max() > 1e-8 for each in apart):
             found.append(reduced)
     return found
 
@@ -57,12 +52,6 @@ PLACES = 4
 
 STARTS = 32
 """Trajectories at each of them; starts of Newton's method for equilibria."""
-
-PERIODS = 256
-"""Periods of a trajectory."""
-
-FARTHER = 2.0
-"""Times of the box of trajectories that nobody gives: isolas lie beyond what branches reach."""
 
 STAGE = "search for others"
 
@@ -143,7 +132,7 @@ class _Seen:
 
 def _seen(model: Model, value: float, box: Box, tell: Observer | None) -> _Seen:
     starts = box.starts(STARTS, 0)
-    searched = search(model, starts, PERIODS, tell, measure=False)
+    searched = search(model, starts, 256, tell, measure=False)  # periods of each trajectory
     begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]
     if not model.forced:
         resting = equilibria_in(model, starts)
@@ -191,7 +180,8 @@ def _reached(model: Model, branches: Sequence[Branch]) -> Array:
     """Return how far orbits of branches reach from the model's start, shape (n,)."""
     away = [np.abs(branch.nodes - model.start) for branch in branches if len(branch)]
     reached = [each.max(axis=(0, 1)) for each in away]
-    return np.asarray(FARTHER * np.max([model.state_scales(), *reached], axis=0))
+    # Isolas lie beyond what branches reach.
+    return np.asarray(2.0 * np.max([model.state_scales(), *reached], axis=0))
 
 
 def _is_on_branch(begin: Begin, branches: Sequence[Branch], value: float) -> bool:

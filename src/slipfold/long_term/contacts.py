@@ -17,10 +17,6 @@ from slipfold.models.suggestion import unknown
 from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
-UNSETTLED = 32
-"""Periods at the end of a trajectory that has not settled, or has come to rest."""
-
-
 Start = tuple[NDArray[np.float64], Mode | None]
 """A state, and the mode of its contacts where that is known."""
 
@@ -81,7 +77,7 @@ def _end(motion: Trajectory, rounds: int) -> tuple[list[Start], float, bool]:
     if settlement.duration is not None:
         begin, places = motion.duration / settlement.duration, [motion.periods] * rounds
     else:
-        wanted = rounds * (settlement.period or 1) if repeats else UNSETTLED
+        wanted = rounds * (settlement.period or 1) if repeats else 32  # periods at the end
         first = max(motion.periods - wanted, 0)
         begin, places = float(first), [*range(first, motion.periods)]
     if not places:

@@ -25,9 +25,6 @@ from slipfold.progress import Observer, Progress
 SURE = 3.0
 """Errors by which an exponent differs from zero if it is said to."""
 
-ZERO = 2e-5
-"""Largest error, a period, of an exponent that is said to be zero: those of chaos are larger."""
-
 ROUNDING = 1e-10
 """Exponents, a period, that rounding may leave of zero."""
 
@@ -73,7 +70,7 @@ def verdict_of(
         return Verdict("chaos", f"chaotic: nearby motions part, {_doubling(exponents[0], seconds)}")
     zero = np.abs(exponents) <= slack
     doubtful = int(np.where(zero, errors, 0.0).argmax())
-    if zero[doubtful] and errors[doubtful] > ZERO:
+    if zero[doubtful] and errors[doubtful] > 2e-5:  # those of chaos are larger
         return Verdict(
             "undecided",
             f"undecided: exponent {doubtful + 1}, {exponents[doubtful]:.2g} a period, is known to "
@@ -108,18 +105,9 @@ def _doubling(exponent: float, seconds: float | None) -> str:
 PILOT = 8
 """Periods from which it is seen how unequally perturbations grow."""
 
-SAMPLES = 16
-"""Samples of each of them from which it is seen how far states move."""
-
-STILL = 1e-9
-"""Fraction of its size below which a state does not move but for rounding."""
-
 SPREAD = 12.0
 """Difference of logarithms of growth over which derivatives are carried at once: of 36, with which
 all digits of the least growth would be lost."""
-
-MOST_PARTS = 256
-"""Parts into which a period is cut at most."""
 
 LOST = 1e-12
 """Growth over a period, of the largest, below which stick has taken a perturbation away: what is
@@ -196,15 +184,15 @@ class Growth:
         """
         model, zero = self.model, np.zeros(len(starts))
         flow = flow_of(model)
-        states = flow.sample(starts, zero, zero + 1, SAMPLES, flow.constants_of(model))
+        states = flow.sample(starts, zero, zero + 1, 16, flow.constants_of(model))
         moved = np.ptp(states, axis=(0, 1))
-        moves = moved > STILL * np.abs(states).max(axis=(0, 1))
+        moves = moved > 1e-9 * np.abs(states).max(axis=(0, 1))  # else rounding
         return np.where(moves, moved / model.state_scales(), 1.0)
 
     def _parts_of(self, starts: Array) -> int:
         """Return into how many parts periods are cut, so that each keeps the least growth."""
         parts = 1
-        while parts < MOST_PARTS:
+        while parts < 256:
             matrices = self._in_extents(self._in_slip(starts, parts))
             sizes = np.linalg.svd(matrices, compute_uv=False)
             with np.errstate(divide="ignore"):
@@ -262,9 +250,6 @@ MOST, LONGEST = 32_000, 128_000
 """Periods after which a trajectory ends if nobody says otherwise: if it is known what it is, or
 each period is expensive; else. Of four states 128,000 take 9 s."""
 
-CHEAP = 6
-"""States of a trajectory without events up to which a period is cheap."""
-
 SETTLED = 1e-9
 """Distance from a periodic response, in scaled states, at which the trajectory counts as
 settled."""
@@ -319,7 +304,7 @@ def follow_exponents(
     """Let a motion go on until its exponents are known; keep what is known if interrupted."""
     integration = growth.integration
     smooth = isinstance(integration, SmoothIntegration)
-    cheap = smooth and len(growth.model.states) <= CHEAP
+    cheap = smooth and len(growth.model.states) <= 6
     most = (LONGEST if cheap else MOST) if periods is None else periods
     ends = _ends(most)
     estimates: list[Estimate] = []

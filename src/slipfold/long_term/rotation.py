@@ -51,31 +51,14 @@ def bump(count: int) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-STATES = 65536
-"""The last states, of the second half, of which the spectrum is taken: lines beside a resonance lie
-close together."""
-
-FAINT = 1e-4
-"""Amplitude of a line, of the strongest, below which it is left out."""
-
 LINES = 6
 """Strongest lines of the spectrum, which have to be multiples of one of them."""
 
 MULTIPLES = 32
 """Largest of these multiples."""
 
-LONGEST = 8
-"""Periods after which a closed curve returns to itself at most."""
-
 MATCH = 1e-6
 """Distance of a line from a multiple, in turns."""
-
-DENOMINATOR = 200
-"""Largest denominator of a resonance that is reported."""
-
-NEAR = 0.1
-"""Distance of q turns from a whole number, times q, below which a resonance p/q is near: by
-Hurwitz's theorem infinitely many fractions come as near as 0.447 to any number."""
 
 
 @dataclass(frozen=True)
@@ -127,9 +110,10 @@ def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
         np.sin(states[:, angles]),
     ]
     signal = np.concatenate(parts, axis=1)
-    signal = signal[-min(STATES, (len(signal) + 1) // 2) :]
+    # Lines near a resonance lie close together.
+    signal = signal[-min(65536, (len(signal) + 1) // 2) :]
     lines = _lines(signal - bump(len(signal)) @ signal)
-    for period in range(1, LONGEST + 1):
+    for period in range(1, 9):  # periods after which the curve returns to itself
         numbers = _folded(period * lines)
         found = _generator(numbers[numbers > MATCH])
         if found is not None:
@@ -161,7 +145,7 @@ def _lines(signal: Array) -> Array:
         factor = 1.0 if 0.5 - best.x < 1 / count else 2.0
         rest = rest - factor * np.real(wave[:, None] * amplitude)
         strongest = max(strongest, float(np.abs(amplitude).max()))
-        if np.abs(amplitude).max() < FAINT * strongest:
+        if np.abs(amplitude).max() < 1e-4 * strongest:  # faint
             break
         found.append(best.x)
     return np.array(found)
@@ -189,9 +173,10 @@ def _folded(turns: Array) -> Array:
 def _rotation(number: float, period: int, error: float) -> Rotation:
     """Return a rotation number with the resonance that it is near."""
     resonance, beat = None, float("nan")
-    for q in range(1, DENOMINATOR + 1):
+    for q in range(1, 201):
         p = round(q * number)
         off = abs(q * number - p)
-        if p and 0 < off * q < NEAR and not period / off <= beat:
+        # Hurwitz: infinitely many fractions come as near as 0.447 to any number.
+        if p and 0 < off * q < 0.1 and not period / off <= beat:
             resonance, beat = Fraction(p, q), period / off
     return Rotation(number, period, error, resonance, beat)

@@ -94,18 +94,8 @@ def box_around(model: Model, reached: Array | None = None) -> Box:
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """Labels of starts that converge to no attractor."""
 
-CHUNK = 16
-"""Periods between looks at which trajectories have come near to what is known."""
-
 KEPT = 33
 """States of each trajectory that these looks see."""
-
-FIRST_LOOK = 32
-"""Periods after which trajectories are first looked at closely; from then on each time twice as
-many."""
-
-PERIODS = 1024
-"""Periods of a trajectory unless somebody says otherwise."""
 
 SCOUTS = 256
 """Starts, of more, that go ahead: the others then mostly come to what is known."""
@@ -115,12 +105,6 @@ SURELY = 256
 
 PACED = 7
 """Trajectories whose paces are looked at."""
-
-LOOKED_AT = 48
-"""Trajectories that are looked at closely at a time, of more."""
-
-TRIALS = 4
-"""Trajectories in sequence that may be measured without success."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +136,7 @@ def search(
 
     Shapes: starts (k, n).
     """
-    work, interrupted, most = None, False, periods or PERIODS
+    work, interrupted, most = None, False, periods or 1024
     some = np.random.default_rng(0).permutation(len(starts))[:SCOUTS]
     ahead = starts[some] if len(starts) > 2 * SCOUTS else starts[:0]
     try:
@@ -189,9 +173,9 @@ class _Search:
 
     def run(self, *, measure: bool) -> None:
         """Let all trajectories continue, and look closely at them now and then."""
-        look = FIRST_LOOK
+        look = 32  # periods, then twice as many each time
         while len(self._open) and self._periods < self._most:
-            self._go_on(min(CHUNK, self._most - self._periods))
+            self._go_on(min(16, self._most - self._periods))  # periods between looks
             if self._periods >= look:
                 look *= 2
                 self._look_at_open()
@@ -244,7 +228,7 @@ class _Search:
     def _look_at_open(self) -> None:
         """Correct what trajectories nearly repeat on to what they converge to."""
         which = self._open
-        for place in which[:: -(-len(which) // LOOKED_AT) or 1]:
+        for place in which[:: -(-len(which) // 48) or 1]:  # 48 of them at most
             if self._labels[place] == UNFINISHED:
                 sticks = bool(self._motions.stuck[place])
                 known = self._verified.settling(self._last[place], sticks)
@@ -255,7 +239,7 @@ class _Search:
         """Tell tori and chaos by their exponents."""
         trials = 0
         for place in self._open:
-            if self._labels[place] != UNFINISHED or trials == TRIALS:
+            if self._labels[place] != UNFINISHED or trials == 4:  # without success in sequence
                 continue
             sticks = bool(self._motions.stuck[place])
             known = self._verified.measured(self._motions.states[place], sticks)

@@ -17,9 +17,6 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
 
-SHOWN = 10
-"""Lines that a notebook shows."""
-
 FINER = 32
 """Times as many samples where contacts stick: lines of a corner fall only with their order squared,
 and those above half the samples come back among the lower ones, a thousandth as large then."""
@@ -104,7 +101,7 @@ class Spectrum(SpectralLines):
 
     def _rows(self) -> PrintedTable:
         size = self.amplitude / np.maximum(self.amplitude.max(axis=0), np.finfo(float).tiny)
-        tallest = np.sort(np.argsort(size.max(axis=1))[::-1][:SHOWN])
+        tallest = np.sort(np.argsort(size.max(axis=1))[::-1][:10])  # lines that a notebook shows
         lines = [
             [number_text(self.frequency[i]), *map(number_text, self.amplitude[i])] for i in tallest
         ]

@@ -56,15 +56,11 @@ class Motions:
         return points.states
 
 
-SAMPLES = 1024
-"""Samples between which the line is straight."""
-
-
 class CycleLine:
     """Straight pieces from sample to sample."""
 
     def __init__(self, orbit: PeriodicOrbit, scales: Array) -> None:
-        self.samples = orbit.sample(SAMPLES)[1]
+        self.samples = orbit.sample(1024)[1]  # between which the line is straight
         self._scales, self._whole = scales, orbit.model.whole_turns
         self._along = self._apart(np.roll(self.samples, -1, axis=0), self.samples)
         self._squares = np.einsum("sa,sa->s", self._along, self._along)
@@ -96,20 +92,10 @@ PROBES = 24
 SAME = 1e-6
 """Distance, in scaled states, of two orbits that are one."""
 
-ACROSS = 0.25
-"""Fraction of its own width at which nothing more is taken to come to a cycle without being
-tried."""
-
 DECAY, FEWEST, MOST_ROUNDS = 0.03, 2, 100
 """By how much the multipliers shorten distances from a cycle in the rounds in which trajectories
 must come nearer by half, and how many rounds these are at least and at most: what is not orthogonal
 to the others grows at first."""
-
-POINTS = 3000
-"""States at phase zero that stand for a torus or for chaos."""
-
-SPACINGS = 3.0
-"""Distance from such a state, in the distance at which others follow, that lies on it."""
 
 INSIDE = 0.9
 """Fraction of the states of a trajectory on it that lie so near."""
@@ -208,7 +194,7 @@ class KnownCycle(Known):
         directions, samples = self._directions(), self._line.samples
         beside = samples[:: len(samples) // PROBES][:PROBES]
         # What is farther may be another attractor inside of it, which few directions would meet.
-        farthest = ACROSS * float((np.ptp(samples, axis=0) / self._scales).max())
+        farthest = 0.25 * float((np.ptp(samples, axis=0) / self._scales).max())
 
         def nearer(tried: float) -> bool:
             if tried > farthest:
@@ -228,12 +214,12 @@ class KnownCloud(Known):
 
         super().__init__(model, attractor)
         motion = Motions(model, attractor.state[None])
-        states = motion.go_on(np.arange(1), POINTS)[0]
+        states = motion.go_on(np.arange(1), 3000)[0]
         self.points = states[np.isfinite(states).all(axis=1)]
         self._tree = KDTree(self._embedded(self.points))
         half = len(self.points) // 2
         others = KDTree(self._embedded(self.points[:half]))
-        self._reach = SPACINGS * float(
+        self._reach = 3.0 * float(
             np.quantile(others.query(self._embedded(self.points[half:]))[0], INSIDE)
         )
 
@@ -299,18 +285,9 @@ def _metric(matrix: Array) -> Array:
     return np.asarray(np.linalg.cholesky(0.5 * (products + products.T)).T)
 
 
-LONGEST = 16
-"""Longest period, in forcing periods, that is tried where trajectories nearly repeat."""
-
-CANDIDATES = 3
-"""Periods tried at a time."""
-
 NEARLY = 0.03
 """A trajectory that moves by less in a period of its own, in scaled states, has an orbit nearby,
 which Newton's method finds; so has one that comes back this near, over its extent."""
-
-NEAR = 10.0
-"""Distance from it, in such movements, within which an orbit that is known is the one."""
 
 BESIDE = 3e-3
 """Distance from a cycle, in scaled states, within which it is the one."""
@@ -344,8 +321,8 @@ class Verified:
         if not self.model.forced:
             return self._at_rest(states[-1]) or self._cycle(states, sticks)
         gaps = self._gaps(states)
-        for k in np.flatnonzero(gaps < NEARLY)[:CANDIDATES]:
-            if self._is_known(states[-1], NEAR * gaps[k] + SAME):
+        for k in np.flatnonzero(gaps < NEARLY)[:3]:  # periods to try
+            if self._is_known(states[-1], 10.0 * gaps[k] + SAME):
                 return None
             known = self._orbit(states[-1], int(k) + 1, sticks)
             if known is not None:
@@ -376,7 +353,7 @@ class Verified:
 
     def _gaps(self, states: Array) -> Array:
         """Return how far a motion moved over 1, 2, ... of its last periods, in scaled states."""
-        before = states[-2 : -2 - LONGEST : -1]
+        before = states[-2:-18:-1]
         apart = without_turns(states[-1] - before, self.model.whole_turns)
         return np.asarray(np.abs(apart / self.model.state_scales()).max(axis=1))
 
