@@ -25,6 +25,7 @@ from slipfold import (
     SlidingOscillator,
     Stribeck,
 )
+from slipfold.models.friction.law import ContactState
 from slipfold.models.model import evaluation_of
 from slipfold.models.parametric import described
 
@@ -70,7 +71,8 @@ def rates_by_hand(time, state, p, law):
     masses = [p[f"k{i}"] / (2 * np.pi * p[f"f{i}"]) ** 2 for i in (2, 1)]
     pushed = [f / (m * p["L"]) for f, m in zip(force, masses, strict=True)]
     free[2:] += pushed
-    return np.array([*free, *law.memory_rates(tuple(slip), memory, None, normal, normal_rate)])
+    contact = ContactState(tuple(slip), memory, normal, normal_rate)
+    return np.array([*free, *law.memory_rates(contact, law.values)])
 
 
 def some_states(model, count=10):

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from slipfold.models.friction.law import ContactState
 from slipfold.models.model import evaluation_of
 
 LAW = sf.Jenkins(mu_k=0.5, kt=20.0, exponent=4, e=1e-3)
@@ -21,7 +22,8 @@ def test_the_memory_sees_the_normal_motion_and_its_acceleration():
     rates = evaluation_of(structure).rates(structure, state)
     normal = 2.0 - 4.0 * state[1] - 0.3 * state[3]
     normal_rate = -4.0 * state[3] - 0.3 * rates[3]
-    [memory] = LAW.memory_rates((0.7 - state[2],), (state[4],), None, normal, normal_rate)
+    contact = ContactState((0.7 - state[2],), (state[4],), normal, normal_rate)
+    [memory] = LAW.memory_rates(contact, LAW.values)
     assert rates[4] == pytest.approx(memory, rel=1e-12)
 
 
@@ -47,7 +49,7 @@ def test_an_elastic_contact_loses_the_energy_of_its_closed_form():
         return [
             q[1],
             drive - 0.2 * q[1] - 10.0 * q[0] + force,
-            *law.memory_rates((-q[1],), (q[2],)),
+            *law.memory_rates(ContactState((-q[1],), (q[2],)), law.values),
             -force * q[1],
         ]
 

@@ -8,6 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
+from slipfold.models.equilibria import find_static_point
+from slipfold.models.model import Model, evaluation_of
+from slipfold.models.unforced import Unforced
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -101,3 +105,57 @@ def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
     for shape in shapes:
         shape /= shape[np.abs(shape).argmax()]
     return Modes(values[kept].astype(complex), shapes, names)
+
+
+class MechanicalModel(Model):
+    """A model of displacements ``x`` and their rates ``vx``, with its static point and modes."""
+
+    def static_point(self) -> Array:
+        """Return the state at rest without what is periodic in time, under steady friction.
+
+        Returns
+        -------
+        ndarray, shape (n_states,)
+            Displacements, rates of zero, and the memories of friction laws that have one.
+
+        Raises
+        ------
+        InputError
+            If there is none, as where the drag is more than the structure can hold.
+        """
+        return find_static_point(self)
+
+    def steady(self, **values: float | str) -> Unforced:
+        """Return the model without what is periodic in time, as an autonomous model.
+
+        Its equilibrium is steady sliding, to be followed with its Hopf points and their cycles.
+
+        Parameters
+        ----------
+        **values
+            Parameter values that differ from those of this model. Those of the forcing are gone,
+            and there is a ``duration``.
+
+        Raises
+        ------
+        InputError
+            If the model is autonomous.
+        """
+        return Unforced(self, **values)
+
+    def modes(self) -> Modes:
+        """Return the linear modes about the static point, all forces included.
+
+        Returns
+        -------
+        Modes
+            One a pair of eigenvalues, the lowest natural frequency first; friction laws with memory
+            add modes in which the contact recovers without vibration.
+        """
+        unforced = self if self.quiet is None else self.replace(**{self.quiet: 0.0})
+        return unforced._modes_at(self.static_point())
+
+    def _modes_at(self, state: Array) -> Modes:
+        names = [item.name for item in self.states]
+        displacements = tuple(name for name in names if f"v{name}" in names)
+        return find_modes(evaluation_of(self).jacobian(self, state), displacements)

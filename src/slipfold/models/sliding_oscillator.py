@@ -12,11 +12,9 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction import Coulomb, FrictionLaw
 from slipfold.models.friction.contact import Contact, contact_outputs
-from slipfold.models.linear_modes import Modes, find_modes
-from slipfold.models.model import Model, evaluation_of
+from slipfold.models.linear_modes import MechanicalModel, Modes
 from slipfold.models.output import (
     COLLAPSE_LIMIT,
     PULSATING_LIMIT,
@@ -29,7 +27,6 @@ from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.parametric import described
 from slipfold.models.structures.component import cos_sin
 from slipfold.models.structures.contacts import ModulatedLoad
-from slipfold.models.unforced import Unforced
 
 LOAD = ModulatedLoad()
 """The normal force, with the parameters ``Ns`` and ``Nd``."""
@@ -80,7 +77,7 @@ def _damping_power(q: Symbols, c: Symbols, phase: Expression) -> Expression:
     return c["L"] * c["L"] * (lost_x + lost_y)
 
 
-class SlidingOscillator(Model):
+class SlidingOscillator(MechanicalModel):
     r"""Two-degree-of-freedom oscillator pressed on a moving plate by a pulsing normal force.
 
     .. math::
@@ -384,45 +381,6 @@ class SlidingOscillator(Model):
         """Horizontal damping in N s/m: 4 pi zeta2 m2 f2."""
         return 4 * math.pi * self._values["zeta2"] * self.m2 * self._values["f2"]
 
-    def static_point(self) -> Array:
-        """Return the state in which the tip rests under the steady drag (Nd = 0).
-
-        Returns
-        -------
-        ndarray, shape (n_states,)
-            ``x y vx vy``, the rates being zero, and the memory of a friction law that has one.
-
-        Raises
-        ------
-        InputError
-            If the drag is more than the structure can hold.
-        """
-        return find_static_point(self)
-
-    def steady(self, **values: float | str) -> Unforced:
-        """Return the oscillator under a constant normal force, as an autonomous model.
-
-        Its equilibrium is steady sliding, to be followed in ``Vd``, ``Ns``, ``alpha``, ``mu`` or
-        the parameters of the friction law. Where the friction of the law falls fast enough with
-        the speed it loses its stability in a Hopf point, at which a vibration is born.
-
-        Parameters
-        ----------
-        **values
-            Parameter values that differ from those of this oscillator; there are no ``f`` and
-            ``Nd`` any more, but a ``duration``.
-
-        Examples
-        --------
-        >>> from slipfold.branches.response import trace_response
-        >>> from slipfold.models import Stribeck
-        >>> law = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.3)
-        >>> model = SlidingOscillator(friction=law).steady()
-        >>> [point.type for point in trace_response(model, "Vd", (1.5, 0.6))[0].special]
-        ['HB']
-        """
-        return Unforced(self, **values)
-
     def modes(self, friction: bool = True) -> Modes:
         """Return the linear modes about the loaded static point.
 
@@ -438,8 +396,7 @@ class SlidingOscillator(Model):
         Returns
         -------
         Modes
-            Two modes unless one is overdamped. A law with memory adds modes that decay without
-            vibration, in which the contact recovers.
+            Two modes unless one is overdamped, and those of a law with memory.
 
         Examples
         --------
@@ -447,9 +404,6 @@ class SlidingOscillator(Model):
         >>> [f"{value:.4f}" for value in modes.frequency]
         ['7.1383', '12.4607']
         """
-        point = self.static_point()
-        model = self.replace(Nd=0.0)
-        if not friction:
-            model = model.replace(friction=None, mu=0.0)
-            point = point[: len(model.states)]
-        return find_modes(evaluation_of(model).jacobian(model, point), ("x", "y"))
+        if friction:
+            return super().modes()
+        return self.replace(friction=None, mu=0.0, Nd=0.0)._modes_at(self.static_point()[:4])

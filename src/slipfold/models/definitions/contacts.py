@@ -16,7 +16,7 @@ from slipfold.models.definitions.tables import Entries, type_name
 from slipfold.models.formulas.grammar import Tree, names_in
 from slipfold.models.formulas.values import PHASE, value_of
 from slipfold.models.friction.contact import friction_name, normal_name
-from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.law import ContactState, FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.suggestion import suggest
@@ -192,5 +192,6 @@ class ContactEquations:
             slip, normal = [value(tree) for tree in self.slip], value(self.normal)
             rests = not any(isinstance(part, hy.expression) or part for part in slip)
             # At rest it may be anything up to its limit.
-            friction = tuple(slip) if rests else own.law.force(slip, normal, p=self.law_values(c))
+            state = ContactState(tuple(slip), normal=normal)
+            friction = state.slip if rests else own.law.forces(state, self.law_values(c))
         return dict(zip(own.forces, friction, strict=True)) | {own.normal_name: normal}

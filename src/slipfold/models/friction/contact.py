@@ -68,7 +68,7 @@ class Contact(ContactState):
     @property
     def memory_rates(self) -> tuple[Expression, ...]:
         """Rates of the memory per second."""
-        return self.law.rates_of_memory(self, self.values)
+        return self.law.memory_rates(self, self.values)
 
     @property
     def speed(self) -> Expression:

@@ -203,7 +203,7 @@ class Jenkins(ElasticContact, MemoryLaw):
         """``mu_k N z``."""
         return tuple(contact.normal * (p["mu_k"] * z) for z in contact.memory)
 
-    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``w - z |z|^(n-2) max(w.z, 0)`` with ``w = kt v/(mu_k N) - z N'/N``, rounded off."""
         inverse, memory = p["kt"] / (p["mu_k"] * contact.normal), contact.memory
         fading = contact.normal_rate / contact.normal
@@ -297,13 +297,13 @@ class Iwan(ElasticContact, FrictionLaw):
             for axis in range(size)
         )
 
-    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Those of the elements."""
         size = len(contact.slip)
         rates: list[Expression] = []
         for n, element in enumerate(self.elements):
             own = dataclasses.replace(contact, memory=contact.memory[n * size : (n + 1) * size])
-            rates += element.rates_of_memory(
+            rates += element.memory_rates(
                 own, {name: p[f"{name}{n + 1}"] for name in element.values}
             )
         return tuple(rates)

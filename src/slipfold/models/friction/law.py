@@ -182,7 +182,7 @@ class FrictionLaw(Parametric, ABC):
         """Typical size of the memory, in its unit."""
         return 1.0
 
-    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Time derivatives of the memory, per second.
 
         Parameters
@@ -206,19 +206,17 @@ class FrictionLaw(Parametric, ABC):
 
     # -- what follows --------------------------------------------------------------------------
 
-    def coefficient(self, speed: Expression, p: Symbols | None = None) -> Expression:
+    def coefficient(self, speed: ArrayLike) -> Any:
         """Return the friction coefficient in steady slip.
 
         Parameters
         ----------
         speed
-            Slip speed in m/s; number, array or symbol.
-        p
-            The parameters by name, numbers or symbols; the law's own values if None.
+            Slip speed in m/s, a number or array.
 
         Returns
         -------
-        float, ndarray or expression
+        float or ndarray
             Of the shape of `speed`.
 
         Raises
@@ -226,11 +224,8 @@ class FrictionLaw(Parametric, ABC):
         InputError
             For a negative speed.
         """
-        given = self.values if p is None else p
-        if is_symbolic(speed, *given.values()):
-            return self.formula(speed, given)
         speeds = _checked_speeds(speed)
-        result = np.asarray(self.formula(speeds, given) + 0.0 * speeds)
+        result = np.asarray(self.formula(speeds, self.values) + 0.0 * speeds)
         return result if result.ndim else result.item()
 
     def slope(self, speed: ArrayLike) -> Any:
@@ -299,12 +294,8 @@ class FrictionLaw(Parametric, ABC):
         return np.asarray(normal * (self.slope(speed) * along + across * (np.eye(2) - along)))
 
     def force(
-        self,
-        slip: Sequence[Expression],
-        normal: Expression = 1.0,
-        memory: Sequence[Expression] = (),
-        p: Symbols | None = None,
-    ) -> tuple[Expression, ...]:
+        self, slip: Sequence[Any], normal: Any = 1.0, memory: Sequence[Any] = ()
+    ) -> tuple[Any, ...]:
         """Return the friction force on a body.
 
         Parameters
@@ -316,8 +307,6 @@ class FrictionLaw(Parametric, ABC):
             Normal force in N.
         memory
             The contact's memory if the law has one, as many components as `slip`.
-        p
-            The parameters by name, numbers or symbols; the law's own values if None.
 
         Returns
         -------
@@ -330,50 +319,23 @@ class FrictionLaw(Parametric, ABC):
             If there are not one or two components, a law with memory got none, or the slip is zero
             and the law sticks.
         """
-        given = self.values if p is None else p
-        components = tuple(slip)
-        if len(components) not in (1, 2):
-            raise InputError(
-                f"the slip has {len(components)} components; give 1 on a line or 2 in the plane"
-            )
-        needed = len(self.memory(len(components)))
+        contact = ContactState(tuple(slip), tuple(memory), normal)
+        size = len(contact.slip)
+        if size not in (1, 2):
+            raise InputError(f"the slip has {size} components; give 1 on a line or 2 in the plane")
+        needed = len(self.memory(size))
         if len(memory) != needed:
             raise InputError(
                 f"{type(self).__name__} needs {needed} components of memory for a slip of "
-                f"{len(components)}, and got {len(memory)}"
+                f"{size}, and got {len(memory)}"
             )
-        square = sum(component * component for component in components)
+        square = contact.square
         if self.sticks and not is_symbolic(square) and np.any(np.asarray(square) == 0):
             raise InputError(
                 f"at rest the friction force of {type(self).__name__} can have any value up to its "
                 "limit; give a slip that is not zero, or a regularized law"
             )
-        return self.forces(ContactState(components, tuple(memory), normal), given)
-
-    def memory_rates(
-        self,
-        slip: Sequence[Expression],
-        memory: Sequence[Expression],
-        p: Symbols | None = None,
-        normal: Expression = 1.0,
-        normal_rate: Expression = 0.0,
-    ) -> tuple[Expression, ...]:
-        """Return the time derivatives of the memory, per second.
-
-        Parameters
-        ----------
-        slip
-            Velocity of the moving surface relative to the body in m/s, one or two components:
-            numbers, arrays or symbols.
-        memory
-            The memory.
-        p
-            The parameters by name, numbers or symbols; the law's own values if None.
-        normal, normal_rate
-            Normal force in N and its rate in N/s; most laws do not need them.
-        """
-        contact = ContactState(tuple(slip), tuple(memory), normal, normal_rate)
-        return self.rates_of_memory(contact, self.values if p is None else p)
+        return self.forces(contact, self.values)
 
     def plot(self, **options: Any) -> Any:
         """Draw the friction coefficient over the slip speed, with its slope.
@@ -416,21 +378,13 @@ def _slope_function(kind: FrictionLaw) -> Any:
 class MemoryLaw(FrictionLaw):
     """A law with a deflection z as memory, a vector in the plane; it never sticks.
 
-    A subclass gives `rates_of_memory`, `forces` and `steady_deflection` in addition to `formula`.
+    A subclass gives `memory_rates`, `forces` and `steady_deflection` in addition to `formula`.
     """
 
     sticks: ClassVar[bool] = False
     unit: ClassVar[str] = "m"
     """Unit of the deflection."""
     meaning: ClassVar[str] = "deflection of the contact"
-
-    @abstractmethod
-    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Time derivatives of the deflection, per second."""
-
-    @abstractmethod
-    def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force in N."""
 
     @abstractmethod
     def steady_deflection(self, speed: float) -> float:

@@ -62,7 +62,7 @@ class _Bristles(MemoryLaw):
         p = self.values
         return max(float(self.level(0.0, p)), 1e-3) / p["s0"]
 
-    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``v - s0 |v| z/g(|v|)``."""
         square = contact.square
         fading = p["s0"] * _rounded(square, p) / self.level(square, p)
@@ -97,8 +97,8 @@ class Dahl(_Bristles):
     Examples
     --------
     >>> law = Dahl(mu_k=0.4, s0=1e3)
-    >>> [round(rate, 6) for rate in law.memory_rates((0.1,), (2e-4,))]
-    [0.05]
+    >>> [round(part, 6) for part in law.force((0.1,), 2.0, memory=(2e-4,))]
+    [0.4]
     """
 
     title: ClassVar[str] = "Dahl"
@@ -178,7 +178,7 @@ class LuGre(_Bristles):
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``N (s0 z + s1 z' + s2 v)``."""
-        rates = self.rates_of_memory(contact, p)
+        rates = self.memory_rates(contact, p)
         return tuple(
             contact.normal * (p["s0"] * z + p["s1"] * rate + p["s2"] * v)
             for v, z, rate in zip(contact.slip, contact.memory, rates, strict=True)
@@ -275,7 +275,7 @@ class BoucWen(MemoryLaw):
         """``N z``."""
         return tuple(contact.normal * z for z in contact.memory)
 
-    def rates_of_memory(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
+    def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``A v - |z|^(n-2) z (b |v.z| + c v.z)``."""
         slip, memory = contact.slip, contact.memory
         power = sum(v * z for v, z in zip(slip, memory, strict=True))

@@ -17,10 +17,8 @@ from slipfold.models.definitions.source import (
     source_of_file,
     source_of_text,
 )
-from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction.contact import Contact
-from slipfold.models.linear_modes import Modes, find_modes
-from slipfold.models.model import Model, evaluation_of
+from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.structures.assembly import Assembly, assemble
@@ -29,7 +27,6 @@ from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import define
 from slipfold.models.structures.files import read_structure, read_values, structure_tables
 from slipfold.models.structures.reduction import ReductionReport
-from slipfold.models.unforced import Unforced
 
 _PARTS = (
     *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
@@ -41,7 +38,7 @@ MOST_PRODUCTS = 2_000_000
 """Products in the equations with derivatives at which compiling takes minutes and much memory."""
 
 
-class Structure(Model):
+class Structure(MechanicalModel):
     r"""A structure from matrices, with elements, friction contacts and periodic forcing.
 
     .. math::
@@ -429,48 +426,3 @@ class Structure(Model):
             directions=sum(len(item.rows) for item in assembly.placed),
             cycles=float(assembly.frequencies[-1]) * period,
         )
-
-    def static_point(self) -> Array:
-        """Return the state in which the structure rests without what is periodic in time.
-
-        Returns
-        -------
-        ndarray, shape (n_states,)
-            Displacements, rates of zero, and memories.
-
-        Raises
-        ------
-        InputError
-            If there is none to be found from rest.
-        """
-        return find_static_point(self)
-
-    def steady(self, **values: float | str) -> Unforced:
-        """Return the structure without what is periodic in time, as an autonomous model.
-
-        Its equilibrium is steady sliding, to be followed with its Hopf points and their cycles. A
-        structure with nothing periodic in time is autonomous and needs no such view.
-
-        Parameters
-        ----------
-        **values
-            Parameter values that differ from those of this structure.
-
-        Raises
-        ------
-        InputError
-            If the structure is autonomous.
-        """
-        return Unforced(self, **values)
-
-    def modes(self) -> Modes:
-        """Return the linear modes about the static point, contacts and elements included.
-
-        Returns
-        -------
-        Modes
-            One a pair of eigenvalues, the lowest natural frequency first.
-        """
-        point = self.static_point()
-        quiet = self if self.quiet is None else self.replace(**{self.quiet: 0.0})
-        return find_modes(evaluation_of(quiet).jacobian(quiet, point), self._assembly.names)
