@@ -96,7 +96,7 @@ BAD = {
     "inner name": (lambda: make(names="p_a b"), "cannot be called p_a"),
     "length": (lambda: make(length_scale=0), "length_scale = 0 m; give a finite length > 0"),
     "length unit": (lambda: make(length_scale="5 kg"), "has the unit 'kg'"),
-    "modes": (lambda: make(reduction=ModalReduction(3)), "3 modes are wanted of 2"),
+    "modes": (lambda: make(reduction=ModalReduction(3)), "3 modes are requested of 2"),
     "no modes": (lambda: ModalReduction(), "needs modes, how many to keep, or up_to"),
     "both": (lambda: ModalReduction(2, 5.0), "give one of the two"),
     "up_to": (lambda: ModalReduction(up_to=-1), "up_to = -1 Hz"),

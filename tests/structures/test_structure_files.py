@@ -208,7 +208,7 @@ def test_matrices_lie_beside_the_file(kind, file):
         ('type = "ModalDamping"\n', "C = 1\n", "line 7, column 1: the table damping has no type"),
         ("[damping]", "C = [[1, 0], [0, 1]]\n[damping]", "both a matrix C and a table [damping]"),
         ('["tip"]', '["tpi"]', "line 12, column 12: the boundary has 'tpi', which is no degree of"),
-        ("modes = 1", "modes = 5", "5 modes are wanted of 1 degrees of freedom"),
+        ("modes = 1", "modes = 5", "5 modes are requested of 1 degrees of freedom"),
         ("modes = 1", "modes = true", "line 13, column 9: modes is true or false"),
         # Elements, contacts and forcing.
         ('"CubicSpring"', '"Cubic"', "line 15, column 8: there is no type 'Cubic'; did you mean"),

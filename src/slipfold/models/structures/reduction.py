@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import Direction, shown
@@ -48,9 +46,9 @@ class ReductionReport(OneLine):
     >>> print(ReductionReport(np.array([1.0, 2.02]), np.array([1.0, 2.0]), 1.5, 10))
     10 degrees of freedom reduced to 2
     band up to 1.5 Hz, where natural frequencies are wrong by 0 at most
-    f (Hz)       exact (Hz)   error
-    1            1            0
-    2.02         2            0.01
+    f (Hz)  exact (Hz)  error
+         1           1      0
+      2.02           2   0.01
     """
 
     frequencies: Array
@@ -87,10 +85,8 @@ class ReductionReport(OneLine):
             f"{self.whole} degrees of freedom reduced to {len(self.exact)}",
             f"band up to {self.band:.6g} Hz, where natural frequencies are wrong by "
             f"{self.error:.2g} at most",
-            f"{'f (Hz)':<12} {'exact (Hz)':<12} error",
+            *self._rows().text(),
         ]
-        for row in zip(self.frequencies, self.exact, self.errors, strict=True):
-            lines.append(f"{row[0]:<12.6g} {row[1]:<12.6g} {row[2]:.2g}")
         for direction, lost in self.static_errors:
             lines.append(f"static compliance lost along {direction}: {lost:.2g}")
         return "\n".join(lines)
@@ -126,13 +122,53 @@ class Reduced:
     report: ReductionReport  # what became of the natural frequencies
 
 
-@dataclass(frozen=True)
-class Reduction(ABC):
-    """A way to describe a structure by fewer coordinates."""
+class Reduction:
+    """A way to describe a structure by fewer coordinates: displacements that stay, and modes."""
 
     title: ClassVar[str] = "reduction"
 
-    @abstractmethod
+    boundary: Any = ()
+    modes: int | None
+    up_to: float | str | None
+
+    def __post_init__(self) -> None:
+        """Check that one of the two extents is given."""
+        if (self.modes is None) == (self.up_to is None):
+            raise InputError(
+                f"a {self.title} needs modes, how many to keep, or up_to, the frequency in Hz up "
+                "to which to keep them; give one of the two"
+            )
+        fewest = 1 if self.boundary == () else 0
+        if self.modes is not None and (type(self.modes) is not int or self.modes < fewest):
+            raise InputError(f"modes = {shown(self.modes)}; give a whole number >= {fewest}")
+        if self.up_to is not None:
+            value = parse_quantity(self.up_to, "Hz", "up_to")
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"up_to = {value:g} Hz; give a finite frequency > 0")
+            object.__setattr__(self, "up_to", value)
+
+    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise `InputError` if no calculation is needed to see that it cannot be reduced so.
+
+        Parameters
+        ----------
+        mass, stiffness
+            Matrices of all n degrees of freedom.
+        names
+            Their names.
+        """
+        require_symmetric(
+            stiffness,
+            "K",
+            f"a {self.title} needs a symmetric one, so correct it or keep all coordinates",
+        )
+        size = len(self._split(names)[1])
+        if self.modes is not None and self.modes > size:
+            raise InputError(
+                f"{self.modes} modes are requested of {size} degrees of freedom; give at most "
+                f"{size}"
+            )
+
     def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
         """Return a structure in fewer coordinates.
 
@@ -148,18 +184,79 @@ class Reduction(ABC):
         InputError
             If it cannot be reduced so.
         """
+        self.fits(mass, stiffness, names)
+        m, k = mass.array(), stiffness.array()
+        held, free = self._split(names)
+        k_free, m_free = _block(k, free, free), _block(m, free, free)
+        count = len(held)
+        static = np.empty((len(free), 0))
+        if count:
+            solve = solver(
+                k_free,
+                "the boundary does not hold the rest of the structure, which can move without "
+                "force; add degrees of freedom to the boundary",
+            )
+            coupling = _block(k, free, held)
+            static = -solve(coupling if isinstance(k, np.ndarray) else coupling.toarray())
+        squares, shapes = self._modes(k_free, m_free)
+        size = count + len(squares)
+        if not size:
+            raise InputError(
+                f"the structure has no mode up to {self.up_to:g} Hz; raise up_to or give modes"
+            )
+        basis = np.zeros((len(names), size))
+        basis[held, np.arange(count)] = 1.0
+        basis[free] = np.hstack([static, shapes])
+        small_mass = basis.T @ np.asarray(m @ basis)
+        small_stiffness = basis.T @ np.asarray(k @ basis)
+        # What the theory says is zero must be, or rounding would enter the equations as terms.
+        modal = np.diag(small_mass)[count:].copy()
+        small_mass[count:, count:] = np.diag(modal)
+        small_stiffness[count:] = small_stiffness[:, count:] = 0.0
+        small_stiffness[count:, count:] = np.diag(modal * squares)
+        reached = exact = _frequencies(squares)
+        if count:
+            reached = _frequencies(lowest_modes(small_stiffness, small_mass)[0])
+            exact = _frequencies(lowest_modes(k, m, size)[0])
+        band = float(_frequencies(squares)[-1] if len(squares) else exact[0])
+        band = band if self.up_to is None else float(self.up_to)
+        kept = (*self.boundary, *(f"mode{number + 1}" for number in range(len(squares))))
+        report = ReductionReport(reached, exact, band, mass.size)
+        return Reduced(kept, basis, small_mass, small_stiffness, report)
 
-    @abstractmethod
-    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise `InputError` if it is plain without a calculation that it cannot be reduced so.
+    def _split(self, names: tuple[str, ...]) -> tuple[Indices, Indices]:
+        """Return the positions of the boundary and of the other degrees of freedom."""
+        for name in self.boundary:
+            if name not in names:
+                raise InputError(
+                    f"the boundary has {shown(name)}, which is no degree of freedom of the "
+                    f"structure; {suggest(str(name), names)}it has {listed(names)}"
+                )
+        held = np.array([names.index(name) for name in self.boundary], dtype=np.int64)
+        free = np.setdiff1d(np.arange(len(names)), held)
+        if not len(free):
+            raise InputError(
+                "the boundary is the whole structure, so there is nothing to reduce; leave the "
+                "reduction out"
+            )
+        return held, free
 
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-        """
+    def _modes(self, stiffness: Any, mass: Any) -> tuple[Array, Array]:
+        """Return as many modes as are requested, or all up to a frequency."""
+        size = mass.shape[0]
+        if self.modes == 0:
+            return np.empty(0), np.empty((size, 0))
+        if self.modes is not None:
+            return lowest_modes(stiffness, mass, self.modes)
+        assert self.up_to is not None
+        highest = (2 * math.pi * float(self.up_to)) ** 2
+        count = size if isinstance(mass, np.ndarray) else 16
+        while True:
+            squares, shapes = lowest_modes(stiffness, mass, min(count, size))
+            if count >= size or squares[-1] > highest:
+                kept = squares <= highest
+                return squares[kept], shapes[:, kept]
+            count *= 2
 
 
 @dataclass(frozen=True)
@@ -186,31 +283,6 @@ class ModalReduction(Reduction):
 
     modes: int | None = None
     up_to: float | str | None = None
-
-    def __post_init__(self) -> None:
-        """Check that one of the two is given."""
-        _check_extent(self, 1)
-
-    def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Reduce a structure to its lowest modes."""
-        self.fits(mass, stiffness, names)
-        m, k = mass.array(), stiffness.array()
-        squares, basis = _modes_of_extent(k, m, self.modes, self.up_to)
-        if not len(squares):
-            raise InputError(
-                f"the structure has no mode up to {self.up_to:g} Hz; raise up_to or give modes"
-            )
-        modal = np.sum(basis * np.asarray(m @ basis), axis=0)
-        exact = _frequencies(squares)
-        band = float(exact[-1]) if self.up_to is None else float(self.up_to)
-        report = ReductionReport(exact, exact, band, mass.size)
-        kept = _mode_names(len(squares))
-        return Reduced(kept, basis, np.diag(modal), np.diag(modal * squares), report)
-
-    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Refuse a stiffness that is not symmetric, and more modes than there are."""
-        _require_symmetric_stiffness(stiffness, self.title)
-        _check_count(self.modes, mass.size)
 
 
 @dataclass(frozen=True)
@@ -243,13 +315,12 @@ class CraigBampton(Reduction):
 
     title: ClassVar[str] = "Craig-Bampton reduction"
 
-    boundary: Any
+    boundary: Any = field()
     modes: int | None = None
     up_to: float | str | None = None
 
     def __post_init__(self) -> None:
-        """Check that one of the two extents is given, and the boundary."""
-        _check_extent(self, 0)
+        """Check the boundary, and that one of the two extents is given."""
         several = isinstance(self.boundary, Iterable) and not isinstance(self.boundary, str)
         given = tuple(self.boundary) if several else (self.boundary,)
         named = all(isinstance(item, str) for item in given)
@@ -259,128 +330,13 @@ class CraigBampton(Reduction):
                 "of the degrees of freedom that stay, each once"
             )
         object.__setattr__(self, "boundary", given)
-
-    def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Reduce a structure to its boundary and modes of the rest."""
-        self.fits(mass, stiffness, names)
-        m, k = mass.array(), stiffness.array()
-        held, free = self._split(names)
-        k_free, m_free = _block(k, free, free), _block(m, free, free)
-        solve = solver(
-            k_free,
-            "the boundary does not hold the rest of the structure, which can move without force; "
-            "add degrees of freedom to the boundary",
-        )
-        coupling = _block(k, free, held)
-        coupling = coupling if isinstance(k, np.ndarray) else coupling.toarray()
-        squares, shapes = _modes_of_extent(k_free, m_free, self.modes, self.up_to)
-        basis = np.zeros((len(names), len(held) + len(squares)))
-        basis[held, np.arange(len(held))] = 1.0
-        basis[np.ix_(free, np.arange(len(held)))] = -solve(coupling)
-        basis[np.ix_(free, len(held) + np.arange(len(squares)))] = shapes
-        return self._reduced(mass, stiffness, (m, k), basis, squares)
-
-    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Refuse a stiffness that is not symmetric, a boundary or modes that are not there."""
-        _require_symmetric_stiffness(stiffness, self.title)
-        _check_count(self.modes, len(self._split(names)[1]))
-
-    def _split(self, names: tuple[str, ...]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        for name in self.boundary:
-            if name not in names:
-                raise InputError(
-                    f"the boundary has {shown(name)}, which is no degree of freedom of the "
-                    f"structure; {suggest(str(name), names)}it has {listed(names)}"
-                )
-        held = np.array([names.index(name) for name in self.boundary], dtype=np.int64)
-        free = np.setdiff1d(np.arange(len(names)), held)
-        if not len(free):
-            raise InputError(
-                "the boundary is the whole structure, so there is nothing to reduce; leave the "
-                "reduction out"
-            )
-        return held, free
-
-    def _reduced(
-        self, mass: Matrix, stiffness: Matrix, whole: tuple[Any, Any], basis: Array, squares: Array
-    ) -> Reduced:
-        m, k = whole
-        count, r = len(self.boundary), basis.shape[1]
-        small_mass = basis.T @ np.asarray(m @ basis)
-        small_stiffness = basis.T @ np.asarray(k @ basis)
-        # What the theory says is zero must be, or rounding would enter the equations as terms.
-        small_stiffness[:count, count:] = small_stiffness[count:, :count] = 0.0
-        for block in (small_mass, small_stiffness):
-            modal = np.diag(block)[count:].copy()
-            block[count:, count:] = np.diag(modal)
-        found = _frequencies(lowest_modes(small_stiffness, small_mass)[0])
-        exact = _frequencies(lowest_modes(k, m, r)[0])
-        if self.up_to is not None:
-            band = float(self.up_to)
-        else:
-            band = float(_frequencies(squares)[-1]) if len(squares) else float(exact[0])
-        report = ReductionReport(found, exact, band, mass.size)
-        names = (*self.boundary, *_mode_names(r - count))
-        return Reduced(names, basis, small_mass, small_stiffness, report)
+        super().__post_init__()
 
 
-def _block(matrix: Any, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Any:
+def _block(matrix: Any, rows: Indices, columns: Indices) -> Any:
     dense = isinstance(matrix, np.ndarray)
     return matrix[np.ix_(rows, columns)] if dense else matrix[rows][:, columns]
 
 
-def _check_extent(reduction: Any, fewest: int) -> None:
-    modes, up_to = reduction.modes, reduction.up_to
-    if (modes is None) == (up_to is None):
-        raise InputError(
-            f"a {reduction.title} needs modes, how many to keep, or up_to, the frequency in Hz up "
-            "to which to keep them; give one of the two"
-        )
-    if modes is not None and (type(modes) is not int or modes < fewest):
-        raise InputError(f"modes = {shown(modes)}; give a whole number >= {fewest}")
-    if up_to is not None:
-        value = parse_quantity(up_to, "Hz", "up_to")
-        if not (math.isfinite(value) and value > 0):
-            raise InputError(f"up_to = {value:g} Hz; give a finite frequency > 0")
-        object.__setattr__(reduction, "up_to", value)
-
-
-def _require_symmetric_stiffness(stiffness: Matrix, title: str) -> None:
-    require_symmetric(
-        stiffness, "K", f"a {title} needs a symmetric one, so correct it or keep all coordinates"
-    )
-
-
-def _check_count(modes: int | None, size: int) -> None:
-    if modes is not None and modes > size:
-        raise InputError(
-            f"{modes} modes are wanted of {size} degrees of freedom; give at most {size}"
-        )
-
-
-def _modes_of_extent(
-    stiffness: Any, mass: Any, modes: int | None, up_to: float | str | None
-) -> tuple[Array, Array]:
-    """Return as many modes as are wanted, or all up to a frequency."""
-    size = mass.shape[0]
-    if modes is not None:
-        if modes == 0:
-            return np.empty(0), np.empty((size, 0))
-        return lowest_modes(stiffness, mass, modes)
-    assert up_to is not None
-    highest = (2 * math.pi * float(up_to)) ** 2
-    count = size if isinstance(mass, np.ndarray) else 16
-    while True:
-        squares, shapes = lowest_modes(stiffness, mass, min(count, size))
-        if count >= size or squares[-1] > highest:
-            kept = squares <= highest
-            return squares[kept], shapes[:, kept]
-        count *= 2
-
-
 def _frequencies(squares: Array) -> Array:
     return np.sqrt(np.maximum(squares, 0.0)) / (2 * math.pi)
-
-
-def _mode_names(count: int) -> tuple[str, ...]:
-    return tuple(f"mode{place}" for place in range(1, count + 1))
