@@ -145,7 +145,7 @@ BAD = {
     "load": (lambda: FrictionContact("q1", load=[1]), "is not a normal force; give a number in N"),
     "no load": (lambda: FrictionContact("q1", load=0), "Ns = 0 is outside its bounds"),
     "opens": (lambda: ModulatedLoad(Ns=1, Nd=1), "Nd = 1 N is not below Ns = 1 N"),
-    "normal": (lambda: ContactLoad(None), "needs the direction that it depends on"),
+    "normal": (lambda: ContactLoad(None), "a contact load acts at None, which is not a direction"),
     "backwards": (lambda: FrictionContact("q1", Vd=-1), "Vd = -1 is outside its bounds"),
     "angle": (lambda: FrictionContact("q1", alpha=1.0), "alpha = 1.0 has no meaning"),
     "three directions": (

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
-from functools import cached_property
-from typing import Any, Self
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, dataclass, field, fields
+from functools import cache, cached_property
+from textwrap import fill
+from typing import Any, ClassVar, Self
 
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
@@ -22,9 +23,23 @@ def described(parameter: Parameter) -> Any:
     return field(default=parameter.default, metadata={"parameter": parameter})
 
 
+def structural(
+    doc: str, default: Any = MISSING, read: Callable[[Any, str], Any] | None = None, **options: Any
+) -> Any:
+    """Return a dataclass field that tells equations apart.
+
+    `read` makes the value of a given one and the title of the part; a default of None stays.
+    """
+    metadata = {"doc": doc, "read": read, **options.pop("metadata", {})}
+    return field(default=default, metadata=metadata, **options)
+
+
+_fields: Callable[[type], tuple[dataclasses.Field[Any], ...]] = cache(fields)
+
+
 def declared(cls: type) -> tuple[Parameter, ...]:
     """Return the parameters whose values a dataclass holds."""
-    parameters = (item.metadata.get("parameter") for item in fields(cls))
+    parameters = (item.metadata.get("parameter") for item in _fields(cls))
     return tuple(item for item in parameters if item is not None)
 
 
@@ -32,16 +47,18 @@ def declared(cls: type) -> tuple[Parameter, ...]:
 class Parametric:
     """A part of a model with parameters of its own; immutable, comparable, picklable.
 
-    A subclass is a frozen dataclass whose parameters are fields made by `described`. The parameters
-    of parts in other fields are its own as well; those of several parts in a tuple are numbered.
-    All other fields tell equations apart. The section on parameters in the docstring follows from
-    the fields where the docstring itself says nothing of them.
+    A subclass is a frozen dataclass. Its parameters are fields made by `described`; all other
+    fields, made by `structural`, tell equations apart. The parameters of parts in them are its own
+    as well; those of several parts in a tuple are numbered. The section on parameters in the
+    docstring follows from the fields.
 
     Raises
     ------
     InputError
         For a wrong unit, a value outside its bounds or values that contradict each other.
     """
+
+    title: ClassVar[str] = ""
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Complete the section on parameters in the docstring."""
@@ -56,6 +73,10 @@ class Parametric:
 
     def __post_init__(self) -> None:
         """Check the fields and convert what has a unit."""
+        for item in _fields(type(self)):
+            given, read = getattr(self, item.name), item.metadata.get("read")
+            if read is not None and (given is not None or item.default is not None):
+                object.__setattr__(self, item.name, read(given, self.title))
         self.prepare()
         for parameter in declared(type(self)):
             number = parse_quantity(getattr(self, parameter.name), parameter.unit, parameter.name)
@@ -63,7 +84,7 @@ class Parametric:
         self.check(self.values)
 
     def prepare(self) -> None:
-        """Check and convert the fields that are not parameters; raise `InputError` if they fail."""
+        """Raise `InputError` if the fields that are not parameters contradict each other."""
 
     def check(self, values: Mapping[str, float]) -> None:
         """Raise `InputError` if parameter values contradict each other.
@@ -79,12 +100,12 @@ class Parametric:
     @cached_property
     def _parts(self) -> list[Parametric]:
         """The parts that fields hold, without those that are numbered."""
-        values = (getattr(self, item.name) for item in fields(self))
+        values = (getattr(self, item.name) for item in _fields(type(self)))
         return [value for value in values if isinstance(value, Parametric)]
 
     def _pairs(self) -> Iterator[tuple[Parameter, float]]:
         """Yield the parameters and their values, in the order of the fields."""
-        for item in fields(self):
+        for item in _fields(type(self)):
             value, parameter = getattr(self, item.name), item.metadata.get("parameter")
             if parameter is not None:
                 yield parameter, value
@@ -111,7 +132,7 @@ class Parametric:
     def kind(self) -> Self:
         """The part with default values: equal for all parts with the same equations."""
         changes: dict[str, Any] = {item.name: item.default for item in declared(type(self))}
-        for item in fields(self):
+        for item in _fields(type(self)):
             value = getattr(self, item.name)
             if isinstance(value, Parametric):
                 changes[item.name] = value.kind
@@ -133,7 +154,7 @@ class Parametric:
         InputError
             For an unknown name or a value that cannot be used.
         """
-        names = [item.name for item in fields(self)]
+        names = [item.name for item in _fields(type(self))]
         made = {name: changes.pop(name) for name in names if name in changes}
         for name in names:
             value = made.get(name, getattr(self, name))
@@ -157,30 +178,25 @@ class Parametric:
 
 def _several(value: Any) -> tuple[Parametric, ...]:
     """Return the parts in a tuple of parts; none if it is something else."""
-    parts = value if isinstance(value, tuple) else ()
-    return parts if all(isinstance(part, Parametric) for part in parts) else ()
+    if isinstance(value, tuple) and value and all(isinstance(part, Parametric) for part in value):
+        return value
+    return ()
 
 
 def _completed(doc: str, known: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return a docstring with an entry for each field that it leaves out."""
-    head, _, after = doc.partition("\nParameters\n----------\n")
-    starts = [at for name in SECTIONS if (at := (after or head).find(f"\n{name}\n---")) >= 0]
-    end = min(starts, default=len(after or head))
-    text, rest = (after or head)[:end], (after or head)[end:]
-    before, entries = (head, text) if after else (text, "")
-    documented = {
-        name for line in entries.splitlines() if line[:1] != " " for name in line.split(", ")
-    }
+    """Return a docstring with the section on parameters, before the other sections."""
+    lines = []
     for name, metadata in known.items():
         parameter, meaning = metadata.get("parameter"), str(metadata.get("doc", ""))
-        if name in documented or not (parameter or meaning):
-            continue
         if parameter is not None:
             bounded = parameter.bounds != Parameter("", 0.0).bounds
             unit = f", in {parameter.unit}" if parameter.unit else ""
             meaning = parameter.doc + (f" ({parameter.bounds})" if bounded else unit)
-        meaning = meaning.replace("|", r"\|")  # else Sphinx takes it for a substitution
-        entries = f"{entries.rstrip()}\n{name}\n    {meaning[:1].upper()}{meaning[1:]}.\n"
-    if not entries.strip():
-        return doc
-    return f"{before.rstrip()}\n\nParameters\n----------\n{entries.strip()}\n{rest}"
+            meaning = meaning.replace("|", r"\|")  # else Sphinx takes it for a substitution
+        if meaning:
+            text = f"{meaning[0].upper()}{meaning[1:]}."
+            lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+    starts = [at for name in SECTIONS if (at := doc.find(f"\n{name}\n---")) >= 0]
+    end = min(starts, default=len(doc))
+    section = "\n".join(["", "", "Parameters", "----------", *lines, ""]) if lines else ""
+    return f"{doc[:end].rstrip()}{section}{doc[end:]}"

@@ -26,7 +26,7 @@ from slipfold.models.friction.law import (
 from slipfold.models.friction.with_memory import checked_exponent
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import State, positive
-from slipfold.models.parametric import described
+from slipfold.models.parametric import described, structural
 
 _CREEP = 1e-4
 """Share of the fading that is there at any deflection: with it alone does a contact on a body at
@@ -146,16 +146,8 @@ class Jenkins(ElasticContact, MemoryLaw):
     first slip and a small e the energy of a cycle is wrong by 0.34% for n = 8 and by 0.094% for
     n = 16. In steady slip the force is wrong by the share :math:`(\varepsilon/v)^2/(4 n)` that the
     rounding takes. A stiff contact and a large exponent take more time: the fastest rate is
-    :math:`n k_t v/(N \mu_k)`.
-
-    Parameters
-    ----------
-    e
-        Speed below which the change from slip to unloading is rounded off, in m/s; a hundredth of
-        the largest slip speed is a good value. Smaller ones make a sharp corner where the slip
-        reverses, and there a branch may fail.
-    exponent
-        Sharpness n of the knee in a model, an even whole number.
+    :math:`n k_t v/(N \mu_k)`. A hundredth of the largest slip speed is a good value of `e`; smaller
+    ones make a sharp corner where the slip reverses, and there a branch may fail.
 
     References
     ----------
@@ -184,16 +176,14 @@ class Jenkins(ElasticContact, MemoryLaw):
             doc="speed below which the change from slip to unloading is rounded off",
         )
     )
-    exponent: int = 16
+    exponent: int = structural(
+        "sharpness n of the knee in a model, an even whole number", 16, checked_exponent
+    )
 
     @property
     def sliders(self) -> tuple[Jenkins, ...]:
         """The element itself."""
         return (self,)
-
-    def prepare(self) -> None:
-        """Refuse exponents for which the equations are not smooth."""
-        object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k``, in steady slip."""
@@ -225,17 +215,22 @@ class Jenkins(ElasticContact, MemoryLaw):
         return z
 
 
+def _checked_elements(elements: Any, title: str) -> tuple[Jenkins, ...]:
+    given = tuple(elements) if isinstance(elements, tuple | list) else ()
+    if not given or not all(isinstance(item, Jenkins) for item in given):
+        raise InputError(
+            f"elements = {elements!r} are not Jenkins elements; give e.g. "
+            "(Jenkins(mu_k=0.1), Jenkins(mu_k=0.3))"
+        )
+    return given
+
+
 @dataclass(frozen=True)
 class Iwan(ElasticContact, FrictionLaw):
     """Jenkins elements in parallel, which give way one after the other.
 
     Parameters and memory of the elements carry their numbers: ``mu_k1 kt1 e1 mu_k2 kt2 e2 ...``.
     In a model each has a knee in place of its corner, see `Jenkins`.
-
-    Parameters
-    ----------
-    elements
-        The elements; each bears the normal force, so that their friction coefficients add up.
 
     References
     ----------
@@ -254,18 +249,11 @@ class Iwan(ElasticContact, FrictionLaw):
     title: ClassVar[str] = "Iwan (Jenkins in parallel)"
     sticks: ClassVar[bool] = False
 
-    elements: tuple[Jenkins, ...] = (Jenkins(),)
-
-    def prepare(self) -> None:
-        """Refuse what is not one or more Jenkins elements."""
-        elements: Any = self.elements
-        given = tuple(elements) if isinstance(elements, tuple | list) else ()
-        if not given or not all(isinstance(item, Jenkins) for item in given):
-            raise InputError(
-                f"elements = {self.elements!r} are not Jenkins elements; give e.g. "
-                "(Jenkins(mu_k=0.1), Jenkins(mu_k=0.3))"
-            )
-        object.__setattr__(self, "elements", given)
+    elements: tuple[Jenkins, ...] = structural(
+        "the elements; each bears the normal force, so that their friction coefficients add up",
+        (Jenkins(),),
+        _checked_elements,
+    )
 
     @property
     def sliders(self) -> tuple[Jenkins, ...]:

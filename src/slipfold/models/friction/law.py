@@ -93,8 +93,6 @@ class FrictionLaw(Parametric, ABC):
         For a wrong unit, a value outside its bounds or values that contradict each other.
     """
 
-    title: ClassVar[str] = ""
-
     sticks: ClassVar[bool] = True
     """Whether the force at rest may have any value up to a limit, so that the contact can stick."""
 

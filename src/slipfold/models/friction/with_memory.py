@@ -22,14 +22,14 @@ from slipfold.models.friction.law import (
 )
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter, nonnegative, positive
-from slipfold.models.parametric import described
+from slipfold.models.parametric import described, structural
 
 BRISTLE_STIFFNESS = positive(
     "s0", 1e4, "1/m", "stiffness of the contact over the normal force", r"$\sigma_0$"
 )
 
 
-def checked_exponent(exponent: Any) -> int:
+def checked_exponent(exponent: Any, title: str) -> int:
     """Return the exponent of a knee as a whole number."""
     number = isinstance(exponent, int | float) and not isinstance(exponent, bool)
     if not (number and exponent >= 2 and exponent % 2 == 0):
@@ -210,13 +210,6 @@ class BoucWen(MemoryLaw):
     :math:`\varepsilon`. With b = c a contact unloads along a straight line, and as n grows the law
     tends to the elastic Coulomb contact of a Jenkins element under a constant normal force.
 
-    Parameters
-    ----------
-    b, c
-        Shape of the loop, in 1/m; ``|c| <= b``, or the contact would give energy.
-    exponent
-        The exponent n, an even whole number.
-
     References
     ----------
     R. Bouc, Modèle mathématique d'hystérésis, Acustica 24 (1971) 16-25; Y. K. Wen, Method for
@@ -241,7 +234,7 @@ class BoucWen(MemoryLaw):
     )
     c: float = described(Parameter("c", 2e4, "1/m", "shape of the loop: share that depends on v"))
     e: float = described(REST_SPEED)
-    exponent: int = 2
+    exponent: int = structural("the exponent n, an even whole number", 2, checked_exponent)
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse shapes whose deflection is unbounded or that give energy."""
@@ -257,10 +250,6 @@ class BoucWen(MemoryLaw):
                 f"c = {c:g} 1/m is larger than b = {b:g} 1/m, so the contact would give energy; "
                 "give |c| <= b"
             )
-
-    def prepare(self) -> None:
-        """Refuse exponents for which the equations are not smooth."""
-        object.__setattr__(self, "exponent", checked_exponent(self.exponent))
 
     @property
     def memory_scale(self) -> float:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 from slipfold.errors import InputError
 from slipfold.models.friction.law import (
@@ -21,7 +21,7 @@ from slipfold.models.friction.law import (
 )
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import nonnegative, positive
-from slipfold.models.parametric import described
+from slipfold.models.parametric import described, structural
 from slipfold.models.suggestion import suggest
 
 
@@ -86,7 +86,10 @@ class CoulombViscous(FrictionLaw):
         return p["mu_k"] + p["s2"] * speed
 
 
-_EXPONENTS = (1, 2)
+def _checked_exponent(exponent: Any, title: str) -> int:
+    if exponent not in (1, 2):
+        raise InputError(f"exponent = {exponent!r} is not known; give 1 or 2")
+    return int(exponent)
 
 
 @dataclass(frozen=True)
@@ -96,11 +99,6 @@ class Stribeck(FrictionLaw):
     .. math::
 
         \mu(v) = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^n} + \sigma_2 v
-
-    Parameters
-    ----------
-    exponent
-        The exponent n: 1 (Tustin) or 2 (Gaussian).
 
     References
     ----------
@@ -121,13 +119,7 @@ class Stribeck(FrictionLaw):
     mu_k: float = described(KINETIC)
     vs: float = described(STRIBECK_SPEED)
     s2: float = described(VISCOUS)
-    exponent: int = 1
-
-    def prepare(self) -> None:
-        """Refuse an exponent other than 1 and 2."""
-        if self.exponent not in _EXPONENTS:
-            raise InputError(f"exponent = {self.exponent!r} is not known; give 1 or 2")
-        object.__setattr__(self, "exponent", int(self.exponent))
+    exponent: int = structural("the exponent n: 1 (Tustin) or 2 (Gaussian)", 1, _checked_exponent)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k + (mu_s - mu_k) exp(-(v/vs)^n) + s2 v``."""
@@ -247,13 +239,6 @@ class Regularized(FrictionLaw):
     contact never sticks: it creeps under any load. As e goes to 0 motion follows the law, but
     slowly: the period of a stick-slip motion may still be wrong by 1% at a small e.
 
-    Parameters
-    ----------
-    law
-        The law, one without memory; its parameters are parameters of this one.
-    shape
-        ``"tanh"``, ``"atan"`` or ``"sqrt"``.
-
     References
     ----------
     P. Wriggers, Computational Contact Mechanics, Springer 2006, on the regularization of Coulomb's
@@ -271,8 +256,11 @@ class Regularized(FrictionLaw):
     title: ClassVar[str] = "regularized"
     sticks: ClassVar[bool] = False
 
-    law: FrictionLaw = field(metadata={"entry": "of"})
-    shape: str = "tanh"
+    law: FrictionLaw = structural(
+        "the law, one without memory; its parameters are parameters of this one",
+        metadata={"entry": "of"},
+    )
+    shape: str = structural('``"tanh"``, ``"atan"`` or ``"sqrt"``', "tanh")
     e: float = described(
         positive(
             "e", 1e-3, "m/s", "slip speed over which friction rises from zero", r"$\varepsilon$"

@@ -6,7 +6,7 @@ import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import heyoka as hy
@@ -17,7 +17,7 @@ from slipfold.errors import InputError
 from slipfold.models.friction.law import is_symbolic
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State
-from slipfold.models.parametric import Parametric
+from slipfold.models.parametric import Parametric, structural
 from slipfold.models.suggestion import suggest
 from slipfold.text.one_line import listed
 
@@ -99,10 +99,10 @@ class Direction:
         return result
 
 
-def as_direction(value: Any, what: str) -> Direction:
+def as_direction(value: Any, title: str) -> Direction:
     """Make a direction of a name or of weights by name.
 
-    >>> as_direction("tip", "a spring")
+    >>> as_direction("tip", "spring")
     Direction(weights=(('tip', 1.0),))
     """
     if isinstance(value, Direction):
@@ -111,45 +111,49 @@ def as_direction(value: Any, what: str) -> Direction:
         return Direction(((value, 1.0),))
     if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
         raise InputError(
-            f"{what} acts at {shown(value)}, which is not a direction; give the name of a degree "
-            'of freedom, or weights by name such as {"x": 0.6, "y": 0.8}'
+            f"a {title} acts at {shown(value)}, which is not a direction; give the name of a "
+            'degree of freedom, or weights by name such as {"x": 0.6, "y": 0.8}'
         )
-    weights = {name: _weight(name, weight, what) for name, weight in value.items()}
+    weights = {name: _weight(name, weight, title) for name, weight in value.items()}
     kept = tuple((name, weight) for name, weight in weights.items() if weight)
     if not kept:
         raise InputError(
-            f"the direction of {what} is zero; give at least one degree of freedom a weight that "
-            "is not zero"
+            f"the direction of a {title} is zero; give at least one degree of freedom a weight "
+            "that is not zero"
         )
     return Direction(kept)
 
 
-def as_directions(value: Any, what: str, most: int) -> tuple[Direction, ...]:
+def as_directions(value: Any, title: str, most: int = 2) -> tuple[Direction, ...]:
     """Make one to `most` directions of one, or of a sequence of them."""
     several = value if isinstance(value, list | tuple) else (value,)
     if not 1 <= len(several) <= most:
-        raise InputError(f"{what} acts along {len(several)} directions; give 1 to {most} of them")
-    directions = tuple(as_direction(item, what) for item in several)
+        raise InputError(
+            f"a {title} acts along {len(several)} directions; give 1 to {most} of them"
+        )
+    directions = tuple(as_direction(item, title) for item in several)
+    if len(directions) == 1:
+        return directions
     names = sorted({name for item in directions for name, _ in item.weights})
     vectors = np.array([item.vector(names) for item in directions])
-    sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
-    if np.linalg.matrix_rank(vectors / sizes) < len(directions):
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    if np.linalg.matrix_rank(vectors / lengths) < len(directions):
         listed_directions = ", ".join(str(item) for item in directions)
         raise InputError(
-            f"the directions {listed_directions} of {what} lie in one another; give directions at "
-            "right angles"
+            f"the directions {listed_directions} of a {title} lie in one another; give directions "
+            "at right angles"
         )
     return directions
 
 
-def _weight(name: str, weight: Any, what: str) -> float:
+def _weight(name: str, weight: Any, title: str) -> float:
     try:
         number = float(weight)
     except (TypeError, ValueError):
         number = math.nan
     if not math.isfinite(number):
         raise InputError(
-            f"the direction of {what} has the weight {shown(weight)} for {name}; give a "
+            f"the direction of a {title} has the weight {shown(weight)} for {name}; give a "
             "finite number"
         )
     return number
@@ -177,6 +181,14 @@ class LocalState:
     a: tuple[Expression, ...] = ()  # acceleration in m/s^2; for the rates of the memory alone
 
 
+def _checked_name(name: Any, title: str) -> str:
+    if not isinstance(name, str) or (name and not NAME.fullmatch(name)):
+        raise InputError(
+            f"{shown(name)} cannot name a {title}; give letters, digits and _, a letter first"
+        )
+    return name
+
+
 @dataclass(frozen=True)
 class Component(Parametric, ABC):
     """A part of a structure that exerts forces on it.
@@ -191,20 +203,12 @@ class Component(Parametric, ABC):
     inertial: ClassVar[bool] = False
     """Whether forces act with the masses along the direction, as those of a moving base do."""
 
-    name: Any = field(
-        default="",
+    name: Any = structural(
+        "name that tells components of one kind apart; empty if there is one",
+        "",
+        _checked_name,
         kw_only=True,
-        metadata={"doc": "name that tells components of one kind apart; empty if there is one"},
     )
-
-    def __post_init__(self) -> None:
-        """Check the name, then the other fields."""
-        if not isinstance(self.name, str) or (self.name and not NAME.fullmatch(self.name)):
-            raise InputError(
-                f"{shown(self.name)} cannot name a {self.title}; give letters, digits and _, "
-                "a letter first"
-            )
-        super().__post_init__()
 
     # -- what a subclass gives -----------------------------------------------------------------
 
@@ -330,11 +334,7 @@ class Component(Parametric, ABC):
 class OneDirection(Component):
     """A component along one direction: a degree of freedom, or weights by name."""
 
-    at: Any = field(metadata={"doc": "degree of freedom, or weights by name"})
-
-    def prepare(self) -> None:
-        """Read the direction."""
-        object.__setattr__(self, "at", as_direction(self.at, f"a {self.title}"))
+    at: Any = structural("degree of freedom, or weights by name", read=as_direction)
 
     @property
     def directions(self) -> tuple[Direction | None, ...]:
@@ -346,12 +346,12 @@ HIGHEST = 64
 """Highest harmonic; each one takes a cosine and a sine at every step of the integration."""
 
 
-def checked_harmonic(value: Any, what: str, lowest: int = 1) -> int:
+def checked_harmonic(value: Any, title: str, lowest: int = 1) -> int:
     """Return the number of a harmonic, or raise if it is none."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not whole or not lowest <= value <= HIGHEST:
         raise InputError(
-            f"a {what} has the harmonic {shown(value)}; give a whole number from {lowest} to "
+            f"a {title} has the harmonic {shown(value)}; give a whole number from {lowest} to "
             f"{HIGHEST}"
         )
     return int(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import heyoka as hy
@@ -17,7 +17,7 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.output import PULSATING_LIMIT, STICK_LIMIT, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
-from slipfold.models.parametric import Parametric, declared, described
+from slipfold.models.parametric import Parametric, declared, described, structural
 from slipfold.models.structures.component import (
     Component,
     Direction,
@@ -49,18 +49,12 @@ class NormalLoad(Parametric, ABC):
     limits: ClassVar[tuple[Limit, ...]] = ()
     """The limit at which contact is lost."""
 
-    normal: Any = field(
-        default=None,
+    normal: Any = structural(
+        "direction in which it pushes the structure; None if it cannot move that way",
+        None,
+        as_direction,
         kw_only=True,
-        metadata={
-            "doc": "direction in which it pushes the structure; None if it cannot move that way"
-        },
     )
-
-    def prepare(self) -> None:
-        """Read the direction."""
-        if self.normal is not None:
-            object.__setattr__(self, "normal", as_direction(self.normal, f"a {self.title}"))
 
     @abstractmethod
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
@@ -139,14 +133,9 @@ class ModulatedLoad(NormalLoad):
     Nd: float = described(
         nonnegative("Nd", 0.0, "N", "amplitude of the normal force's pulsation", "$N_d$")
     )
-    harmonic: int = field(
-        default=1, metadata={"doc": "number of pulsations in a forcing period, a whole number"}
+    harmonic: int = structural(
+        "number of pulsations in a forcing period, a whole number", 1, checked_harmonic
     )
-
-    def prepare(self) -> None:
-        """Read the direction and the harmonic."""
-        super().prepare()
-        object.__setattr__(self, "harmonic", checked_harmonic(self.harmonic, self.title))
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse a pulsation that would lift the structure off."""
@@ -166,11 +155,6 @@ class ContactLoad(NormalLoad):
     r"""A normal force from the contact's stiffness: :math:`N = N_s - k_n u_n - c_n \dot u_n`.
 
     It couples the normal motion with friction, from which squeal by mode coupling comes.
-
-    Parameters
-    ----------
-    normal
-        Degree of freedom, or weights by name: the direction away from the moving surface.
 
     References
     ----------
@@ -195,7 +179,10 @@ class ContactLoad(NormalLoad):
         ),
     )
 
-    normal: Any
+    normal: Any = structural(
+        "degree of freedom, or weights by name: the direction away from the moving surface",
+        read=as_direction,
+    )
     # Of any sign: the contact must be pressed, but by the force as a whole.
     Ns: float = described(
         Parameter("Ns", 1.0, "N", "normal force at zero displacement", symbol="$N_s$")
@@ -203,18 +190,14 @@ class ContactLoad(NormalLoad):
     kn: float = described(nonnegative("kn", 1.0, "N/m", "normal stiffness of a contact", "$k_n$"))
     cn: float = described(nonnegative("cn", 0.0, "N s/m", "normal damping of a contact", "$c_n$"))
 
-    def prepare(self) -> None:
-        """Refuse a load without a direction."""
-        if self.normal is None:
-            raise InputError(
-                "a contact load needs the direction that it depends on; give normal, such as "
-                'normal="y", or take a ConstantLoad'
-            )
-        super().prepare()
-
     def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
         """``Ns - kn u - cn v``."""
         return c["Ns"] - c["kn"] * u - c["cn"] * v
+
+
+def _load(value: Any, title: str) -> Any:
+    """Return a normal load; a number, or text with a unit, is a constant one."""
+    return ConstantLoad(value) if isinstance(value, int | float | str) else value
 
 
 @dataclass(frozen=True)
@@ -228,21 +211,6 @@ class FrictionContact(Component):
     with the displacement u of the structure along one or two directions; along one
     :math:`v = V_d - \dot u`.
 
-    Parameters
-    ----------
-    along
-        One or two directions at right angles in which the contact slides: degrees of freedom, or
-        weights by name.
-    law
-        Friction law; its parameters are parameters of the contact.
-    load
-        Normal force; a number in N is a constant one.
-    Vd
-        Speed of the moving surface in m/s; 0 is a wall.
-    alpha
-        Direction of its motion from the first direction towards the second, in rad; with one
-        direction there is none.
-
     Examples
     --------
     >>> from slipfold.models.friction import Stribeck
@@ -253,9 +221,19 @@ class FrictionContact(Component):
 
     title: ClassVar[str] = "friction contact"
 
-    along: Any
-    law: FrictionLaw = field(default_factory=Coulomb, metadata={"entry": "friction"})
-    load: Any = field(default_factory=ConstantLoad)
+    along: Any = structural(
+        "one or two directions at right angles in which the contact slides: degrees of freedom, or "
+        "weights by name",
+        read=as_directions,
+    )
+    law: FrictionLaw = structural(
+        "friction law; its parameters are parameters of the contact",
+        default_factory=Coulomb,
+        metadata={"entry": "friction"},
+    )
+    load: Any = structural(
+        "normal force; a number in N is a constant one", read=_load, default_factory=ConstantLoad
+    )
     Vd: float = described(nonnegative("Vd", 1.0, "m/s", "speed of the moving surface", "$V_d$"))
     alpha: float = described(
         Parameter(
@@ -268,15 +246,11 @@ class FrictionContact(Component):
     )
 
     def prepare(self) -> None:
-        """Check directions, law and load."""
-        object.__setattr__(self, "along", as_directions(self.along, f"a {self.title}", 2))
+        """Check law, load and the direction of the moving surface."""
         if not isinstance(self.law, FrictionLaw):
             raise InputError(
                 f"law = {shown(self.law)} is not a friction law; give one such as Coulomb(mu_k=0.4)"
             )
-        if isinstance(self.load, int | float | str):
-            force: Any = self.load  # also text with a unit
-            object.__setattr__(self, "load", ConstantLoad(force))
         if not isinstance(self.load, NormalLoad):
             raise InputError(
                 f"load = {shown(self.load)} is not a normal force; give a number in N, or one such "

@@ -13,7 +13,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.parameter import Parameter, nonnegative
-from slipfold.models.parametric import Parametric, described
+from slipfold.models.parametric import Parametric, described, structural
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import shown
 from slipfold.models.structures.matrices import lowest_modes
@@ -104,6 +104,18 @@ class ProportionalDamping(Damping):
         return (("alpha_M", mass), ("beta_K", stiffness))
 
 
+_RATIO = nonnegative("zeta", 0.01, "", "damping ratio of all modes", r"$\zeta$")
+
+
+def _checked_ratios(ratios: Any, title: str) -> float | tuple[float, ...]:
+    several = isinstance(ratios, list | tuple | np.ndarray)
+    checked = tuple(
+        _RATIO.check(parse_quantity(item, "", f"damping ratio {place}"))
+        for place, item in enumerate(ratios if several else [ratios], 1)
+    )
+    return checked if several else checked[0]
+
+
 @dataclass(frozen=True)
 class ModalDamping(Damping):
     r"""Damping by the ratios of the modes, with modes of unit modal mass.
@@ -111,12 +123,6 @@ class ModalDamping(Damping):
     .. math::
 
         C = M \Bigl(\sum_i 2 \zeta_i \omega_i \phi_i \phi_i^T\Bigr) M
-
-    Parameters
-    ----------
-    ratios
-        One damping ratio for all modes, which becomes the parameter ``zeta``; or one a mode,
-        lowest first, shape (n,).
 
     Examples
     --------
@@ -126,25 +132,15 @@ class ModalDamping(Damping):
 
     title: ClassVar[str] = "modal damping"
 
-    ratios: Any
-
-    _RATIO: ClassVar[Parameter] = nonnegative(
-        "zeta", 0.01, "", "damping ratio of all modes", r"$\zeta$"
+    ratios: Any = structural(
+        "one damping ratio for all modes, which becomes the parameter ``zeta``; or one a mode, "
+        "lowest first, shape (n,)",
+        read=_checked_ratios,
     )
-
-    def prepare(self) -> None:
-        """Check the ratios."""
-        several = isinstance(self.ratios, list | tuple | np.ndarray)
-        given = list(self.ratios) if several else [self.ratios]
-        checked = tuple(
-            self._RATIO.check(parse_quantity(item, "", f"damping ratio {place}"))
-            for place, item in enumerate(given, 1)
-        )
-        object.__setattr__(self, "ratios", checked if several else checked[0])
 
     def _pairs(self) -> Iterator[tuple[Parameter, float]]:
         if not isinstance(self.ratios, tuple):
-            yield self._RATIO, self.ratios
+            yield _RATIO, self.ratios
 
     @property
     def kind(self) -> Self:

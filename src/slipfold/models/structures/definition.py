@@ -238,4 +238,4 @@ def checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
             raise InputError(
                 f"{shown(name)} cannot name an output; give letters, digits and _, a letter first"
             )
-    return tuple((name, as_direction(item, f"the output {name}")) for name, item in watch.items())
+    return tuple((name, as_direction(item, f"displacement {name}")) for name, item in watch.items())

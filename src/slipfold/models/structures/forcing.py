@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.errors import InputError
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
-from slipfold.models.parametric import described
+from slipfold.models.parametric import described, structural
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
     HIGHEST,
@@ -31,7 +31,9 @@ from slipfold.models.structures.component import (
 )
 
 _PHASE = Parameter("phi", 0.0, "rad", "phase by which a forcing leads", symbol=r"$\varphi$")
-_HARMONIC = {"doc": "number of periods in a forcing period, a whole number"}
+
+
+_PERIODS = "number of periods in a forcing period, a whole number"
 
 
 class PeriodicForce(Component):
@@ -77,27 +79,49 @@ class HarmonicForce(PeriodicForce, OneDirection):
 
     F: float = described(Parameter("F", 0.0, "N", "amplitude of a force", symbol="$F$"))
     phi: float = described(_PHASE)
-    harmonic: int = field(default=1, metadata=_HARMONIC)
-
-    def prepare(self) -> None:
-        """Read the direction and the harmonic."""
-        super().prepare()
-        object.__setattr__(self, "harmonic", checked_harmonic(self.harmonic, self.title))
+    harmonic: int = structural(_PERIODS, 1, checked_harmonic)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts in phase and out of phase."""
         return _leading(self.harmonic, p["F"], p["phi"])
 
 
+def _amplitude(h: int) -> Parameter:
+    what = f"amplitude of harmonic {h} of a force" if h else "mean of a force"
+    return Parameter(f"F{h}", 0.0, "N", what, symbol=f"$F_{{{h}}}$")
+
+
+def _angle(h: int) -> Parameter:
+    return Parameter(f"phi{h}", 0.0, "rad", f"phase by which harmonic {h} of a force leads")
+
+
+def _checked_harmonics(given: Any, title: str) -> tuple[tuple[int, float, float], ...]:
+    """Return harmonic, amplitude and phase of each term."""
+    # A force that is made again from its own fields has triples already.
+    triples = isinstance(given, tuple) and all(
+        isinstance(item, tuple) and len(item) == 3 for item in given
+    )
+    pairs = {h: (size, phi) for h, size, phi in given} if triples else given
+    if not isinstance(pairs, Mapping) or not any(h != 0 for h in pairs):
+        raise InputError(
+            f"harmonics = {shown(given)} is not a periodic force; give amplitudes by "
+            "harmonic, such as {1: 1.0, 3: (0.2, 0.5)}"
+        )
+    checked = []
+    for h, pair in pairs.items():
+        number = checked_harmonic(h, title, 0)
+        values = pair if isinstance(pair, tuple | list) and len(pair) == 2 else (pair, 0.0)
+        size, phi = (
+            item.check(parse_quantity(value, item.unit, item.name))
+            for item, value in zip((_amplitude(number), _angle(number)), values, strict=True)
+        )
+        checked.append((number, size, phi))
+    return tuple(sorted(checked))
+
+
 @dataclass(frozen=True)
 class MultiHarmonicForce(PeriodicForce, OneDirection):
     r"""A force of several harmonics: :math:`\sum_h F_h \cos(2\pi h f t + \varphi_h)`.
-
-    Parameters
-    ----------
-    harmonics
-        Amplitude in N, or amplitude and phase in rad, by harmonic: ``{0: 2.0, 1: 1.0, 3: (0.2,
-        0.5)}``. They become the parameters ``F0 F1 phi1 F3 phi3``; the mean ``F0`` has no phase.
 
     Examples
     --------
@@ -108,45 +132,17 @@ class MultiHarmonicForce(PeriodicForce, OneDirection):
 
     title: ClassVar[str] = "force of several harmonics"
 
-    harmonics: Any = field()
-
-    def prepare(self) -> None:
-        """Read the direction and the harmonics."""
-        super().prepare()
-        given = self.harmonics
-        # A force that is made again from its own fields has triples already.
-        if isinstance(given, tuple) and all(
-            isinstance(item, tuple) and len(item) == 3 for item in given
-        ):
-            given = {h: (size, phi) for h, size, phi in given}
-        if not isinstance(given, Mapping) or not any(h != 0 for h in given):
-            raise InputError(
-                f"harmonics = {shown(self.harmonics)} is not a periodic force; give amplitudes by "
-                "harmonic, such as {1: 1.0, 3: (0.2, 0.5)}"
-            )
-        checked = []
-        for h, pair in given.items():
-            number = checked_harmonic(h, self.title, 0)
-            size, phi = pair if isinstance(pair, tuple | list) and len(pair) == 2 else (pair, 0.0)
-            amplitude = self._size(number).check(parse_quantity(size, "N", f"F{number}"))
-            angle = self._angle(number).check(parse_quantity(phi, "rad", f"phi{number}"))
-            checked.append((number, amplitude, angle))
-        object.__setattr__(self, "harmonics", tuple(sorted(checked)))
-
-    @staticmethod
-    def _size(h: int) -> Parameter:
-        what = f"amplitude of harmonic {h} of a force" if h else "mean of a force"
-        return Parameter(f"F{h}", 0.0, "N", what, symbol=f"$F_{{{h}}}$")
-
-    @staticmethod
-    def _angle(h: int) -> Parameter:
-        return Parameter(f"phi{h}", 0.0, "rad", f"phase by which harmonic {h} of a force leads")
+    harmonics: Any = structural(
+        "amplitude in N, or amplitude and phase in rad, by harmonic: ``{0: 2.0, 1: 1.0, 3: (0.2, "
+        "0.5)}``. They become the parameters ``F0 F1 phi1 F3 phi3``; the mean ``F0`` has no phase",
+        read=_checked_harmonics,
+    )
 
     def _pairs(self) -> Iterator[tuple[Parameter, float]]:
         for h, size, phi in self.harmonics:
-            yield self._size(h), size
+            yield _amplitude(h), size
             if h:
-                yield self._angle(h), phi
+                yield _angle(h), phi
 
     @property
     def kind(self) -> Self:
@@ -173,12 +169,6 @@ class BaseMotion(PeriodicForce):
     Displacements are then relative to the base, and the force is :math:`-M r \ddot u_b`. The
     number h is `harmonic`.
 
-    Parameters
-    ----------
-    along
-        The influence vector r: how each degree of freedom would move with the base if the
-        structure were rigid, as weights by name; None if all move by the same.
-
     Examples
     --------
     >>> BaseMotion(A="1mm").A
@@ -189,16 +179,15 @@ class BaseMotion(PeriodicForce):
     amplitude: ClassVar[str] = "A"
     inertial: ClassVar[bool] = True
 
-    along: Any = None
+    along: Any = structural(
+        "the influence vector r: how each degree of freedom would move with the base if the "
+        "structure were rigid, as weights by name; None if all move by the same",
+        None,
+        as_direction,
+    )
     A: float = described(Parameter("A", 0.0, "m", "amplitude of the base's motion", symbol="$A$"))
     phi: float = described(_PHASE)
-    harmonic: int = field(default=1, metadata=_HARMONIC)
-
-    def prepare(self) -> None:
-        """Read the direction and the harmonic."""
-        if self.along is not None:
-            object.__setattr__(self, "along", as_direction(self.along, f"a {self.title}"))
-        object.__setattr__(self, "harmonic", checked_harmonic(self.harmonic, self.title))
+    harmonic: int = structural(_PERIODS, 1, checked_harmonic)
 
     @property
     def directions(self) -> tuple[Direction | None, ...]:
@@ -215,19 +204,29 @@ ROUNDING = 1e-14
 """Share of the largest amplitude below which one is zero but for rounding."""
 
 
+def _checked_samples(given: Any, title: str) -> tuple[float, ...]:
+    try:
+        samples: NDArray[np.float64] = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        samples = np.empty(0)
+    if samples.ndim != 1 or len(samples) < 3 or not np.isfinite(samples).all():
+        raise InputError(
+            f"the samples of a {title} are not a row of numbers; give at least 3 finite "
+            "numbers, equidistant over one period"
+        )
+    if np.ptp(samples) == 0:
+        raise InputError(
+            f"the samples of a {title} are all the same, so it does not vary; give one "
+            "period of a force that does"
+        )
+    return tuple(samples.tolist())
+
+
 @dataclass(frozen=True)
 class TabulatedForce(PeriodicForce, OneDirection):
     """A force given by samples over one forcing period, times a factor.
 
     Between the samples it is their trigonometric interpolant. The factor multiplies the mean, too.
-
-    Parameters
-    ----------
-    samples
-        Force in N at equidistant times of one period, without its end, shape (m,).
-    harmonics
-        Keep only harmonics up to this one; `residual` says what that leaves out. None keeps all
-        that the samples have.
 
     Examples
     --------
@@ -240,17 +239,20 @@ class TabulatedForce(PeriodicForce, OneDirection):
     title: ClassVar[str] = "tabulated force"
     amplitude: ClassVar[str] = "factor"
 
-    samples: Any
+    samples: Any = structural(
+        "force in N at equidistant times of one period, without its end, shape (m,)",
+        read=_checked_samples,
+    )
     factor: float = described(Parameter("factor", 1.0, "", "factor of a tabulated force"))
-    harmonics: int | None = None
+    harmonics: int | None = structural(
+        "highest harmonic that is kept; `residual` says what that leaves out. None keeps all that "
+        "the samples have",
+        None,
+        checked_harmonic,
+    )
 
     def prepare(self) -> None:
-        """Read the direction and the samples."""
-        super().prepare()
-        object.__setattr__(self, "samples", _checked_samples(self.samples))
-        if self.harmonics is not None:
-            checked = checked_harmonic(self.harmonics, self.title)
-            object.__setattr__(self, "harmonics", checked)
+        """Refuse harmonics that are too high."""
         highest = max((h for h, _, _ in self.series), default=0)
         if highest > HIGHEST:
             raise InputError(
@@ -289,21 +291,3 @@ class TabulatedForce(PeriodicForce, OneDirection):
         series = [(f"cos{h}", a) for h, a, _ in self.series]
         series += [(f"sin{h}", b) for h, _, b in self.series if h]
         return {key: value * p["factor"] for key, value in series if value}
-
-
-def _checked_samples(given: Any) -> tuple[float, ...]:
-    try:
-        samples: NDArray[np.float64] = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        samples = np.empty(0)
-    if samples.ndim != 1 or len(samples) < 3 or not np.isfinite(samples).all():
-        raise InputError(
-            "the samples of a tabulated force are not a row of numbers; give at least 3 finite "
-            "numbers, equidistant over one period"
-        )
-    if np.ptp(samples) == 0:
-        raise InputError(
-            "the samples of a tabulated force are all the same, so it does not vary; give one "
-            "period of a force that does"
-        )
-    return tuple(samples.tolist())

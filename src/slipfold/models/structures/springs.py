@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, ClassVar, Self
 
 import heyoka as hy
@@ -13,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.models.formulas.functions import whole_power
 from slipfold.models.output import COLLAPSE_LIMIT, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, nonnegative, positive
-from slipfold.models.parametric import described
+from slipfold.models.parametric import described, structural
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import (
     Component,
@@ -88,15 +89,31 @@ class CubicSpring(OneDirection):
         return 0.25 * c["k3"] * whole_power(u, 4)
 
 
+def _coefficient(n: int) -> Parameter:
+    unit = "N/m" if n == 1 else f"N/m^{n}"
+    return Parameter(f"k{n}", 0.0, unit, f"coefficient of u^{n}", symbol=f"$k_{{{n}}}$")
+
+
+def _checked_stiffness(value: Any, title: str) -> tuple[tuple[int, float], ...]:
+    """Return power and coefficient of each term."""
+    # A spring that is made again from its own fields has pairs already.
+    own = isinstance(value, tuple) and all(
+        isinstance(item, tuple) and len(item) == 2 for item in value
+    )
+    given = dict(value) if own or isinstance(value, Mapping) else {}
+    powers = [n for n in given if isinstance(n, int) and 1 <= n <= HIGHEST]
+    if not given or len(powers) != len(given):
+        raise InputError(
+            f"stiffness = {shown(value)} is not a polynomial; give coefficients by "
+            f"power, whole numbers from 1 to {HIGHEST}, such as {{1: -100.0, 3: 2e6}}"
+        )
+    items = ((n, _coefficient(n)) for n in sorted(powers))
+    return tuple((n, one.check(parse_quantity(given[n], one.unit, one.name))) for n, one in items)
+
+
 @dataclass(frozen=True)
 class PolynomialSpring(OneDirection):
     r"""A polynomial spring: the force :math:`-\sum_n k_n u^n`.
-
-    Parameters
-    ----------
-    stiffness
-        Coefficient by power, such as ``{1: -100.0, 3: 2e6}``; ``k_n`` in N/m^n becomes the
-        parameter ``kn``, e.g. ``k3``.
 
     Examples
     --------
@@ -106,34 +123,14 @@ class PolynomialSpring(OneDirection):
 
     title: ClassVar[str] = "polynomial spring"
 
-    stiffness: Any = field()
-
-    def prepare(self) -> None:
-        """Read the direction and the coefficients."""
-        super().prepare()
-        # A spring that is made again from its own fields has pairs already.
-        own = isinstance(self.stiffness, tuple) and all(
-            isinstance(item, tuple) and len(item) == 2 for item in self.stiffness
-        )
-        pairs = self.stiffness if own else ()
-        given = dict(self.stiffness if isinstance(self.stiffness, Mapping) else pairs)
-        powers = [n for n in given if isinstance(n, int) and 1 <= n <= HIGHEST]
-        if not given or len(powers) != len(given):
-            raise InputError(
-                f"stiffness = {shown(self.stiffness)} is not a polynomial; give coefficients by "
-                f"power, whole numbers from 1 to {HIGHEST}, such as {{1: -100.0, 3: 2e6}}"
-            )
-        checked = {
-            n: self._parameter(n).check(parse_quantity(given[n], _unit(n), f"k{n}")) for n in powers
-        }
-        object.__setattr__(self, "stiffness", tuple(sorted(checked.items())))
-
-    @staticmethod
-    def _parameter(n: int) -> Parameter:
-        return Parameter(f"k{n}", 0.0, _unit(n), f"coefficient of u^{n}", symbol=f"$k_{{{n}}}$")
+    stiffness: Any = structural(
+        "coefficient by power, such as ``{1: -100.0, 3: 2e6}``; ``k_n`` in N/m^n becomes the "
+        "parameter ``kn``, e.g. ``k3``",
+        read=_checked_stiffness,
+    )
 
     def _pairs(self) -> Iterator[tuple[Parameter, float]]:
-        return ((self._parameter(n), value) for n, value in self.stiffness)
+        return ((_coefficient(n), value) for n, value in self.stiffness)
 
     @property
     def kind(self) -> Self:
@@ -149,10 +146,6 @@ class PolynomialSpring(OneDirection):
         """``sum kn u^(n + 1)/(n + 1)``."""
         (u,), c = local.u, local.c
         return total([c[f"k{n}"] * whole_power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
-
-
-def _unit(n: int) -> str:
-    return "N/m" if n == 1 else f"N/m^{n}"
 
 
 _SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}
@@ -174,15 +167,8 @@ class GapSpring(OneDirection):
 
     for a stop above; below it is the mirror image. The exact stop, :math:`\max(w, 0)`, is the limit
     of small :math:`\varepsilon`: s is too large by :math:`\varepsilon/2` at the touch and by
-    :math:`\varepsilon^2/(4 |w|)` away from it.
-
-    Parameters
-    ----------
-    e
-        Length over which the touch is rounded off, in m. It must be given: the exact stop has a
-        corner, which smooth equations cannot hold.
-    side
-        ``"above"``, ``"below"`` or ``"both"``.
+    :math:`\varepsilon^2/(4 |w|)` away from it. The length `e` must be given: the exact stop has a
+    corner, which smooth equations cannot hold. A negative `gap` presses the stop at rest.
 
     References
     ----------
@@ -200,11 +186,10 @@ class GapSpring(OneDirection):
     k: float = described(positive("k", 1.0, "N/m", "stiffness of a stop", "$k$"))
     gap: float = described(Parameter("gap", 0.0, "m", "gap before a stop", symbol="$g$"))
     e: Any = field(default=None, metadata={"parameter": _ROUNDING})
-    side: Any = "above"
+    side: Any = structural('``"above"``, ``"below"`` or ``"both"``', "above")
 
     def prepare(self) -> None:
-        """Read the direction; refuse the exact stop and unknown sides."""
-        super().prepare()
+        """Refuse the exact stop and unknown sides."""
         if self.e is None:
             raise InputError(
                 "a gap spring without e has a corner where it is touched, and motion through "
@@ -252,15 +237,6 @@ class GeometricSpring(Component):
 
     with the displacement u of the point and the unit vector e from the anchor to the point at rest.
 
-    Parameters
-    ----------
-    at
-        One to three directions at right angles, in which the point moves.
-    axis
-        Direction from the anchor to the point at rest, one component a direction; scaled to
-        length 1. One more component is one across all directions, in which the point cannot move:
-        ``axis=(0, 1)`` with one direction is a spring across it.
-
     Examples
     --------
     >>> GeometricSpring(("x", "y"), axis=(0, 2), k=1000, L="5mm").axis
@@ -269,16 +245,22 @@ class GeometricSpring(Component):
 
     title: ClassVar[str] = "geometric spring"
 
-    at: Any
-    axis: Any
+    at: Any = structural(
+        "one to three directions at right angles, in which the point moves",
+        read=partial(as_directions, most=3),
+    )
+    axis: Any = structural(
+        "direction from the anchor to the point at rest, one component a direction; scaled to "
+        "length 1. One more component is one across all directions, in which the point cannot "
+        "move: ``axis=(0, 1)`` with one direction is a spring across it"
+    )
     k: float = described(nonnegative("k", 1.0, "N/m", "stiffness of a spring", "$k$"))
     L: float = described(positive("L", 1.0, "m", "unstretched length of a spring", "$L$"))
     stretch: float = described(positive("stretch", 1.0, "", "length of a spring at rest over L"))
 
     def prepare(self) -> None:
-        """Read the directions and the axis."""
-        at = as_directions(self.at, f"a {self.title}", 3)
-        object.__setattr__(self, "at", at)
+        """Scale the axis to length 1."""
+        at = self.at
         try:
             axis = [float(part) for part in self.axis]
         except (TypeError, ValueError):
