@@ -33,11 +33,11 @@ from slipfold.continuation.step_length import (
     LONGER,
     REACH,
     Measures,
+    arclength_of_bound,
     drift,
     lengthened,
-    place_of_bound,
     shortened,
-    shortened_where_lost,
+    shortened_after_failure,
 )
 from slipfold.continuation.traced_curve import Found
 from slipfold.continuation.walk import EDGE
@@ -241,7 +241,7 @@ class Walk:
         step, growth = self._step[active], self._growth[active]
         longer = lengthened(step, measures, growth, self._steps.largest)
         shorter = np.where(fits, 0.5 * step, shortened(step, measures))
-        shorter = np.where(result.found, shorter, shortened_where_lost(step, result.moved))
+        shorter = np.where(result.found, shorter, shortened_after_failure(step, result.moved))
         self._step[active] = np.where(accepted, longer, np.where(beyond, step, shorter))
         self._growth[active] = np.where(accepted, LONGER, np.where(beyond, growth, HARDER))
         self._stop(active[~accepted & (self._step[active] < SMALLEST)], "steps")
@@ -260,10 +260,12 @@ class Walk:
         here, forward = active[which], rows[which, -1] > 0
         bound = np.where(forward, self._high, self._low)
 
-        def component(place: Array) -> Array:
-            return self._hermite(here, place)[0][:, -1]
+        def component(arclengths: Array) -> Array:
+            return self._hermite(here, arclengths)[0][:, -1]
 
-        far = place_of_bound(component, self._arclengths[here, -1], target[which], bound, forward)
+        far = arclength_of_bound(
+            component, self._arclengths[here, -1], target[which], bound, forward
+        )
         guess[which] = self._hermite(here, far)[0]
         guess[which, -1] = bound
         rows[which] = 0.0

@@ -1,4 +1,4 @@
-"""One curve from its first point to its end, with everything found on the way."""
+"""One curve from its first point to its end, with its special points."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ FIRST = 0.02
 """First step from a regular point, in scaled variables."""
 
 BIRTH = 3e-3
-"""First step away from where another curve passes, and distance before it of the last regular point
-of a closing curve: curves are singular there."""
+"""First step from a point of another curve, and distance before it of the last regular point of a
+closing curve: curves are singular there."""
 
 MEMORY = 6
-"""Points behind the current one that serve interpolation."""
+"""Points before the current one that are interpolated."""
 
 RETREAT = 0.3
-"""Share of a step that is taken instead where the curve between its ends was not found."""
+"""Ratio of the next step to one between whose ends the curve was not found."""
 
 
 class Endings(Generic[P]):
-    """How the ends that come from following itself are put into words."""
+    """Sentences for the ends that continuation itself gives a curve."""
 
     def left(self, traced: TracedCurve[P]) -> End:
         """Return the end of a curve that reached a bound."""
         return self._end(traced, "window", "reached the end of the window")
 
     def failed(self, traced: TracedCurve[P], failure: Failure) -> End:
-        """Return the end of a curve that could not be followed; what was traced may be amended."""
+        """Return the end of a curve that could not be followed; it may amend the traced curve."""
         return self._end(traced, failure.kind, failure.reason)
 
     def interrupted(self, traced: TracedCurve[P]) -> End:
@@ -43,12 +43,12 @@ class Endings(Generic[P]):
         return self._end(traced, "interrupted", "interrupted; what was found before is kept")
 
     def contradicted(self, traced: TracedCurve[P], extremum: P) -> End:
-        """Return the end of a curve along which a parameter turns and nothing was found there."""
+        """Return the end of a curve on which a parameter turns without a special point."""
         assert traced.end is not None
-        place = ", ".join(f"{value:.9g}" for value in traced.curve.place(extremum.z))
+        values = ", ".join(f"{value:.9g}" for value in traced.curve.place(extremum.z))
         reason = (
-            f"{traced.end.reason}; but at {place} the direction of a parameter changes and nothing "
-            "was located, so other special points may be missing as well; limit the step"
+            f"{traced.end.reason}; but at {values} the direction of a parameter changes and "
+            "nothing was located, so other special points may be missing as well; limit the step"
         )
         return End("contradiction", reason, traced.end.values)
 
@@ -72,20 +72,19 @@ def follow(
 ) -> TracedCurve[P]:
     """Follow a curve to its end.
 
-    Monitors may be given as what makes them of the curve, if its description changes on the way.
-    Of a curve that has ended `otherwise` may return another curve with which it continues, and from
-    where.
+    `monitors` may be a function of the curve, whose description may change on the way. `otherwise`
+    may return another curve with which an ended one continues, and its first point.
     """
     settings, endings = settings or Stepping(), endings or Endings()
     traced = TracedCurve(curve, [start], departs)
     try:
-        begun = first_step() if callable(first_step) else first_step
-        step: float | None = begun or (BIRTH if departs else FIRST)
+        given = first_step() if callable(first_step) else first_step
+        step: float | None = given or (BIRTH if departs else FIRST)
         if _leaves_at_once(traced, step or 0.0, bounds, settings):
             traced.end, step = endings.left(traced), None
         while step is not None:
-            known, taken = traced.recent(MEMORY), len(traced.points) - 1
-            steps = walk(traced.curve, known, step, bounds, settings, cap, taken)
+            recent, taken = traced.recent(MEMORY), len(traced.points) - 1
+            steps = walk(traced.curve, recent, step, bounds, settings, cap, taken)
             watching = monitors(traced.curve) if callable(monitors) else monitors
             step = _advance(traced, steps, step, watching, bounds, settings, endings, watch)
             other = otherwise(traced) if step is None else None
@@ -105,7 +104,7 @@ def follow(
 def _advance(
     traced: TracedCurve[P],
     steps: Iterator[P | Failure],
-    begun: float,
+    first_step: float,
     monitors: Sequence[Monitor[P]],
     bounds: Sequence[Bound],
     settings: Stepping,
@@ -114,10 +113,9 @@ def _advance(
 ) -> float | None:
     """Follow a curve until it ends; return None then.
 
-    Where a point between two others cannot be found, the curve is not known well enough there: the
-    last step is undone, and a shorter one to take instead is returned: shorter than that with which
-    it was begun, even if it led farther, onto another curve. Where the curve is better described in
-    another way from a point on, the next step is.
+    If a point between two others cannot be computed, the last step is undone and a shorter one is
+    returned. It is shorter than the step that was tried first: a longer one led onto another curve.
+    If the description of the curve changes, the next step is returned.
     """
     first = traced.points[-1]
     for item in steps:
@@ -129,13 +127,13 @@ def _advance(
             _extend(traced, item, monitors)
         except BREAKDOWNS as error:
             taken = item.arclength - before.arclength
-            step = RETREAT * (min(taken, begun) if before is first else taken)
+            step = RETREAT * (min(taken, first_step) if before is first else taken)
             if step >= settings.steps.smallest:
                 return step
             traced.end = endings.failed(traced, Failure("failed", lost_reason(error)))
             return None
         watch(traced)
-        if traced.end is not None and traced.end.kind == "closed":  # on what is known
+        if traced.end is not None and traced.end.kind == "closed":  # on a known curve
             return None
         if traced.end is None and reaches(item, bounds):
             break
@@ -188,11 +186,11 @@ def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) ->
         if result.stop is not None and (stop is None or _is_earlier(result.stop, interval)):
             stop = result.stop
             interval.cut(stop.point)
-    # Nothing is kept unless all of it was found.
+    # Nothing is stored if an error was raised before.
     last = interval.point.arclength
     within = [item for item in found if item.point.arclength <= last]
     directions = 0 if interval.leaves or not monitors else len(traced.curve.odd)
-    if goes_back(interval.before, interval.point, within, directions):
+    if reverses(interval.before, interval.point, within, directions):
         raise LostCurveError("the curve goes back from one point to the next")
     traced.found += sorted(within, key=lambda item: item.point.arclength)
     if not interval.empty:
@@ -208,12 +206,12 @@ def _is_earlier(stop: Stop[P], interval: StepInterval[P]) -> bool:
 
 
 FLAT = 1e-7
-"""Change of a parameter from point to point, in spans, whose sign may be that of rounding: beside
-multipliers of 1e7 orbits are known to 1e-8 or so."""
+"""Change of a parameter between two points, in spans, whose sign rounding may decide: with
+multipliers of 1e7 orbits are known to about 1e-8."""
 
 
-def goes_back(before: P, after: P, found: Sequence[Found[P]], components: int) -> bool:
-    """Whether a parameter moves against both tangents of a step in which nothing was found."""
+def reverses(before: P, after: P, found: Sequence[Found[P]], components: int) -> bool:
+    """Whether a parameter moves against both tangents of a step without special points."""
     if found or components == 0 or before.piece != after.piece:
         return False
     own = slice(-components, None)
@@ -223,7 +221,7 @@ def goes_back(before: P, after: P, found: Sequence[Found[P]], components: int) -
 
 
 def unexplained_reversal(traced: TracedCurve[P]) -> P | None:
-    """Return the first point at which a parameter has an extremum and nothing was found.
+    """Return the first point at which a parameter has an extremum that is no special point.
 
     None where there is none. The parameters are the last components of an unknown, as many as there
     are test functions that change their sign with the direction of travel.
@@ -246,7 +244,7 @@ def unexplained_reversal(traced: TracedCurve[P]) -> P | None:
 
 
 def _reversals(points: Sequence[P], component: int) -> Iterator[tuple[P, P, P, int]]:
-    """Yield the points beside each extremum of a component, itself, and 1 at a maximum, else -1."""
+    """Yield three points about each extremum of a component, and 1 at a maximum, else -1."""
     direction, last = 0, 0
     for index in range(1, len(points)):
         step: Any = points[index].z[component] - points[index - 1].z[component]

@@ -1,4 +1,4 @@
-"""How well steps fit, and how long the next ones may be: the same rules however many curves walk.
+"""Acceptance and length of steps: the same rules for one curve and for many.
 
 Numbers are those of one curve, or arrays with one of each of many that are followed together.
 """
@@ -22,9 +22,9 @@ ERROR = 3e-3
 DRIFT = 0.15
 """Error of the extrapolated test functions that the steps aim at, relative to their size.
 
-Between points they are then known ten times better still, and the search for bifurcations between
-points rests on it. So do lines that are drawn through the points: with 0.3 there are a sixth fewer
-points, and lines of drafts lie up to 8e-4 of their range off those that are followed."""
+Interpolation between the points is then ten times better still. The search for bifurcations needs
+that, and so do lines drawn through the points: with 0.3 there are a sixth fewer points, and lines
+of drafts have errors of up to 8e-4 of their range."""
 
 LONGER = 2.5
 """A step is at most this many times as long as the one before."""
@@ -33,28 +33,28 @@ POWER = 0.22
 """The prediction's error grows with the step to the power of 1/0.22 or so."""
 
 REJECT = 4.0
-"""A step whose measures exceed their aims by this factor is taken again, shorter."""
+"""A step whose errors exceed their aims by this factor is taken again, shorter."""
 
 REACH = 2 * REJECT * ERROR
 """Corrections that are longer than this lead elsewhere."""
 
-LEAST = 0.2
+MINIMUM = 0.2
 """A step is at least this fraction of the one before."""
 
-MISFIT, POOR, LOST = 0.7, 0.6, 0.35
-"""What is left at most of a step that did not fit, of one whose correction did not converge, and of
-one from which there was none."""
+REJECTED, DIVERGED, FAILED = 0.7, 0.6, 0.35
+"""Maximum ratio of the next step to one that was rejected, to one whose correction did not
+converge, and to one without a correction."""
 
 HARDER = 0.8
-"""What a step that was shortened is followed by at most: the curve is getting harder."""
+"""Maximum ratio of the next step to one that was shortened: the curve is getting harder."""
 
 GUESSES = 12
-"""Bisections for where a prediction reaches a bound: it is corrected anyway."""
+"""Bisections for the arclength at which a prediction reaches a bound: it is corrected anyway."""
 
 
 @dataclass(frozen=True, eq=False)
 class Measures:
-    """How well steps fitted: error and drift relative to their aims, turn to its cap."""
+    """Errors of steps: error and drift relative to their aims, turn to its maximum."""
 
     error: Number
     turn: Number
@@ -64,8 +64,8 @@ class Measures:
     def of(
         distance: Number, angle: Number, drifted: Number, turn: float, coarse: float = 1.0
     ) -> Measures:
-        """Measure distances from what was predicted, angles of tangents, and drifts."""
-        return Measures(_greatest(distance, 1e-12) / (ERROR * coarse), angle / turn, drifted)
+        """Measure distances from predictions, angles of tangents, and drifts."""
+        return Measures(_maximum(distance, 1e-12) / (ERROR * coarse), angle / turn, drifted)
 
     @property
     def fits(self) -> Any:
@@ -74,62 +74,65 @@ class Measures:
 
     @property
     def follows_tests(self) -> bool:
-        """Whether it is the test functions that make the next step of one curve no longer."""
+        """Whether the test functions limit the next step of one curve."""
         error, turn, drifted = self._lengths
         return bool(drifted < min(error, turn, LONGER))
 
     @property
     def _lengths(self) -> tuple[Number, Number, Number]:
-        """By how much the next step may be longer for each of them.
+        """Ratio of the next step to this one that each of them allows.
 
         The turn grows with the first power of the step, the drift with the second to third.
         """
         return (
             self.error**-POWER,
-            0.9 / _greatest(self.turn, 1e-3),
-            _greatest(self.drift, 1e-6) ** -0.4,
+            0.9 / _maximum(self.turn, 1e-3),
+            _maximum(self.drift, 1e-6) ** -0.4,
         )
 
     @property
     def factor(self) -> Number:
-        """By how much the next step may be longer."""
-        return _least(_greatest(0.9 * _least(*self._lengths), LEAST), LONGER)
+        """Ratio of the next step to this one."""
+        return _minimum(_maximum(0.9 * _minimum(*self._lengths), MINIMUM), LONGER)
 
 
 def drift(errors: Array, values: Array, actual: Array, noise: float, coarse: float = 1.0) -> Number:
-    """Return the largest relative error of expected test functions, relative to its aim.
+    """Return the largest relative error of extrapolated test functions, over its aim.
 
     Shapes: errors, actual (..., f); values at the points before (..., c, f); returns (...).
     """
-    sizes = np.maximum(np.maximum(np.abs(values).max(axis=-2), np.abs(actual)), noise)
+    scales = np.maximum(np.maximum(np.abs(values).max(axis=-2), np.abs(actual)), noise)
     # A function may not be defined everywhere.
-    return np.nan_to_num(errors / sizes).max(axis=-1, initial=0.0) / (DRIFT * coarse)
+    return np.nan_to_num(errors / scales).max(axis=-1, initial=0.0) / (DRIFT * coarse)
 
 
 def lengthened(step: Number, measures: Measures, growth: Number, largest: Number) -> Number:
     """Return the step to try after one that was accepted."""
-    return _least(step * _least(measures.factor, growth), largest)
+    return _minimum(step * _minimum(measures.factor, growth), largest)
 
 
 def shortened(step: Number, measures: Measures) -> Number:
-    """Return the step to try instead of one that did not fit."""
-    return step * _least(measures.factor, MISFIT)
+    """Return the step to try instead of one that was rejected."""
+    return step * _minimum(measures.factor, REJECTED)
 
 
-def shortened_where_lost(step: Number, moved: Number) -> Number:
-    """Return the step to try instead of one after which corrections did not converge.
+def shortened_after_failure(step: Number, moved: Number) -> Number:
+    """Return the step to try instead of one after which Newton's method failed.
 
-    They moved by so much at last; by infinity where there was none.
+    `moved` is the length of its last correction, infinite where there was none.
     """
-    poor = (moved > ERROR) & (moved < np.inf)
-    factor = (_greatest(ERROR, moved) / ERROR) ** -POWER
-    return step * _choose(poor, _least(_greatest(factor, LEAST), POOR), LOST)
+    diverged = (moved > ERROR) & (moved < np.inf)
+    factor = (_maximum(ERROR, moved) / ERROR) ** -POWER
+    return step * _choose(diverged, _minimum(_maximum(factor, MINIMUM), DIVERGED), FAILED)
 
 
-def place_of_bound(
+def arclength_of_bound(
     component: Callable[[Number], Number], near: Number, far: Number, bound: Number, rising: Any
 ) -> Number:
-    """Bisect for where a component of a prediction reaches a bound, from below or from above."""
+    """Bisect for the arclength at which a component of a prediction reaches a bound.
+
+    `rising` says whether it reaches the bound from below.
+    """
     for _ in range(GUESSES):
         middle = 0.5 * (near + far)
         passed = (component(middle) > bound) == rising
@@ -140,7 +143,7 @@ def place_of_bound(
 # -- numbers or arrays of them: those of NumPy take ten times as long for a number -----------------
 
 
-def _least(first: Number, *others: Number) -> Number:
+def _minimum(first: Number, *others: Number) -> Number:
     if isinstance(first, float):
         return min(first, *others)
     for other in others:
@@ -148,7 +151,7 @@ def _least(first: Number, *others: Number) -> Number:
     return first
 
 
-def _greatest(first: Number, other: Number) -> Number:
+def _maximum(first: Number, other: Number) -> Number:
     if isinstance(first, float) and isinstance(other, float):
         return max(first, other)
     return np.maximum(first, other)

@@ -1,4 +1,4 @@
-"""Pseudo-arclength continuation: one point after the other, with steps that fit the curve."""
+"""Pseudo-arclength continuation: one point after the other, with adapted steps."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from slipfold.continuation.step_length import (
     LONGER,
     REACH,
     Measures,
+    arclength_of_bound,
     drift,
     lengthened,
-    place_of_bound,
     shortened,
-    shortened_where_lost,
+    shortened_after_failure,
 )
 from slipfold.errors import BREAKDOWNS, breakdown
 
 Bound = tuple[int, float, float]
-"""A component of the unknown, with the least and the largest value it may take."""
+"""A component of the unknown, with the smallest and the largest value it may take."""
 
 LINES = 0.25
 """Weight of the error of polynomials through the test functions where a prediction from derivatives
@@ -107,11 +107,11 @@ def _next_point(
         try:
             correction, point = _try(curve, recent, step, bounds, settings)
         except BREAKDOWNS as error:
-            reason, step, growth = breakdown(error), shortened_where_lost(step, np.inf), HARDER
+            reason, step, growth = breakdown(error), shortened_after_failure(step, np.inf), HARDER
             continue
         if point is not None:
             measures = _measure(curve, recent, point, correction, settings)
-            # From one smooth piece to the next nothing fits; what ends a piece locates it.
+            # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
             leaves = point.piece != recent[-1].piece
             if measures.fits or leaves or step <= 4 * smallest:
                 return point, lengthened(step, measures, growth, largest)
@@ -119,7 +119,7 @@ def _next_point(
             reason = "the curve turns too sharply"
         else:
             reason = correction.failure
-            step = shortened_where_lost(step, correction.moved)
+            step = shortened_after_failure(step, correction.moved)
         growth = HARDER
     return Failure(
         "failed",
@@ -151,13 +151,13 @@ def _try(
         if held is None:
             break
         index, bound = held
-        place = _arclength_at(recent, index, bound, target)
-        guess = hermite(recent, place)[0]
+        arclength = _arclength_at(recent, index, bound, target)
+        guess = hermite(recent, arclength)[0]
         guess = curve.aligned(guess, last.z)
         guess[index] = bound
         row = np.zeros_like(row)
         row[index] = np.sign(bound - last.z[index]) or 1.0
-        expected = derivatives(curve, recent, place)
+        expected = derivatives(curve, recent, arclength)
         correction = _correct(curve, guess, row, settings, expected)
         if not correction.converged:
             return correction, None
@@ -172,13 +172,13 @@ def _first_bound_beyond(
     z: Array,
     bounds: Sequence[Bound],
     target: float,
-    slack: float = 0.0,
+    tolerance: float = 0.0,
 ) -> tuple[int, float] | None:
-    """Return the component and the bound that the curve passes first on its way to z, if any."""
+    """Return the component and the bound that the curve passes first before z, if any."""
     passed = [
         (index, low if z[index] < low else high)
         for index, low, high in bounds
-        if not low - slack <= z[index] <= high + slack
+        if not low - tolerance <= z[index] <= high + tolerance
     ]
     return min(
         passed, key=lambda item: _arclength_at(recent, item[0], item[1], target), default=None
@@ -194,13 +194,13 @@ def _correct(
 
 
 def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> float:
-    """Return where a component of the prediction reaches a bound."""
+    """Return the arclength at which a component of the prediction reaches a bound."""
 
-    def component(place: float) -> float:
-        return float(hermite(recent, place)[0][index])
+    def component(arclength: float) -> float:
+        return float(hermite(recent, arclength)[0][index])
 
     rising = component(beyond) > bound
-    return float(place_of_bound(component, recent[-1].arclength, beyond, bound, rising))
+    return float(arclength_of_bound(component, recent[-1].arclength, beyond, bound, rising))
 
 
 def _measure(
@@ -210,29 +210,31 @@ def _measure(
     weights = lagrange([item.arclength for item in recent], point.arclength)
     errors, coarse = np.abs(point.values - weights @ values), settings.coarse
     angle = angle_between(recent[-1].tangent, point.tangent)
-    known = values, point.values, curve.noise, coarse
-    drifted = 0.0 if len(recent) == 1 else float(drift(errors, *known))  # of one nothing is known
+    given = values, point.values, curve.noise, coarse
+    drifted = (
+        0.0 if len(recent) == 1 else float(drift(errors, *given))
+    )  # nothing is extrapolated from one
     measures = Measures.of(correction.distance, angle, drifted, settings.steps.turn, coarse)
     if measures.follows_tests and measures.error < STRAIGHT:
         errors = _without_jumps(errors, values, point.values)
-        measures = replace(measures, drift=float(drift(errors, *known)))
+        measures = replace(measures, drift=float(drift(errors, *given)))
     if not measures.follows_tests:
         return measures
-    # How they are extrapolated better, and whether they matter, takes longer to see.
+    # Better predictions, and whether they matter, take longer to compute.
     extrapolated = curve.extrapolated(recent, weights[None])
     if extrapolated is not None:
         errors = np.fmin(errors, np.abs(point.values - extrapolated[0]))
         lines = LINES * min(1.0, measures.error / STRAIGHT)
-        drifted = max(float(drift(errors, *known)), lines * drifted)
+        drifted = max(float(drift(errors, *given)), lines * drifted)
     return replace(measures, drift=min(drifted, contraction_drift(recent, point) / coarse))
 
 
 def _without_jumps(errors: Array, values: Array, actual: Array) -> Array:
-    """Return the errors of expected test functions, of those that jump from sign to sign none.
+    """Return the errors of extrapolated test functions, zero for those that jump.
 
-    Where the curve is as good as straight, but multipliers pass the unit circle within a small part
-    of a step, no shorter step foresees that. The jump is located anyway, as all changes of sign
-    are; after it what was there before tells nothing.
+    Where the curve is nearly straight, but multipliers pass the unit circle within a small part of
+    a step, no shorter step predicts that. The jump is located anyway, as all changes of sign are;
+    the values before it say nothing about those after it.
     """
     last = values[-1]
     jumped = ((values > 0) != (last > 0)).any(axis=0)
