@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.dry_friction import sliding
 from slipfold.flow import trajectory
-from slipfold.flow.contact_motion import dense_legs
+from slipfold.flow.contact_trajectory import dense_phases
 
 
 def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():
@@ -46,7 +46,7 @@ def test_extrema_at_the_touch_go_on_from_those_in_slip(touched, side):
 
 
 def test_extrema_of_part_of_a_round_are_not_said(touched, monkeypatch):
-    monkeypatch.setattr(trajectory, "dense_legs", lambda *args: list(dense_legs(*args))[:-1])
+    monkeypatch.setattr(trajectory, "dense_phases", lambda *args: list(dense_phases(*args))[:-1])
     extrema = replace(touched.special[0].orbit).extrema
     assert np.isnan([extrema.minimum, extrema.maximum]).all()
 

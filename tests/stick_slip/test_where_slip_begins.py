@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import sliding
-from slipfold.flow.contact_motion import sample_switched
+from slipfold.flow.contact_trajectory import sample_hybrid
 
 LAW = sf.Coulomb(mu_s=0.5, mu_k=0.25)
 
@@ -50,7 +50,7 @@ def test_friction_stays_in_its_cone_while_slip_in_the_plane_begins():
     after = np.concatenate([[0.0], np.geomspace(1e-9, 3e-4, 300)])
     phases = begin - period + after
     mode = motion.sticking.mode(period)
-    samples = sample_switched(motion.model, motion.strobe[period], mode, phases)
+    samples = sample_hybrid(motion.model, motion.strobe[period], mode, phases)
     names = [item.name for item in motion.model.outputs()]
     rows = dict(zip(names, samples.outputs().T[-len(names) :], strict=True))
     friction = np.hypot(rows["Fx"], rows["Fy"])

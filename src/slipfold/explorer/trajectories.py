@@ -13,7 +13,7 @@ from slipfold.computations.long_term import lyapunov
 from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, MotionRequest, SimulationRequest
 from slipfold.explorer.plain import now_and_then, number, short
-from slipfold.flow.contact_motion import ContactPiece, sample_switched
+from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import CHUNK
@@ -185,8 +185,7 @@ def _switched(
             motion.advance(min(PERIODS, end - done))
             begins = zip(motion.strobe[done:-1], motion.modes[done:-1], strict=True)
             values = [
-                sample_switched(motion.model, state, mode, phases).outputs()
-                for state, mode in begins
+                sample_hybrid(motion.model, state, mode, phases).outputs() for state, mode in begins
             ]
             if values:
                 emit(_piece(motion.model, np.array(values), done, every))
@@ -289,7 +288,7 @@ def contacts_view(motion: Trajectory) -> dict[str, Any] | None:
     }
 
 
-def _contact_piece(shown: ShownContacts, piece: ContactPiece) -> dict[str, Any]:
+def _contact_piece(shown: ShownContacts, piece: ContactPhase) -> dict[str, Any]:
     known = not np.isnan(piece.displacement).any()
     return {
         "state": WORDS[piece.status],

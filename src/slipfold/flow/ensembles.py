@@ -16,12 +16,12 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.explicit_steps import ORDER, STEPS_PER_CALL, explicit_steps_of
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop, guarded_flow_of
+from slipfold.flow.hybrid_flow import hybrid_system
+from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.integration import LARGEST, HybridIntegration, unbounded_at
 from slipfold.flow.modes import Status, shown
 from slipfold.flow.scales import measured, measured_within
 from slipfold.flow.simulate import limits_are_defined, reaches_stick_limit
-from slipfold.flow.switched_flow import hybrid_system
-from slipfold.flow.switched_motion import Broken, first_mode, legs
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.progress import Observer, Progress
@@ -233,8 +233,8 @@ def _through_stick(model: Model, state: Array, phase: float) -> Array:
     system = hybrid_system(model, state)
     mode = first_mode(system, state, phase)
     state = system.held(shown(mode), state, phase)
-    for leg, _ in legs(system, mode, state, 1.0, begin=phase):
-        state = leg.state
+    for smooth, _ in smooth_phases(system, mode, state, 1.0, begin=phase):
+        state = smooth.state
     return state
 
 

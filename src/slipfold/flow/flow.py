@@ -35,7 +35,7 @@ from slipfold.flow.equations import (
     power_of_two,
 )
 from slipfold.flow.implicit_steps import StiffFallback
-from slipfold.flow.polynomials import DenseMotion
+from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.models.model import COLUMNS, Kind, Model, carried_whole
 
 
@@ -317,7 +317,7 @@ class Flow(Evaluated):
 
     def dense(
         self, state: Array, constants: Constants, end: float, steps: int
-    ) -> DenseMotion | None:
+    ) -> DenseTrajectory | None:
         """Propagate a state of an autonomous model over some steps, and keep all that lies between.
 
         None where not even one step can be taken.
@@ -332,8 +332,8 @@ class Flow(Evaluated):
             implicit = takeover.motion(single, end, most=steps).polynomials
             if implicit is None:
                 return None
-            return DenseMotion(implicit.times, implicit, constants.scales, implicit=True)
-        return output and DenseMotion(np.array(output.times), output, constants.scales)
+            return DenseTrajectory(implicit.times, implicit, constants.scales, implicit=True)
+        return output and DenseTrajectory(np.array(output.times), output, constants.scales)
 
     def _set_out(self, state: Array, constants: Constants, phase: float) -> Any:
         """Return the integrator of one trajectory at its beginning."""

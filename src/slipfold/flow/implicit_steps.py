@@ -18,7 +18,7 @@ from slipfold.collocation_points import CollocationPoints, radau_points
 from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import Field, Solved, solve_intervals
-from slipfold.flow.polynomials import DenseMotion, StepPolynomials
+from slipfold.flow.polynomials import DenseTrajectory, StepPolynomials
 from slipfold.flow.stage_equations import LinearPart
 
 Watch = Callable[[Array, Array], Array]
@@ -52,7 +52,7 @@ class End(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class ImplicitMotion:
+class ImplicitTrajectory:
     """A trajectory in scaled states, as far as it came."""
 
     polynomials: StepPolynomials | None  # None of one without a single step
@@ -62,7 +62,7 @@ class ImplicitMotion:
     limit: int | None = None  # which one it met
 
 
-def implicit_motion(
+def implicit_trajectory(
     field: Field,
     state: Array,
     start: float,
@@ -72,7 +72,7 @@ def implicit_motion(
     most: int = MOST,
     points: CollocationPoints = POINTS,
     tolerance: float = TOLERANCE,
-) -> ImplicitMotion:
+) -> ImplicitTrajectory:
     """Propagate a scaled state to another phase, or to where what is watched is not positive.
 
     Shapes: state (n,).
@@ -109,7 +109,7 @@ def implicit_motion(
         state, before = solved.ends[0], solved
         length *= min(GROWS, SAFETY * (tolerance / max(error, 1e-30)) ** (1 / order))
     polynomials = StepPolynomials(times, coefficients) if coefficients else None
-    return ImplicitMotion(polynomials, outcome, times[-1], state, limit)
+    return ImplicitTrajectory(polynomials, outcome, times[-1], state, limit)
 
 
 def _first_length(field: Field, state: Array, start: float, end: float) -> float:
@@ -191,21 +191,21 @@ class StiffFallback:
 
     def motion(
         self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST
-    ) -> ImplicitMotion:
+    ) -> ImplicitTrajectory:
         """Return the rest of a trajectory up to an end."""
         state, phase = np.array(single.state), float(single.time)
-        return implicit_motion(self.field, state, phase, end, watch=watch, most=most)
+        return implicit_trajectory(self.field, state, phase, end, watch=watch, most=most)
 
-    def period(self, state: Array) -> DenseMotion | None:
+    def period(self, state: Array) -> DenseTrajectory | None:
         """Return a trajectory over the first period, None where it does not come to its end.
 
         Shapes: state (n,).
         """
-        known = implicit_motion(self.field, state / self.field.scales, 0.0, 1.0)
+        known = implicit_trajectory(self.field, state / self.field.scales, 0.0, 1.0)
         if known.end is not End.ARRIVED or known.polynomials is None:
             return None
         times = known.polynomials.times
-        return DenseMotion(times, known.polynomials, self.field.scales, implicit=True)
+        return DenseTrajectory(times, known.polynomials, self.field.scales, implicit=True)
 
     def through(self, single: Any, times: Array) -> Array:
         """Return the states of the rest of a trajectory at some times, NaN where it does not come.
@@ -219,7 +219,7 @@ class StiffFallback:
             states[reached] = known.polynomials(times[reached])
         return states
 
-    def matrices(self, motion: DenseMotion, edges: Array) -> Array:
+    def matrices(self, motion: DenseTrajectory, edges: Array) -> Array:
         """Return the derivatives of scaled states at some phases by those at the phases before.
 
         Shapes: edges (m + 1,); returns (m, n, n).

@@ -15,6 +15,8 @@ from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import AT_REST, PUSH, perturbed_off, rounded_down
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
+from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_system
+from slipfold.flow.hybrid_trajectory import Broken, Recorder, alternate, first_mode, smooth_phases
 from slipfold.flow.modes import Mode, Status, shown
 from slipfold.flow.scales import measured
 from slipfold.flow.settlement import (
@@ -24,8 +26,6 @@ from slipfold.flow.settlement import (
     judge_settlement,
     not_converged,
 )
-from slipfold.flow.switched_flow import Leg, hybrid_system
-from slipfold.flow.switched_motion import Broken, Recorder, alternate, first_mode, legs
 from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
@@ -267,16 +267,18 @@ class HybridIntegration(Integration):
             if self.flow.straight:
                 args = self.system, mode, state, phase, beyond, self.recorder, self._ended
                 mode, state, phase = alternate(*args)
-            closely: Iterable[tuple[Leg, Mode]] = ()
+            closely: Iterable[tuple[SmoothPhase, Mode]] = ()
             if phase < 1:
-                closely = legs(self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond)
+                closely = smooth_phases(
+                    self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond
+                )
             try:
-                for leg, after in closely:
-                    self.recorder.went_on(leg.energies)
-                    if leg.end > 1:
-                        share = (1 - leg.begin) / (leg.end - leg.begin)
-                        self._ended(mode, state + share * (leg.state - state))
-                    state, phase = leg.state, leg.end
+                for part, after in closely:
+                    self.recorder.went_on(part.energies)
+                    if part.end > 1:
+                        share = (1 - part.begin) / (part.end - part.begin)
+                        self._ended(mode, state + share * (part.state - state))
+                    state, phase = part.state, part.end
                     if shown(after) != mode:
                         mode = shown(after)
                         self.recorder.changed(phase, state, mode)

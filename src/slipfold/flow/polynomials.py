@@ -17,7 +17,7 @@ UNIT = 64.0
 
 
 @dataclass(frozen=True, eq=False)
-class DenseMotion:
+class DenseTrajectory:
     """A trajectory of an autonomous model over some steps of the integrator."""
 
     phases: Array  # where the steps begin and end, from zero on, shape (m,)

@@ -24,12 +24,12 @@ from slipfold.flow.contact_state import (
     outward,
     response,
 )
+from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.intervals import Field
 from slipfold.flow.modes import REST, Mode, Status, shown
 from slipfold.flow.polynomials import BegunPolynomials
 from slipfold.flow.slip_onset import POINTS, SlipOnset, solve_onset
 from slipfold.flow.stage_equations import LinearPart
-from slipfold.flow.switched_flow import HybridSystem, Leg
 
 SHORT = 1e-6
 """Phases, and slip over its size, that are short: a force that grows is larger after them, slip may
@@ -68,8 +68,8 @@ def released_at_limit(
             continue
         if math.hypot(*friction[place]) < most * (1 - SLACK):
             continue
-        leg = system.without_limit(contact).run(mode, state, phase, phase + SHORT)
-        later = system.at(leg.state, leg.end)
+        part = system.without_limit(contact).run(mode, state, phase, phase + SHORT)
+        later = system.at(part.state, part.end)
         ahead = friction_in(later, places, mode, rest)
         grown = math.hypot(*ahead[place]) - later.holding[contact]
         if grown - (math.hypot(*friction[place]) - most) > TOLERANCE * most:
@@ -112,7 +112,7 @@ def release(
     end: float,
     *,
     dense: bool = False,
-) -> list[Leg]:
+) -> list[SmoothPhase]:
     """Let a contact that is at rest go, or has just begun to; return the first pieces of its slip.
 
     None of them goes beyond the phase `end`. Shapes: state (n,).
@@ -125,7 +125,7 @@ def release(
         if np.linalg.norm(before) >= speed:  # it has begun already
             return []
         after = system.slipping(mode, state, speed * first.along, phase)
-        return [Leg(mode, phase, phase, after, flow.no_energies(), None, released=True)]
+        return [SmoothPhase(mode, phase, phase, after, flow.no_energies(), None, released=True)]
     onset = _onset(system, mode, contact, state, phase, first, before)
     until = min(end, onset.end)
     known = many(onset.stages, onset.phases, constants)
@@ -134,7 +134,7 @@ def release(
     energies = onset.integrals(until) @ powers
     seen = _shown_onset(system, mode, contact, onset, first.along, until) if dense else None
     after = system.held(mode, onset.at(until), until)
-    return [Leg(mode, phase, until, after, energies, None, True, onset, seen)]
+    return [SmoothPhase(mode, phase, until, after, energies, None, True, onset, seen)]
 
 
 def _onset(
@@ -154,12 +154,12 @@ def _onset(
     held, length = system.without_limit(contact), FIRST
     why = "slip begins against its own friction"
     while length > SHORT:
-        leg = held.run(stuck, state, phase, phase + length)
-        if leg.event is not None:
+        part = held.run(stuck, state, phase, phase + length)
+        if part.event is not None:
             why = "two contacts change while one of them begins to slip"
-            length = SHRINKS * (leg.end - phase)
+            length = SHRINKS * (part.end - phase)
             continue
-        growth = _growth(system, mode, contact, leg.state, leg.end)
+        growth = _growth(system, mode, contact, part.state, part.end)
         time = length * constants.period
         speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
         if growth.rate > 0 and speed > 0:
@@ -167,7 +167,7 @@ def _onset(
             fractions = fraction * POINTS.points
             slips = _grown(before, first, growth, time, fractions)
             polar = np.stack([np.log(np.hypot(*slips.T)), np.arctan2(*slips.T[::-1])], axis=1)
-            states = state + fractions[:, None] * (leg.state - state)
+            states = state + fractions[:, None] * (part.state - state)
             guess = flow.mode(mode).hold_all(states, phase + length * fractions, constants, polar)
             onset = solve_onset(field, state, phase, fraction * length, guess)
             if onset is not None:

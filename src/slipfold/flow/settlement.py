@@ -20,9 +20,9 @@ from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants
 from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.hybrid_trajectory import Change
 from slipfold.flow.implicit_steps import StiffFallback
-from slipfold.flow.polynomials import DenseMotion
-from slipfold.flow.switched_motion import Change
+from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.models.model import Model
 from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.text.one_line import number_text
@@ -375,11 +375,11 @@ class _End:
         """Seconds that the trajectory lasts."""
         return self.unit * (len(self.strobe) - 1)
 
-    def window(self, steps: int) -> DenseMotion | None:
+    def window(self, steps: int) -> DenseTrajectory | None:
         """Return the trajectory over about so many of its last steps."""
         return self._window(self.flow.dense(self.strobe[-2], self.constants, 1.0, steps), steps)
 
-    def stiff_window(self, steps: int) -> DenseMotion | None:
+    def stiff_window(self, steps: int) -> DenseTrajectory | None:
         """Return the same in implicit steps; None where the trajectory is not stiff."""
         several = min(STIFF_INTERVALS, len(self.strobe) - 1)
         for count in range(
@@ -391,14 +391,14 @@ class _End:
                 return self._window(last, steps)
         return None
 
-    def _window(self, last: DenseMotion | None, steps: int) -> DenseMotion | None:
+    def _window(self, last: DenseTrajectory | None, steps: int) -> DenseTrajectory | None:
         """Return so many steps, which are as long as the last ones."""
         if last is None:
             return None
         count = min(math.ceil(steps * last.end / len(last.phases)), len(self.strobe) - 1)
         return self.flow.dense(self.strobe[-1 - count], self.constants, float(count), 4 * steps)
 
-    def returns(self, window: DenseMotion) -> _Returns:
+    def returns(self, window: DenseTrajectory) -> _Returns:
         """Find where a trajectory returns to a plane, but for full revolutions.
 
         The plane stands across the trajectory where the speed is typical of its second half,
@@ -446,7 +446,7 @@ class _End:
         # States of hundreds of scales are known to as many times the rounding of others.
         return trends_of(scaled / max(1.0, float(np.abs(scaled).max())))
 
-    def largest_multiplier(self, window: DenseMotion, begin: float, end: float) -> float:
+    def largest_multiplier(self, window: DenseTrajectory, begin: float, end: float) -> float:
         """Return the largest modulus of a cycle's multipliers besides that of its own direction."""
         inside = window.phases[(window.phases > begin) & (window.phases < end)]
         if window.implicit:
@@ -481,7 +481,7 @@ def _at_rest(rest: Equilibrium) -> Settlement:
 
 
 def _on_cycle(
-    end: _End, window: DenseMotion, phases: Array, trend: Trend, tolerance: float
+    end: _End, window: DenseTrajectory, phases: Array, trend: Trend, tolerance: float
 ) -> Settlement | None:
     """Judge a cycle by its multipliers; None if the returns are not near enough to it yet.
 

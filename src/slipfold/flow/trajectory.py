@@ -13,15 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.batches import ROUNDING
-from slipfold.flow.contact_motion import Samples, dense_legs, sample_switched
+from slipfold.flow.contact_trajectory import Samples, dense_phases, sample_hybrid
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.hybrid_flow import SmoothPhase
+from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Ending, Mode, Status
 from slipfold.flow.polynomials import BegunPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.switched_flow import Leg
-from slipfold.flow.switched_motion import Interval
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.text.one_line import OneLine, headed, number_text
@@ -211,7 +211,7 @@ class Trajectory(OneLine):
         phases = np.arange(per_period) / per_period
         for index in range(first, last):
             mode = self.sticking.mode(index)
-            yield sample_switched(self.model, self.strobe[index], mode, phases)
+            yield sample_hybrid(self.model, self.strobe[index], mode, phases)
 
     def output(
         self, name: str, start: int = 0, stop: int | None = None, per_period: int = 64
@@ -286,7 +286,7 @@ class Trajectory(OneLine):
         """Sample rounds of the cycle that a trajectory with stick converged to."""
         assert self.sticking is not None
         phases = np.arange(count * per_period) / per_period
-        return sample_switched(self.steady_model, self.strobe[-1], self.sticking.mode(-1), phases)
+        return sample_hybrid(self.steady_model, self.strobe[-1], self.sticking.mode(-1), phases)
 
     def steady_outputs(self, periods: int = 64, per_period: int = 64) -> Array:
         """Sample all outputs as `steady` does the states.
@@ -359,7 +359,7 @@ class Trajectory(OneLine):
             return np.repeat(self.strobe[index][None], len(cycles), axis=0)
         if self.sticking is not None:
             mode = self.sticking.mode(index)
-            return sample_switched(self.model, self.strobe[index], mode, phases).states[inverse]
+            return sample_hybrid(self.model, self.strobe[index], mode, phases).states[inverse]
         states = self._flow.trajectory(self.strobe[index], self._constants, grid)
         return states[len(grid) - len(phases) :][inverse]
 
@@ -444,35 +444,35 @@ def round_with_stick(
 
     Of one that stops on the way nothing is known: NaN. Shapes: state (n,).
     """
-    legs = list(dense_legs(model, state, mode, float(count)))
-    if not _goes_round(model, state, legs, count):
+    parts = list(dense_phases(model, state, mode, float(count)))
+    if not _goes_round(model, state, parts, count):
         unknown = np.full(len(state), np.nan)
         return LastRound(unknown, unknown, fraction=np.nan)
     constants = flow_of(model).constants_of(model)
-    known = [leg.polynomials for leg in legs if leg.polynomials is not None]
+    known = [part.polynomials for part in parts if part.polynomials is not None]
     unit = 1.0 if model.forced else constants.period
     times = []
     for contact, name in enumerate(contacts):
-        spans = _joined([(leg.begin, leg.end) for leg in legs if leg.mode[contact] is STICK])
+        spans = _joined([(part.begin, part.end) for part in parts if part.mode[contact] is STICK])
         if repeats and len(spans) > 1 and _meet(spans, float(count)):
             first, *spans = spans
             spans[-1] = (spans[-1][0], count + first[1])
         times += [StickTime(name, begin * unit, end * unit) for begin, end in spans]
-    stuck = sum(leg.end - leg.begin for leg in legs if STICK in leg.mode)
-    whole = all(status is STICK for leg in legs for status in leg.mode)
+    stuck = sum(part.end - part.begin for part in parts if STICK in part.mode)
+    whole = all(status is STICK for part in parts for status in part.mode)
     return LastRound(*_extrema(known, constants.scales), tuple(times), stuck / count, whole)
 
 
 STICK = Status.STICK
 
 
-def _goes_round(model: Model, state: Array, legs: Sequence[Leg], count: int) -> bool:
-    """Whether legs reach the end of a round; if on from rest at a touch, whether they close it."""
-    if not legs or legs[-1].end < count - 1e-9:  # an event may end it
+def _goes_round(model: Model, state: Array, parts: Sequence[SmoothPhase], count: int) -> bool:
+    """Whether a round ends; if it continues from rest at a touch, whether it closes."""
+    if not parts or parts[-1].end < count - 1e-9:  # an event may end it
         return False
-    if not any(leg.event is not None and leg.event.ending is Ending.STIFF for leg in legs):
+    if not any(part.event is not None and part.event.ending is Ending.STIFF for part in parts):
         return True
-    apart = without_turns(legs[-1].state - state, model.whole_turns) / model.state_scales()
+    apart = without_turns(parts[-1].state - state, model.whole_turns) / model.state_scales()
     return bool(np.abs(apart).max() < 1e-5)  # what is caught there misses by far
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.flow.contact_motion import ContactMotion, ContactPiece, contact_motions
+from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory, contact_trajectories
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Mode, contacts_of
 from slipfold.flow.trajectory import Trajectory
@@ -26,7 +26,7 @@ class ShownContacts:
     """Contacts over some rounds; times in forcing periods, of an autonomous model in s."""
 
     model: Model
-    contacts: tuple[ContactMotion, ...]
+    contacts: tuple[ContactTrajectory, ...]
     begin: float  # when the first round begins, since the start of the trajectory
     unit: float  # of a phase, in these times
     repeats: bool  # whether the rounds are all alike
@@ -38,11 +38,11 @@ class ShownContacts:
             return "m", "m/s", "N"
         return "", "", ""
 
-    def time(self, piece: ContactPiece) -> NDArray[np.float64]:
+    def time(self, piece: ContactPhase) -> NDArray[np.float64]:
         """Return the times of a piece."""
         return self.begin + self.unit * piece.phase
 
-    def seconds(self, piece: ContactPiece) -> NDArray[np.float64]:
+    def seconds(self, piece: ContactPhase) -> NDArray[np.float64]:
         """Return the times of a piece in s, from the first round on."""
         return piece.phase * flow_of(self.model).constants_of(self.model).period
 
@@ -65,7 +65,7 @@ def find_contacts(
         starts, begin, repeats = _end(motion, rounds)
         model, length = motion.steady_model, 1.0
     unit = 1.0 if model.forced else flow_of(model).constants_of(model).period
-    found = contact_motions(model, starts, length, per_period)
+    found = contact_trajectories(model, starts, length, per_period)
     shown = tuple(item for item in found if contact in (None, item.name))
     return ShownContacts(model, shown, begin * unit, unit, repeats)
 

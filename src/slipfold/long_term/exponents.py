@@ -12,11 +12,11 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
+from slipfold.flow.hybrid_trajectory import smooth_phases
 from slipfold.flow.integration import HybridIntegration, SmoothIntegration
-from slipfold.flow.linearized_motion import linearized_motion
+from slipfold.flow.linearized_trajectory import linearized_trajectory
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.simulate import reaches_stick_limit, starts_in_slip
-from slipfold.flow.switched_motion import legs
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
@@ -224,8 +224,8 @@ class Growth:
         still = np.zeros((len(system.constants.values), 0))
         found = np.empty((len(starts), 1, len(scales), len(scales)))
         for matrices, start, mode in zip(found, starts, integration.modes[before:], strict=False):
-            passed = list(legs(system, mode, start, 1.0))
-            matrix = linearized_motion(system, start, passed, still).matrix
+            passed = list(smooth_phases(system, mode, start, 1.0))
+            matrix = linearized_trajectory(system, start, passed, still).matrix
             matrices[0] = matrix * (scales / scales[:, None])
         return found
 

@@ -16,7 +16,7 @@ from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import StiffFallback
-from slipfold.flow.polynomials import DenseMotion
+from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.flow.scales import linear_response, measured
 from slipfold.flow.simulate import simulate
 from slipfold.models.model import Model, evaluation_of
@@ -203,7 +203,7 @@ class _StiffSearch:
         self._takeover, self._model, self._tell = takeover, model, tell
         self._periods = self._steps = 0
 
-    def closed(self) -> DenseMotion | None:
+    def closed(self) -> DenseTrajectory | None:
         """Return such a trajectory, None where none is found within the budget."""
         state = self._model.start
         for periods in STIFF_SETTLING:
@@ -217,7 +217,7 @@ class _StiffSearch:
                 return found
         return None
 
-    def _period(self, state: Array) -> DenseMotion | None:
+    def _period(self, state: Array) -> DenseTrajectory | None:
         """Return the trajectory of a period, None if it does not end or the budget is used up."""
         self._tell(self._periods)
         motion = None if self._steps >= BUDGET else self._takeover.period(state)
@@ -226,10 +226,10 @@ class _StiffSearch:
             self._steps += len(motion.phases) - 1
         return motion
 
-    def _end(self, motion: DenseMotion) -> Array:
+    def _end(self, motion: DenseTrajectory) -> Array:
         return without_turns(motion.at(motion.phases[-1:])[0], self._model.whole_turns)
 
-    def _closed_near(self, state: Array) -> DenseMotion | None:
+    def _closed_near(self, state: Array) -> DenseTrajectory | None:
         """Correct the first state by Newton's method; the last trajectory is an orbit."""
         scales, last = self._takeover.field.scales, None
 

@@ -13,9 +13,9 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
+from slipfold.flow.hybrid_flow import HybridFlow, HybridSystem, SmoothPhase
+from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
 from slipfold.flow.modes import Ending, Event, Mode, Undetermined, shown
-from slipfold.flow.switched_flow import HybridSystem, Leg, SwitchedFlow
-from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
 
@@ -92,7 +92,7 @@ class MarginalShooting(SwitchedShooting):
     def beyond(self, system: HybridSystem, mode: Mode, state: Array, end: float) -> Passed:
         """Return what follows the window; nothing where the trajectory cannot continue."""
         try:
-            found = list(legs(system, mode, state, end, begin=self._beyond))
+            found = list(smooth_phases(system, mode, state, end, begin=self._beyond))
         except (Broken, Undecided, Undetermined):
             return []
         return found if found[-1][0].end <= end else []
@@ -145,7 +145,7 @@ class Grazing:
 class _EventFunction:
     """The function of an event, positive before it; of slip in the plane its speed."""
 
-    flow: SwitchedFlow
+    flow: HybridFlow
     mode: Mode
     event: Event
     constants: Constants
@@ -203,7 +203,7 @@ Near = tuple[float, Grazing]
 
 
 def find_grazing(
-    flow: SwitchedFlow, start: Array, passed: Passed, constants: Constants, kind: str
+    flow: HybridFlow, start: Array, passed: Passed, constants: Constants, kind: str
 ) -> Grazing | None:
     """Return where a trajectory comes nearest to one of its events without meeting it.
 
@@ -278,7 +278,7 @@ class GrazingShooting(MarginalShooting):
         states, span = start[None], (np.array([begin]), np.array([until]))
         ends = flow.of(mode).advance(states, *span, constants)
         state = flow.held(mode, ends[0], until, constants)
-        window = Leg(mode, begin, until, state, flow.no_energies(), None), mode
+        window = SmoothPhase(mode, begin, until, state, flow.no_energies(), None), mode
         if end <= self._beyond:
             return [window]
         found = self.beyond(flow.system(start, constants), mode, state, end)

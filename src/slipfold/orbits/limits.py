@@ -12,8 +12,8 @@ from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
+from slipfold.flow.hybrid_trajectory import Broken
 from slipfold.flow.modes import Undetermined
-from slipfold.flow.switched_motion import Broken
 from slipfold.models.output import Limit
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum
@@ -198,10 +198,10 @@ def limit_ahead(orbits: Orbits, last: OrbitPoint) -> str | None:
 
 def _is_at_limit(broken: Broken, orbits: Orbits, last: OrbitPoint) -> bool:
     """Whether a trajectory ends at a limit near the last orbit."""
-    by, leg = orbits.by, broken.leg
+    by, part = orbits.by, broken.part
     assert isinstance(by, SwitchedShooting)
-    if leg is None or broken.stop.kind not in {limit.name for limit in by.switched.limits}:
+    if part is None or broken.stop.kind not in {limit.name for limit in by.switched.limits}:
         return False
-    at = np.array([leg.end])
+    at = np.array([part.end])
     state = by.states(orbits.nodes(last.z), orbits.constants(last.z), at)[0]
-    return float(np.linalg.norm((leg.state - state) / by.scales)) < NEAR_LIMIT
+    return float(np.linalg.norm((part.state - state) / by.scales)) < NEAR_LIMIT

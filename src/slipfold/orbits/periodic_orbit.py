@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.contact_motion import Samples, sample_switched
+from slipfold.flow.contact_trajectory import Samples, sample_hybrid
 from slipfold.flow.flow import flow_of
+from slipfold.flow.hybrid_flow import hybrid_flow_of, hybrid_system
+from slipfold.flow.hybrid_trajectory import first_mode
 from slipfold.flow.modes import Mode, shown
-from slipfold.flow.switched_flow import hybrid_system, switched_flow_of
-from slipfold.flow.switched_motion import first_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.model import Model
 from slipfold.models.turns import turns_between, turns_by_name, without_turns
@@ -301,7 +301,7 @@ class StickSlipOrbit(PeriodicOrbit):
         other, moved, _ = orbits.shifted(z, np.eye(1, len(z), len(z) - 1)[0])
         monodromy = other.linearize(moved).product
         change = multiplier_change(self.multipliers, floquet_multipliers(monodromy), monodromy)
-        planar = any(len(contact.slip) == 2 for contact in switched_flow_of(self.model).contacts)
+        planar = any(len(contact.slip) == 2 for contact in hybrid_flow_of(self.model).contacts)
         return np.maximum(change, IN_THE_PLANE) if planar and self.stuck_fraction else change
 
     @cached_property
@@ -324,7 +324,7 @@ class StickSlipOrbit(PeriodicOrbit):
 
     @cached_property
     def _round(self) -> LastRound:
-        names = [item.name for item in switched_flow_of(self.model).contacts]
+        names = [item.name for item in hybrid_flow_of(self.model).contacts]
         return round_with_stick(
             self.model, self.state, self.first_mode, names, self.period, repeats=True
         )
@@ -335,7 +335,7 @@ class StickSlipOrbit(PeriodicOrbit):
         return shown(first_mode(hybrid_system(self.model, self.state), self.state))
 
     def _samples(self, phases: Array) -> Samples:
-        return sample_switched(self.model, self.state, self.first_mode, phases)
+        return sample_hybrid(self.model, self.state, self.first_mode, phases)
 
 
 def _least(values: Array) -> Array:

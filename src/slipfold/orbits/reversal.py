@@ -10,8 +10,8 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
+from slipfold.flow.hybrid_flow import HybridFlow, SmoothPhase
 from slipfold.flow.modes import Ending, Event, Mode, Status, shown
-from slipfold.flow.switched_flow import Leg, SwitchedFlow
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.grazing import CLEAR, LONGEST, SHORT, MarginalShooting
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
@@ -49,23 +49,26 @@ class Reversal:
 
 
 def _reversals(
-    flow: SwitchedFlow, legs: list[tuple[Leg, Mode]], constants: Constants, sticks: bool
+    flow: HybridFlow,
+    smooth_phases: list[tuple[SmoothPhase, Mode]],
+    constants: Constants,
+    sticks: bool,
 ) -> Iterator[tuple[float, Reversal]]:
     """Yield stops after which contacts slip back, or stick, with how near friction is to its limit.
 
     What lasts a short time only before that is passed over.
     """
-    for place in range(1, len(legs) - 2):
-        leg, after = legs[place]
+    for place in range(1, len(smooth_phases) - 2):
+        leg, after = smooth_phases[place]
         stops = leg.event
         if stops is None or stops.ending is not Ending.STOPS or stops.scaled:
             continue
-        contact, (follows, later) = stops.which, legs[place + 1]
+        contact, (follows, later) = stops.which, smooth_phases[place + 1]
         back = Status(-int(leg.mode[contact]))
         expected = Status.STICK if sticks else back
         end = follows.end
         if after[contact] is not expected and end - follows.begin <= SHORT:
-            after, end = later, legs[place + 2][0].end
+            after, end = later, smooth_phases[place + 2][0].end
         if after[contact] is not expected:
             continue
         held = (*after[:contact], Status.STICK, *after[contact + 1 :])
@@ -83,7 +86,9 @@ def _reversals(
         yield near, Reversal(*modes, stops, yields, leg.end, reach, size)
 
 
-def _left(flow: SwitchedFlow, held: Mode, event: Event, leg: Leg, constants: Constants) -> float:
+def _left(
+    flow: HybridFlow, held: Mode, event: Event, leg: SmoothPhase, constants: Constants
+) -> float:
     slopes, which = flow.mode(held).slopes_of(event)
     return float(slopes.values(leg.state[None], np.array([leg.end]), constants)[0, which])
 
@@ -148,13 +153,13 @@ class ReversalShooting(MarginalShooting):
             return []
         if end <= phase:
             state = self._carried_in(turn.before, start, begin, end, constants)
-            return [(Leg(turn.before, begin, end, state, none, None), turn.before)]
+            return [(SmoothPhase(turn.before, begin, end, state, none, None), turn.before)]
         state = self._carried_in(turn.before, start, begin, phase, constants)
         state = flow.held(turn.held, state, phase, constants)
-        first = Leg(turn.before, begin, phase, state, none, turn.stops), turn.after
+        first = SmoothPhase(turn.before, begin, phase, state, none, turn.stops), turn.after
         until = min(end, self._beyond)
         beyond = self._carried_in(turn.after, state, phase, until, constants)
-        second = Leg(turn.after, phase, until, beyond, none, None), turn.after
+        second = SmoothPhase(turn.after, phase, until, beyond, none, None), turn.after
         if end <= self._beyond:
             return [first, second]
         after = turn.after[turn.contact]

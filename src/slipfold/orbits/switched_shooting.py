@@ -9,10 +9,10 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
-from slipfold.flow.linearized_motion import left_to_touch, linearized_motion
+from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
+from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
+from slipfold.flow.linearized_trajectory import left_to_touch, linearized_trajectory
 from slipfold.flow.modes import Mode, Status, Undetermined, shown
-from slipfold.flow.switched_flow import Leg, switched_flow_of
-from slipfold.flow.switched_motion import Broken, first_mode, legs
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -22,8 +22,8 @@ NEAR = 0.05
 DIFFERENCED = 1e-4
 """Step of differences of first derivatives, in scaled states."""
 
-Passed = list[tuple[Leg, Mode]]
-"""The legs of a trajectory, each with the mode that follows."""
+Passed = list[tuple[SmoothPhase, Mode]]
+"""The smooth_phases of a trajectory, each with the mode that follows."""
 
 
 class SwitchedShooting(Shooting):
@@ -45,7 +45,7 @@ class SwitchedShooting(Shooting):
         phase: float = 0.0,
     ) -> None:
         super().__init__(model, free, period, segments, phase)
-        self.switched = switched_flow_of(model)
+        self.switched = hybrid_flow_of(model)
         self.slips_in_planes = any(len(contact.slip) == 2 for contact in self.switched.contacts)
 
     smooth = False
@@ -203,7 +203,7 @@ class SwitchedShooting(Shooting):
         """Do the same; an error tells why a trajectory cannot continue. Shapes: start (n,)."""
         system = self.switched.system(start, constants)
         mode = first_mode(system, start, begin)
-        return list(legs(system, mode, system.held(mode, start, begin), end, begin=begin))
+        return list(smooth_phases(system, mode, system.held(mode, start, begin), end, begin=begin))
 
     def _mode(self, state: Array, phase: float, constants: Constants) -> Mode:
         return shown(first_mode(self.switched.system(state, constants), state, phase))
@@ -235,7 +235,7 @@ class SwitchedShooting(Shooting):
             passed = self.passed(node, float(begin[place]), float(end[place]), constants)
             if passed:
                 system = self.switched.system(node, constants)
-                found = linearized_motion(system, node, passed, along)
+                found = linearized_trajectory(system, node, passed, along)
                 ends[place] = passed[-1][0].state
                 matrices[place], vectors[place] = found.matrix, found.vectors
         return ends, matrices, vectors

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.contact_motion import ContactMotion, ContactPiece
+from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory
 from slipfold.flow.modes import Status
 from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ShownContacts, find_contacts
@@ -163,7 +163,7 @@ def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
     return ax
 
 
-def _show_plate(ax: Axes, contact: ContactMotion) -> None:
+def _show_plate(ax: Axes, contact: ContactTrajectory) -> None:
     """Draw in a corner which way the moving surface moves."""
     velocity = contact.pieces[0].plate[0]
     speed = float(np.hypot(*velocity))
@@ -215,7 +215,7 @@ def _draw_force(
     ax: Axes | None,
     word: str,
     unit: str,
-    over: Callable[[ContactPiece], Array],
+    over: Callable[[ContactPhase], Array],
 ) -> Axes:
     pieces = [piece for contact in shown.contacts for piece in contact.pieces]
     along, unit = readable((over(piece) for piece in pieces), unit)
@@ -244,7 +244,7 @@ def _draw_force(
     return ax
 
 
-def _lines(shown: ShownContacts) -> Iterator[tuple[str, list[tuple[ContactPiece, int]]]]:
+def _lines(shown: ShownContacts) -> Iterator[tuple[str, list[tuple[ContactPhase, int]]]]:
     """Yield each component of each contact with its name."""
     for contact in shown.contacts:
         own = f"{contact.name}, " if len(shown.contacts) > 1 else ""

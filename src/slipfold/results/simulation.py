@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.switched_motion import Interval
 from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION

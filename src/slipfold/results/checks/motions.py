@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.batches import LANES
-from slipfold.flow.contact_motion import dense_legs
+from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.equilibrium import PUSH, own_sizes, unfed_states
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
-from slipfold.flow.switched_flow import hybrid_system
+from slipfold.flow.hybrid_flow import hybrid_system
+from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.turns import without_turns
 from slipfold.results.checks.checked import Check, Checked
@@ -123,7 +123,7 @@ def _implicit_ends(motion: Trajectory, chosen: NDArray[np.intp]) -> NDArray[np.f
     scales = takeover.field.scales
     for row, place in enumerate(chosen):
         state = motion.strobe[place] / scales
-        found = implicit_motion(
+        found = implicit_trajectory(
             # A period of large reversing slip takes five hundred steps.
             takeover.field,
             state,
@@ -228,7 +228,7 @@ def _held(motion: Trajectory) -> Iterable[Check]:
     for place in spread(motion.periods)[: -(-motion.periods // COMPARED_ONE_IN)]:
         state, mode = motion.strobe[place], motion.sticking.mode(place)
         system = hybrid_system(motion.model, state)
-        found = hold_legs(system, dense_legs(motion.model, state, mode, 1.0), state)
+        found = hold_legs(system, dense_phases(motion.model, state, mode, 1.0), state)
         time = f"{place * system.constants.period:.6g} s"
         yield Check(f"the motion from {time} on", "quadrature", found.drift, ALLOWED)
         name = f"friction and its changes from {time} on"

@@ -13,7 +13,7 @@ from slipfold.collocation_points import gauss_points
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit_steps import End, StiffFallback, implicit_motion
+from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
 from slipfold.flow.intervals import Field, newton_step
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.models.model import Model
@@ -42,7 +42,7 @@ def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
     phases = np.append(places, count) * (orbit.period / count)
     apart = np.full(nodes.shape, np.inf)
     for row, (state, start, end) in enumerate(zip(nodes, phases, phases[1:], strict=False)):
-        motion = implicit_motion(takeover.field, state, start, end)
+        motion = implicit_trajectory(takeover.field, state, start, end)
         if motion.end is not End.ARRIVED:
             break
         following = nodes[(row + 1) % len(nodes)]

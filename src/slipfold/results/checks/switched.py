@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import gauss_points
-from slipfold.flow.contact_motion import dense_legs
 from slipfold.flow.contact_state import ContactsNow, friction_in
+from slipfold.flow.contact_trajectory import dense_phases
+from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_system
+from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
 from slipfold.flow.modes import Ending, Mode, Status, shown
 from slipfold.flow.release import at_rest
-from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system
-from slipfold.flow.switched_motion import Broken, legs
 from slipfold.models.turns import without_turns
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
@@ -37,8 +37,8 @@ def elsewhere(
     begin, passed = 0.0, [mode]
     try:
         for until in (FIRST * end, end):
-            for leg, after in legs(system, mode, state, until, begin=begin):
-                state, mode = leg.state, shown(after)
+            for part, after in smooth_phases(system, mode, state, until, begin=begin):
+                state, mode = part.state, shown(after)
                 passed += [mode] if mode != passed[-1] else []
             begin = until
     except Broken:
@@ -62,7 +62,7 @@ class Held:
     forces: float  # largest violation at events and between them, as a share of what is usual
 
 
-def hold_legs(system: HybridSystem, legs: Iterable[Leg], start: Array) -> Held:
+def hold_legs(system: HybridSystem, parts: Iterable[SmoothPhase], start: Array) -> Held:
     """Compare successive phases and all between their ends with equations and friction.
 
     Shapes: start (n,).
@@ -71,31 +71,31 @@ def hold_legs(system: HybridSystem, legs: Iterable[Leg], start: Array) -> Held:
     scales, n = constants.scales, len(start)
     lacking, largest, forces = [np.zeros(n)], float(np.abs(start / scales).max()), 0.0
     before = start
-    for leg in legs:
-        if leg.polynomials is None or leg.end == leg.begin:
-            before = leg.state
+    for part in parts:
+        if part.polynomials is None or part.end == part.begin:
+            before = part.state
             continue
-        nodes, phases, lengths = leg.polynomials.nodes(_GAUSS.points)
+        nodes, phases, lengths = part.polynomials.nodes(_GAUSS.points)
         states = nodes[..., :n] * scales
-        rates = flow.of(leg.seen).rates(states.reshape(-1, n), phases.ravel(), constants)
+        rates = flow.of(part.seen).rates(states.reshape(-1, n), phases.ravel(), constants)
         rates = rates.reshape(states.shape) * lengths[..., None]
-        ends = leg.polynomials(np.array([leg.begin, leg.end]))[:, :n]
+        ends = part.polynomials(np.array([part.begin, part.end]))[:, :n]
         change = np.einsum("k,ikn->n", _GAUSS.weights, rates) / scales
         lacking += [ends[0] - before / scales, ends[1] - ends[0] - change]
         largest = max(largest, float(np.abs(nodes[..., :n]).max()))
-        forces = max(forces, _forces(system, leg))
-        before = leg.state
+        forces = max(forces, _forces(system, part))
+        before = part.state
     drift = float(np.abs(np.cumsum(lacking, axis=0)).max()) / max(1.0, largest)
     return Held(drift if math.isfinite(drift) else math.inf, float(forces))
 
 
-def _forces(system: HybridSystem, leg: Leg) -> float:
-    """Return how far contacts are from what a leg says of them, at worst."""
-    assert leg.polynomials is not None
+def _forces(system: HybridSystem, part: SmoothPhase) -> float:
+    """Return how far contacts are from what a part says of them, at worst."""
+    assert part.polynomials is not None
     constants, weights = system.constants, system.weights
-    phases = np.linspace(leg.begin, leg.end, 9)
-    states = leg.polynomials(phases)[:, : len(leg.state)] * constants.scales
-    found, mode, count, places = [0.0], leg.seen, len(leg.mode), system.places
+    phases = np.linspace(part.begin, part.end, 9)
+    states = part.polynomials(phases)[:, : len(part.state)] * constants.scales
+    found, mode, count, places = [0.0], part.seen, len(part.mode), system.places
     along = system.flow.quantities.along(states, phases, constants)
     for now in along:
         friction = list[float]()
@@ -110,21 +110,21 @@ def _forces(system: HybridSystem, leg: Leg) -> float:
                 found.append(now.normal[contact] * weights[count + contact])
             elif len(slip) == 1:
                 found.append(-float(status) * slip[0] * weights[contact])
-    return max(*found, _event(system, leg, along[-1]))
+    return max(*found, _event(system, part, along[-1]))
 
 
-def _event(system: HybridSystem, leg: Leg, now: ContactsNow) -> float:
-    """Return how far that which ended a leg is from zero."""
-    event, count, weights = leg.event, len(leg.mode), system.weights
-    if event is None or leg.released:
+def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
+    """Return how far that which ended a part is from zero."""
+    event, count, weights = part.event, len(part.mode), system.weights
+    if event is None or part.released:
         return 0.0
     which = event.which
     place = system.places[which] if which < count else slice(0)
     if event.ending is Ending.STOPS:
         return math.hypot(*now.slip[place]) * float(weights[which])
     if event.ending is Ending.YIELDS:
-        rest = at_rest(system, leg.seen, now)
-        friction = friction_in(now, system.places, leg.seen, rest)
+        rest = at_rest(system, part.seen, now)
+        friction = friction_in(now, system.places, part.seen, rest)
         over = math.hypot(*friction[place]) - now.holding[which]
         return abs(over) * float(weights[count + which])
     if event.ending in (Ending.PARTS, Ending.MEETS):
@@ -155,7 +155,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
         return elsewhere(system, orbit.first_mode, start, end)
 
     arrived, order = integrated(orbit.state)
-    passed = dense_legs(model, orbit.state, orbit.first_mode, end)
+    passed = dense_phases(model, orbit.state, orbit.first_mode, end)
     held = hold_legs(system, passed, orbit.state)
     apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
     states = max(float(np.abs(apart).max()), held.drift, held.forces * ALLOWED / FORCES)

@@ -16,6 +16,7 @@ from slipfold.flow.batches import ARRIVED, ROUNDING
 from slipfold.flow.compiled_mode import STEPS
 from slipfold.flow.contact_state import Numbers, Undecided, next_mode
 from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
     SLOW,
     STUCK,
@@ -28,7 +29,6 @@ from slipfold.flow.modes import (
     status_name,
 )
 from slipfold.flow.release import begins, release, released_at_limit
-from slipfold.flow.switched_flow import HybridSystem, Leg
 
 
 class Interval(NamedTuple):
@@ -66,7 +66,7 @@ class Change:
 
 
 class Recorder:
-    """Notes legs and changes while a motion goes on; what they amount to is found afterwards."""
+    """A record of the phases and changes of a trajectory in progress."""
 
     def __init__(self, contacts: Sequence[str], mode: Mode) -> None:
         self._contacts = contacts
@@ -181,9 +181,9 @@ MAX_CHANGES = 10_000
 class Broken(Exception):
     """A trajectory that cannot continue, and why."""
 
-    def __init__(self, stop: Stop, leg: Leg | None = None) -> None:
+    def __init__(self, stop: Stop, part: SmoothPhase | None = None) -> None:
         super().__init__(stop.reason)
-        self.stop, self.leg = stop, leg
+        self.stop, self.part = stop, part
 
 
 def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
@@ -202,7 +202,7 @@ def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
     return next_mode(now, system.places, tuple(mode), rest, {})
 
 
-def legs(
+def smooth_phases(
     system: HybridSystem,
     mode: Mode,
     state: Array,
@@ -211,7 +211,7 @@ def legs(
     begin: float = 0.0,
     dense: bool = False,
     steadily: float = 0.0,
-) -> Iterator[tuple[Leg, Mode]]:
+) -> Iterator[tuple[SmoothPhase, Mode]]:
     """Propagate a state through its modes; yield each smooth phase and the mode that follows.
 
     A last smooth phase with constant rates may continue steadily, to a phase beyond the end.
@@ -228,30 +228,30 @@ def legs(
             return
     for _ in range(MAX_CHANGES):
         until = steadily if steadily > end and flow.mode(mode).steady else end
-        leg = system.run(mode, state, phase, until, dense=dense)
-        if leg.event is None:
-            yield leg, mode
+        part = system.run(mode, state, phase, until, dense=dense)
+        if part.event is None:
+            yield part, mode
             return
-        beginning: list[Leg] = []
+        beginning: list[SmoothPhase] = []
         try:
-            after, resting = _after(system, leg)
+            after, resting = _after(system, part)
             for contact, status in enumerate(after if flow.planar else ()):
                 if status is Status.SLOW and resting[contact] is Status.STICK:
-                    args = system, after, contact, leg.state, leg.end, end
+                    args = system, after, contact, part.state, part.end, end
                     beginning = release(*args, dense=dense)
         except Undecided as error:
-            raise Broken(_undecided(error, leg.end), leg) from None
+            raise Broken(_undecided(error, part.end), part) from None
         except Undetermined as error:
             reason = (
                 f"{error} stick together and hold one motion twice, so what each of them bears is "
                 "not determined; join them to one contact, or put a spring between them"
             )
-            raise Broken(Stop("undetermined", reason, phase), leg) from None
-        state = leg.state
-        yield leg, after
-        mode, phase = after, leg.end
+            raise Broken(Stop("undetermined", reason, phase), part) from None
+        state = part.state
+        yield part, after
+        mode, phase = after, part.end
         for piece in beginning:
-            yield replace(piece, event=leg.event), after
+            yield replace(piece, event=part.event), after
             state, phase = piece.state, piece.end
         if phase >= end:
             return
@@ -264,16 +264,18 @@ def legs(
 
 def _begun(
     system: HybridSystem, mode: Mode, state: Array, phase: float, end: float, *, dense: bool
-) -> tuple[Mode, list[tuple[Leg, Mode]]]:
+) -> tuple[Mode, list[tuple[SmoothPhase, Mode]]]:
     """Return the mode in which a motion goes on, and its first pieces if slip begins at once."""
-    first = list[tuple[Leg, Mode]]()
+    first = list[tuple[SmoothPhase, Mode]]()
     try:
         slips = released_at_limit(system, mode, state, phase)
         if slips != mode:
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
             slips = _one_slow(slips, [contact])
             event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
-            first.append((Leg(mode, phase, phase, state, system.flow.no_energies(), event), slips))
+            first.append(
+                (SmoothPhase(mode, phase, phase, state, system.flow.no_energies(), event), slips)
+            )
         slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
         if slow is not None and begins(system, slips, slow, state, phase):
             pieces = release(system, slips, slow, state, phase, end, dense=dense)
@@ -287,25 +289,25 @@ def _undecided(error: Undecided, phase: float) -> Stop:
     return Stop("undecided", f"{error}; start elsewhere", phase)
 
 
-def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
+def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
     """Return the mode that follows an event, and the one in which all that is at rest sticks.
 
     The smooth phase comes to rest in the latter.
     """
-    event, mode = leg.event, leg.mode
+    event, mode = part.event, part.mode
     assert event is not None
     flow = system.flow
-    if flow.straight and (alone := _alone(system, leg, event)) is not None:
+    if flow.straight and (alone := _alone(system, part, event)) is not None:
         return alone, alone
     if event.ending in (Ending.SLOWS, Ending.QUICKENS):
         slows = event.ending is Ending.SLOWS
-        now_slow = _slow_where_slow(system, shown(mode), leg.state, leg.end)
+        now_slow = _slow_where_slow(system, shown(mode), part.state, part.end)
         after = _with(now_slow, event.which, Status.SLOW if slows else Status.FORTH)
         after = _one_slow(after, [event.which]) if slows else after
         return after, after
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
-        raise Broken(_stop(system, leg, event), leg)
-    now, places = system.at(leg.state, leg.end), system.places
+        raise Broken(_stop(system, part, event), part)
+    now, places = system.at(part.state, part.end), system.places
     wanted: dict[int, Status] = {}
     rest = []
     for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
@@ -332,24 +334,24 @@ def _after(system: HybridSystem, leg: Leg) -> tuple[Mode, Mode]:
         elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -1e-9:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = next_mode(now, places, mode, rest, wanted)
-    after = _one_slow(released_at_limit(system, after, leg.state, leg.end, now), rest)
+    after = _one_slow(released_at_limit(system, after, part.state, part.end, now), rest)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)
     )
     if resting != mode:
-        leg.state = system.held(resting, leg.state, leg.end)
+        part.state = system.held(resting, part.state, part.end)
     return after, resting
 
 
-def _alone(system: HybridSystem, leg: Leg, event: Event) -> Mode | None:
+def _alone(system: HybridSystem, part: SmoothPhase, event: Event) -> Mode | None:
     """Return the mode that follows where nothing else can change; None if that is not so clear."""
     if event.ending is Ending.YIELDS:
         return (event.towards,)
     if event.ending is Ending.STOPS:
         stuck = system.flow.stuck
-        speed, holds = stuck.rest(leg.state, leg.end, system.constants)
+        speed, holds = stuck.rest(part.state, part.end, system.constants)
         if holds:
-            leg.state[stuck.held[0]] = speed
+            part.state[stuck.held[0]] = speed
             return STUCK
     return None
 
@@ -394,15 +396,15 @@ def _slipping(slip: Numbers) -> Status:
     return Status.FORTH if len(slip) == 2 or slip[0] > 0 else Status.BACK
 
 
-def _stop(system: HybridSystem, leg: Leg, event: Event) -> Stop:
+def _stop(system: HybridSystem, part: SmoothPhase, event: Event) -> Stop:
     if event.ending is Ending.LIMIT:
-        limit, mode = system.flow.limits[event.which], system.flow.of(leg.mode)
-        values = mode.outputs(leg.state[None], np.array([leg.end]), system.constants)
+        limit, mode = system.flow.limits[event.which], system.flow.of(part.mode)
+        values = mode.outputs(part.state[None], np.array([part.end]), system.constants)
         value = float(values[0, mode.output_index(limit.output)])
-        return Stop(limit.name, limit.reason.format(value=value), leg.end)
+        return Stop(limit.name, limit.reason.format(value=value), part.end)
     if event.ending is Ending.STIFF:
         reason = (
             "the motion would need too many steps; make what is steep or fast in the model less so"
         )
-        return Stop("stiff", reason, leg.end)
-    return Stop("singular", "the motion became singular; start elsewhere", leg.end)
+        return Stop("stiff", reason, part.end)
+    return Stop("singular", "the motion became singular; start elsewhere", part.end)

@@ -15,9 +15,9 @@ from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
 from slipfold.flow.equations import written
 from slipfold.flow.flow import flow_of
+from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_flow_of, hybrid_system
+from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.modes import Ending, Mode, Status, mode_equations
-from slipfold.flow.switched_flow import HybridSystem, Leg, hybrid_system, switched_flow_of
-from slipfold.flow.switched_motion import Broken, first_mode, legs
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
@@ -36,7 +36,7 @@ class Samples:
 
     def outputs(self) -> Array:
         """Return all outputs there, the states first, shape (m, n_outputs)."""
-        flow, constants = switched_flow_of(self._model), flow_of(self._model).constants_of
+        flow, constants = hybrid_flow_of(self._model), flow_of(self._model).constants_of
         known, found = constants(self._model), None
         for mode in dict.fromkeys(self._modes):
             chosen = np.array([item == mode for item in self._modes])
@@ -48,7 +48,7 @@ class Samples:
         return found
 
 
-def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[Leg]:
+def dense_phases(model: Model, state: Array, mode: Mode, end: float) -> Iterator[SmoothPhase]:
     """Propagate a state from phase zero to another, with all that lies between.
 
     A trajectory that cannot continue ends there; where slip in the plane grazes zero it continues
@@ -59,10 +59,10 @@ def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[L
     while ahead:
         ahead = False
         try:
-            for leg, _ in legs(system, mode, state, end, begin=phase, dense=True):
-                yield leg
+            for part, _ in smooth_phases(system, mode, state, end, begin=phase, dense=True):
+                yield part
         except Broken as broken:
-            if (last := broken.leg) is None:
+            if (last := broken.part) is None:
                 return
             yield last
             resting = _touches(system, last)
@@ -71,40 +71,40 @@ def dense_legs(model: Model, state: Array, mode: Mode, end: float) -> Iterator[L
                 state = system.held(mode, last.state, phase)
 
 
-def _touches(system: HybridSystem, leg: Leg) -> Mode | None:
+def _touches(system: HybridSystem, part: SmoothPhase) -> Mode | None:
     """Return the mode at rest of slip that turns too fast to follow, None if it does not rest."""
-    stiff = leg.event is not None and leg.event.ending is Ending.STIFF
-    if not stiff or Status.SLOW not in leg.mode:
+    stiff = part.event is not None and part.event.ending is Ending.STIFF
+    if not stiff or Status.SLOW not in part.mode:
         return None
-    contact, now = leg.mode.index(Status.SLOW), system.at(leg.state, leg.end)
+    contact, now = part.mode.index(Status.SLOW), system.at(part.state, part.end)
     speed = math.hypot(*now.slip[system.places[contact]]) * system.weights[contact]
-    resting = (*leg.mode[:contact], Status.STICK, *leg.mode[contact + 1 :])
+    resting = (*part.mode[:contact], Status.STICK, *part.mode[contact + 1 :])
     return resting if speed < TOUCHES else None
 
 
-def sample_switched(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:
+def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:
     """Carry a state from phase zero along increasing phases. Shapes: state (n,); phases (m,)."""
     states = np.full((len(phases), len(state)), np.nan)
     modes = [mode] * len(phases)
     scales = flow_of(model).constants_of(model).scales
     done, last, doing = 0, state, mode
-    for leg in dense_legs(model, state, mode, float(phases[-1])):
-        arrived = leg.event is None and leg.end >= phases[-1]
-        upto = len(phases) if arrived else int(np.searchsorted(phases, leg.end))
+    for part in dense_phases(model, state, mode, float(phases[-1])):
+        arrived = part.event is None and part.end >= phases[-1]
+        upto = len(phases) if arrived else int(np.searchsorted(phases, part.end))
         if upto > done:
-            if leg.polynomials is None:
-                states[done:upto] = leg.state
+            if part.polynomials is None:
+                states[done:upto] = part.state
             else:
-                states[done:upto] = leg.polynomials(phases[done:upto])[:, : len(state)] * scales
-            modes[done:upto] = [leg.seen] * (upto - done)
-        done, last, doing = max(done, upto), leg.state, leg.seen
+                states[done:upto] = part.polynomials(phases[done:upto])[:, : len(state)] * scales
+            modes[done:upto] = [part.seen] * (upto - done)
+        done, last, doing = max(done, upto), part.state, part.seen
     # Where the last smooth phase ends in an event at the last of the phases, no other one follows.
     states[done:], modes[done:] = last, [doing] * (len(phases) - done)
     return Samples(model, states, phases, modes)
 
 
 @dataclass(frozen=True, eq=False)
-class ContactPiece:
+class ContactPhase:
     """A time in which a contact does one thing, with its ends; d directions."""
 
     status: Status
@@ -118,11 +118,11 @@ class ContactPiece:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactMotion:
+class ContactTrajectory:
     """All that one contact does, piece after piece."""
 
     name: str
-    pieces: tuple[ContactPiece, ...]
+    pieces: tuple[ContactPhase, ...]
 
     @property
     def directions(self) -> int:
@@ -135,41 +135,41 @@ class ContactMotion:
         return float(self.pieces[-1].phase[-1])
 
 
-def contact_motions(
+def contact_trajectories(
     model: Model,
     starts: Iterable[tuple[Array, Mode | None]],
     length: float = 1.0,
     per_period: int = 256,
-) -> tuple[ContactMotion, ...]:
+) -> tuple[ContactTrajectory, ...]:
     """Return what all contacts do in trajectories of some length that follow each other.
 
     Each begins at phase zero, at a state and in a mode; None is the one that the state tells.
     """
-    flow = switched_flow_of(model)
-    found: list[list[ContactPiece]] = [[] for _ in flow.contacts]
+    flow = hybrid_flow_of(model)
+    found: list[list[ContactPhase]] = [[] for _ in flow.contacts]
     for number, (state, mode) in enumerate(starts):
         if mode is None:
             mode = first_mode(hybrid_system(model, state), state)
-        for leg in dense_legs(model, state, mode, length):
-            if leg.polynomials is None or leg.end == leg.begin:
+        for part in dense_phases(model, state, mode, length):
+            if part.polynomials is None or part.end == part.begin:
                 continue
-            sampled = _sampled(model, leg, len(state), per_period)
+            sampled = _sampled(model, part, len(state), per_period)
             for pieces, piece in zip(found, sampled, strict=True):
                 pieces.append(_later(piece, number * length))
     return tuple(
-        ContactMotion(contact.name, tuple(_joined(pieces)))
+        ContactTrajectory(contact.name, tuple(_joined(pieces)))
         for contact, pieces in zip(flow.contacts, found, strict=True)
     )
 
 
-def _sampled(model: Model, leg: Leg, n: int, per_period: int) -> list[ContactPiece]:
+def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[ContactPhase]:
     """Sample a smooth phase from its begin to its end, a piece for each contact."""
-    constants, flow = flow_of(model).constants_of(model), switched_flow_of(model)
-    count = max(math.ceil(per_period * (leg.end - leg.begin)), 16)  # short pieces turn as sharply
-    phases = np.linspace(leg.begin, leg.end, count + 1)
-    assert leg.polynomials is not None
-    states = leg.polynomials(phases)[:, :n] * constants.scales
-    mode = leg.seen
+    constants, flow = flow_of(model).constants_of(model), hybrid_flow_of(model)
+    count = max(math.ceil(per_period * (part.end - part.begin)), 16)  # short pieces turn as sharply
+    phases = np.linspace(part.begin, part.end, count + 1)
+    assert part.polynomials is not None
+    states = part.polynomials(phases)[:, :n] * constants.scales
+    mode = part.seen
     repeated = np.broadcast_to(constants.values, (len(phases), len(constants.values)))
     inputs = np.concatenate([states, phases[:, None], repeated], axis=1)
     values = _evaluated(model.kind, mode)(np.ascontiguousarray(inputs.T)).T
@@ -181,7 +181,7 @@ def _sampled(model: Model, leg: Leg, n: int, per_period: int) -> list[ContactPie
         if status is Status.STICK:
             slip = np.zeros_like(slip)
         pieces.append(
-            ContactPiece(status, phases, slip, friction, normal[:, 0], plate, displacement)
+            ContactPhase(status, phases, slip, friction, normal[:, 0], plate, displacement)
         )
         done += 4 * d + 1
     return pieces
@@ -226,18 +226,18 @@ def _displacement(model: Model, contact: Contact) -> list[Expression]:
 ZERO = hy.expression(0.0)
 
 
-def _later(piece: ContactPiece, phases: float) -> ContactPiece:
-    return ContactPiece(**{**vars(piece), "phase": piece.phase + phases})
+def _later(piece: ContactPhase, phases: float) -> ContactPhase:
+    return ContactPhase(**{**vars(piece), "phase": piece.phase + phases})
 
 
-def _joined(pieces: Sequence[ContactPiece]) -> list[ContactPiece]:
+def _joined(pieces: Sequence[ContactPhase]) -> list[ContactPhase]:
     """Join pieces that follow each other in which a contact does the same."""
-    found: list[ContactPiece] = []
+    found: list[ContactPhase] = []
     for piece in pieces:
         if found and found[-1].status is piece.status:
             last = vars(found.pop())
             own = vars(piece)
             joined = {key: np.concatenate([last[key], own[key]]) for key in own if key != "status"}
-            piece = ContactPiece(piece.status, **joined)
+            piece = ContactPhase(piece.status, **joined)
         found.append(piece)
     return found

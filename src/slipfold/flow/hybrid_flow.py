@@ -44,7 +44,7 @@ FOREVER = 1e30
 
 
 @dataclass(eq=False, slots=True)  # frozen ones take three times as long to make
-class Leg:
+class SmoothPhase:
     """A piece of motion in one mode; nothing changes once it is handed on."""
 
     mode: Mode
@@ -64,7 +64,7 @@ class Leg:
         return shown(self.mode)
 
 
-class SwitchedFlow:
+class HybridFlow:
     """The flows of a model's modes; the values of its parameters play no part."""
 
     def __init__(self, model: Model) -> None:
@@ -171,7 +171,7 @@ def _over(sizes: Array) -> Array:
 class HybridSystem:
     """The switched flow of a model at values of its parameters."""
 
-    flow: SwitchedFlow
+    flow: HybridFlow
     constants: Constants
     weights: Array  # one over the scales of slips, frictions, and of what limits watch
 
@@ -194,7 +194,7 @@ class HybridSystem:
 
     def run(
         self, mode: Mode, state: Array, begin: float, end: float, *, dense: bool = False
-    ) -> Leg:
+    ) -> SmoothPhase:
         """Integrate a state in a mode until the mode changes. Shapes: state (n,)."""
         ready = self.flow.ready(mode, self.constants, self.weights)
         ready.set_out(state, begin)
@@ -204,11 +204,11 @@ class HybridSystem:
         final, energies = ready.arrived()
         if not ready.compiled.rests:
             final = ready.compiled.hold(final, time, self.constants)
-        return Leg(mode, begin, time, final, energies, event)
+        return SmoothPhase(mode, begin, time, final, energies, event)
 
     def _run_closely(
         self, ready: ReadyMode, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
-    ) -> Leg:
+    ) -> SmoothPhase:
         """Do so where slip is slow, or dense output is requested."""
         compiled, integrator = ready.compiled, ready.integrator
         until, slow = end, compiled.slow
@@ -233,7 +233,7 @@ class HybridSystem:
             if isinstance(polynomials, StepPolynomials):
                 polynomials = self._slowly(compiled, polynomials)
         final = compiled.hold(final, time, self.constants, polar)
-        return Leg(mode, begin, time, final, energies, event, polynomials=polynomials)
+        return SmoothPhase(mode, begin, time, final, energies, event, polynomials=polynomials)
 
     def _slowly(self, compiled: CompiledMode, polynomials: StepPolynomials) -> SlowPolynomials:
         """Return what lies between the ends of steps of slow slip."""
@@ -260,10 +260,10 @@ class _Own(threading.local):
 
 def hybrid_system(model: Model, state: Array) -> HybridSystem:
     """Return the hybrid system of a model, with scales about a state. Shapes: state (n,)."""
-    return switched_flow_of(model).system(state, flow_of(model).constants_of(model))
+    return hybrid_flow_of(model).system(state, flow_of(model).constants_of(model))
 
 
-def switched_flow_of(model: Model) -> SwitchedFlow:
+def hybrid_flow_of(model: Model) -> HybridFlow:
     """Return the switched flow of a model; models with the same equations share one."""
     with _SHARING:
         return _shared(model.kind)
@@ -274,5 +274,5 @@ _BUILDING = Lock()
 
 
 @lru_cache(maxsize=64)
-def _shared(kind: Kind) -> SwitchedFlow:
-    return SwitchedFlow(kind.make())
+def _shared(kind: Kind) -> HybridFlow:
+    return HybridFlow(kind.make())

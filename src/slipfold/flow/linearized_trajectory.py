@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
+from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import Ending, Mode, Status, shown
 from slipfold.flow.polynomials import UNIT, SlowPolynomials
 from slipfold.flow.release import direction_of_release
-from slipfold.flow.switched_flow import HybridSystem, Leg
 
 SHORT = 1e-9
 """Fraction of a smooth phase of slow slip that is left out before it comes to rest: there the
@@ -33,16 +33,19 @@ UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 
 
 @dataclass(frozen=True, eq=False)
-class LinearizedMotion:
+class LinearizedTrajectory:
     """Derivatives of a trajectory's end, by its beginning and along changes of the coefficients."""
 
     matrix: Array  # shape (n, n)
     vectors: Array  # shape (n, k)
 
 
-def linearized_motion(
-    system: HybridSystem, start: Array, passed: Sequence[tuple[Leg, Mode]], directions: Array
-) -> LinearizedMotion:
+def linearized_trajectory(
+    system: HybridSystem,
+    start: Array,
+    passed: Sequence[tuple[SmoothPhase, Mode]],
+    directions: Array,
+) -> LinearizedTrajectory:
     """Linearize a trajectory of some smooth phases, each with the mode that follows.
 
     Shapes: start (n,); directions (n_c, k).
@@ -50,34 +53,34 @@ def linearized_motion(
     variations, n = _Variations(system, directions), len(start)
     first = passed[0][0]
     start = system.held(_equations_in(first), start, first.begin)
-    beyond = [variations.beyond(leg, after) for leg, after in passed]
+    beyond = [variations.beyond(part, after) for part, after in passed]
     starts = np.array([start, *_starts(passed, beyond)[:-1]])
-    ends, matrices, vectors = variations.carried([leg for leg, _ in passed], starts)
+    ends, matrices, vectors = variations.carried([part for part, _ in passed], starts)
     varied = np.eye(n, n + directions.shape[1])
     varied = variations.held(_equations_in(first), start, first.begin, varied)
-    for place, (leg, after) in enumerate(passed):
+    for place, (part, after) in enumerate(passed):
         varied = matrices[place] @ varied
         varied[:, n:] += vectors[place]
-        if leg.released or leg.event is None:
+        if part.released or part.event is None:
             continue
-        if leg.event.ending not in UNCHANGED:
-            varied = variations.changed(leg, after, ends[place], beyond[place], varied)
-    return LinearizedMotion(varied[:, :n], varied[:, n:])
+        if part.event.ending not in UNCHANGED:
+            varied = variations.changed(part, after, ends[place], beyond[place], varied)
+    return LinearizedTrajectory(varied[:, :n], varied[:, n:])
 
 
-def _equations_in(leg: Leg) -> Mode:
+def _equations_in(part: SmoothPhase) -> Mode:
     """Return the mode whose equations hold in a smooth phase."""
-    return shown(leg.mode)
+    return shown(part.mode)
 
 
-def _starts(passed: Sequence[tuple[Leg, Mode]], beyond: Sequence[Array]) -> list[Array]:
+def _starts(passed: Sequence[tuple[SmoothPhase, Mode]], beyond: Sequence[Array]) -> list[Array]:
     """Return the states from which trajectories continue after each smooth phase."""
     found = list[Array]()
-    for place, (leg, _) in enumerate(passed):
+    for place, (part, _) in enumerate(passed):
         # Where a trajectory begins so, its state is all that is known.
-        at_once = bool(found) and leg.released and leg.onset is None
+        at_once = bool(found) and part.released and part.onset is None
         follows = place + 1 < len(passed) and passed[place + 1][0].onset is not None
-        found.append(found[-1] if at_once else leg.state if follows else beyond[place])
+        found.append(found[-1] if at_once else part.state if follows else beyond[place])
     return found
 
 
@@ -88,36 +91,36 @@ class _Variations:
         self._system, self._directions = system, directions
         self._flow, self._constants = system.flow, system.constants
 
-    def beyond(self, leg: Leg, after: Mode) -> Array:
-        """Return the state after a leg, a little slip in what begins to slip in the plane."""
-        state = leg.state
-        if leg.event is None or leg.released:
+    def beyond(self, part: SmoothPhase, after: Mode) -> Array:
+        """Return the state after a part, a little slip in what begins to slip in the plane."""
+        state = part.state
+        if part.event is None or part.released:
             return state
         for contact, status in enumerate(after):
-            if status is Status.SLOW and _rests(leg, contact):
-                along = direction_of_release(self._system, after, contact, state, leg.end)
+            if status is Status.SLOW and _rests(part, contact):
+                along = direction_of_release(self._system, after, contact, state, part.end)
                 slip = SHORT / self._system.weights[contact] * along
-                return self._system.slipping(after, state, slip, leg.end)
+                return self._system.slipping(after, state, slip, part.end)
         return state
 
-    def carried(self, legs: Sequence[Leg], starts: Array) -> tuple[Array, Array, Array]:
+    def carried(self, parts: Sequence[SmoothPhase], starts: Array) -> tuple[Array, Array, Array]:
         """Return the ends of smooth phases with their derivatives, those of one mode in one batch.
 
         Shapes: starts (m, n); returns (m, n), (m, n, n), (m, n, k).
         """
-        begin, end = (np.array([getattr(leg, at) for leg in legs]) for at in ("begin", "end"))
-        for place, leg in enumerate(legs):
-            if _comes_to_rest_in_the_plane(leg):
-                end[place] -= SHORT * (leg.end - leg.begin)
+        begin, end = (np.array([getattr(part, at) for part in parts]) for at in ("begin", "end"))
+        for place, part in enumerate(parts):
+            if _comes_to_rest_in_the_plane(part):
+                end[place] -= SHORT * (part.end - part.begin)
         n, k = starts.shape[1], self._directions.shape[1]
-        ends, matrices = starts.copy(), np.tile(np.eye(n), (len(legs), 1, 1))
-        vectors = np.zeros((len(legs), n, k))
-        modes = [_equations_in(leg) for leg in legs]
-        begun = np.zeros(len(legs), dtype=bool)
-        for one, leg in enumerate(legs):
-            if leg.onset is not None:
-                begun[one], ends[one] = True, leg.state
-                known = leg.onset.linearized(leg.end, self._directions)
+        ends, matrices = starts.copy(), np.tile(np.eye(n), (len(parts), 1, 1))
+        vectors = np.zeros((len(parts), n, k))
+        modes = [_equations_in(part) for part in parts]
+        begun = np.zeros(len(parts), dtype=bool)
+        for one, part in enumerate(parts):
+            if part.onset is not None:
+                begun[one], ends[one] = True, part.state
+                known = part.onset.linearized(part.end, self._directions)
                 matrices[one], vectors[one] = known
         for mode in dict.fromkeys(modes):
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
@@ -128,31 +131,33 @@ class _Variations:
                 )
         return ends, matrices, vectors
 
-    def changed(self, leg: Leg, after: Mode, end: Array, beyond: Array, varied: Array) -> Array:
+    def changed(
+        self, part: SmoothPhase, after: Mode, end: Array, beyond: Array, varied: Array
+    ) -> Array:
         """Return variations after an event."""
-        mode, phase = shown(leg.mode), np.array([leg.end])
-        states, explicit, pulls = self._event_slopes(leg, end)
+        mode, phase = shown(part.mode), np.array([part.end])
+        states, explicit, pulls = self._event_slopes(part, end)
         rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
         new_rates = self._flow.of(after).rates(beyond[None], phase, self._constants)[0]
         met = states @ varied
         met[len(end) :] += pulls
         delay = -met / (states @ rates + explicit)
         varied = varied + np.outer(rates - new_rates, delay)
-        return self.held(after, leg.state, leg.end, varied)
+        return self.held(after, part.state, part.end, varied)
 
-    def _event_slopes(self, leg: Leg, end: Array) -> tuple[Array, float, Array]:
+    def _event_slopes(self, part: SmoothPhase, end: Array) -> tuple[Array, float, Array]:
         """Return the derivatives of what is zero at an event."""
-        event, flow = leg.event, self._flow
+        event, flow = part.event, self._flow
         assert event is not None
         if event.ending is Ending.STOPS:
             place = self._system.places[event.which]
-            slip = np.array(self._system.at(end, leg.end).slip[place])
+            slip = np.array(self._system.at(end, part.end).slip[place])
             along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
-            found = flow.slips.at(end, leg.end, self._constants, self._directions)
+            found = flow.slips.at(end, part.end, self._constants, self._directions)
             states, explicit, pulls = (along @ item[place] for item in found)
             return states, float(explicit), pulls
-        slopes, which = flow.mode(shown(leg.mode)).slopes_of(event)
-        found = slopes.at(end, leg.end, self._constants, self._directions)
+        slopes, which = flow.mode(shown(part.mode)).slopes_of(event)
+        found = slopes.at(end, part.end, self._constants, self._directions)
         states, explicit, pulls = (item[which] for item in found)
         return states, float(explicit), pulls
 
@@ -169,22 +174,22 @@ class _Variations:
         return result
 
 
-def _rests(leg: Leg, contact: int) -> bool:
+def _rests(part: SmoothPhase, contact: int) -> bool:
     """Whether a contact has no slip at the end of a smooth phase."""
-    event = leg.event
+    event = part.event
     stops = event is not None and event.ending is Ending.STOPS and event.which == contact
-    return stops or leg.mode[contact] is Status.STICK
+    return stops or part.mode[contact] is Status.STICK
 
 
-def _comes_to_rest_in_the_plane(leg: Leg) -> bool:
-    event = leg.event
+def _comes_to_rest_in_the_plane(part: SmoothPhase) -> bool:
+    event = part.event
     if event is None or event.ending is not Ending.STOPS:
         return False
-    return leg.mode[event.which] is Status.SLOW
+    return part.mode[event.which] is Status.SLOW
 
 
 def left_to_touch(
-    system: HybridSystem, start: Array, passed: Sequence[tuple[Leg, Mode]]
+    system: HybridSystem, start: Array, passed: Sequence[tuple[SmoothPhase, Mode]]
 ) -> list[float]:
     """Return least speeds of slow slip, over its size, and squares of the lengths of its stops.
 
@@ -192,21 +197,21 @@ def left_to_touch(
     """
     found = list[float]()
     state, stopped, released = start, dict[int, float](), False
-    for leg, after in passed:
-        slow = leg.mode.index(Status.SLOW) if Status.SLOW in leg.mode else None
-        stops = leg.event is not None and leg.event.ending is Ending.STOPS
-        if slow is not None and not (leg.released or released or stops):
-            again = system.run(leg.mode, state, leg.begin, leg.end, dense=True).polynomials
+    for part, after in passed:
+        slow = part.mode.index(Status.SLOW) if Status.SLOW in part.mode else None
+        stops = part.event is not None and part.event.ending is Ending.STOPS
+        if slow is not None and not (part.released or released or stops):
+            again = system.run(part.mode, state, part.begin, part.end, dense=True).polynomials
             assert isinstance(again, SlowPolynomials)
             found += [speed * system.weights[slow] for speed in _least_speeds(again, len(start))]
         for contact, place in enumerate(system.places):
             if place.stop - place.start < 2:
                 continue
-            if leg.mode[contact] is not Status.STICK and after[contact] is Status.STICK:
-                stopped[contact] = leg.end
+            if part.mode[contact] is not Status.STICK and after[contact] is Status.STICK:
+                stopped[contact] = part.end
             elif after[contact] is not Status.STICK and contact in stopped:
-                found.append((leg.end - stopped.pop(contact)) ** 2)
-        state, released = leg.state, leg.released
+                found.append((part.end - stopped.pop(contact)) ** 2)
+        state, released = part.state, part.released
     return found
 
 
