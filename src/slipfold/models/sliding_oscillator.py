@@ -25,7 +25,7 @@ from slipfold.models.output import (
 )
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.parametric import described
-from slipfold.models.structures.component import cos_sin
+from slipfold.models.structures.component import LocalState, cos_sin
 from slipfold.models.structures.contacts import ModulatedLoad
 
 LOAD = ModulatedLoad()
@@ -286,13 +286,15 @@ class SlidingOscillator(MechanicalModel):
 
     def _tip(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
         """Return the contact of tip and plate."""
-        plate, moving = (c["plate_x"], c["plate_y"]), self._law.memory(2)
+        plate = (c["plate_x"], c["plate_y"])
+        memory = tuple(q[state.name] for state in self._law.memory(2))
+        local = LocalState(q, c, phase, u=(), v=())
         start = len(LAW_PREFIX)
         return Contact(
             slip=(plate[0] - c["L"] * q["vx"], plate[1] - c["L"] * q["vy"]),
-            memory=tuple(q[state.name] for state in moving),
-            normal=LOAD.force(None, None, c, phase),
-            normal_rate=LOAD.rate(None, None, None, c, phase) if moving else 0.0,
+            memory=memory,
+            normal=LOAD.force(local),
+            normal_rate=LOAD.rate(local) if memory else 0.0,
             name="tip",
             plate=plate,
             plate_speed=c["Vd"],
@@ -314,10 +316,7 @@ class SlidingOscillator(MechanicalModel):
         """Zero, with the memory that a friction law has after a long slip at the plate's speed."""
         angle, speed = self._values["alpha"], self._values["Vd"]
         slip = (speed * math.cos(angle), speed * math.sin(angle))
-        deflections = len(self.states[4:])
-        moves = deflections and speed
-        memory = self.friction.steady_memory(slip) if moves else (0.0,) * deflections
-        return np.array([0.0, 0.0, 0.0, 0.0, *memory])
+        return np.array([0.0, 0.0, 0.0, 0.0, *self.friction.steady_memory(slip)])
 
     def declared_scales(self) -> Array:
         """Displacements of order L, rates of order 2 pi f, memory as the law says."""

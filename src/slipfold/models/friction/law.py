@@ -193,7 +193,7 @@ class FrictionLaw(Parametric, ABC):
         return ()
 
     def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the memory after a long slip at a constant velocity.
+        """Return the memory after a long slip at a constant velocity; zero without slip.
 
         Parameters
         ----------
@@ -404,6 +404,8 @@ class MemoryLaw(FrictionLaw):
         )
 
     def steady_memory(self, slip: Sequence[float]) -> tuple[float, ...]:
-        """Return the deflection after a long slip at a constant velocity."""
+        """Return the deflection after a long slip at a constant velocity; zero without slip."""
         speed = float(np.linalg.norm(slip))
+        if not speed:
+            return (0.0,) * len(slip)
         return tuple(self.steady_deflection(speed) * float(part) / speed for part in slip)

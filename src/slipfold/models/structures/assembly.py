@@ -64,16 +64,8 @@ class Assembly:
     def __init__(self, definition: Definition) -> None:
         self.definition = definition
         self.reduced = self._reduce()
-        self.names = definition.names if self.reduced is None else self.reduced.names
-        self.size = len(self.names)
-        if self.size > LARGEST:
-            raise InputError(
-                f"the structure keeps {self.size} degrees of freedom; orbits of more than "
-                f"{LARGEST} take minutes each, so give reduction=CraigBampton(boundary, modes=10) "
-                "or ModalReduction(modes=20)"
-            )
-        self.mass = definition.M.dense() if self.reduced is None else self.reduced.mass
-        self.stiffness = definition.K.dense() if self.reduced is None else self.reduced.stiffness
+        self.names, self.size = self.reduced.names, len(self.reduced.names)
+        self.mass, self.stiffness = self.reduced.mass, self.reduced.stiffness
         self.damping = self._damping_terms()
         self.placed = tuple(
             Placed(component, f"{place}_", self._rows(component))
@@ -84,11 +76,21 @@ class Assembly:
 
     # -- matrices ------------------------------------------------------------------------------
 
-    def _reduce(self) -> Reduced | None:
+    def _reduce(self) -> Reduced:
+        """Return the structure in the coordinates that are kept: all if it is not reduced."""
         item = self.definition
+        if item.reduction is not None:
+            reduced = item.reduction.apply(item.M, item.K, item.names)
+        size = item.M.size if item.reduction is None else len(reduced.names)
+        if size > LARGEST:
+            raise InputError(
+                f"the structure keeps {size} degrees of freedom; orbits of more than "
+                f"{LARGEST} take minutes each, so give reduction=CraigBampton(boundary, modes=10) "
+                "or ModalReduction(modes=20)"
+            )
         if item.reduction is None:
-            return None
-        reduced = item.reduction.apply(item.M, item.K, item.names)
+            return Reduced(item.names, np.eye(size), item.M.dense(), item.K.dense())
+        assert reduced.report is not None
         directions = [
             direction
             for component in item.components
@@ -104,8 +106,6 @@ class Assembly:
             return ()
         if isinstance(damping, Damping):
             return damping.terms(self.mass, self.stiffness)
-        if self.reduced is None:
-            return ((None, damping.dense()),)
         basis = self.reduced.basis
         return ((None, basis.T @ np.asarray(damping.array() @ basis)),)
 
@@ -118,7 +118,7 @@ class Assembly:
         row = np.ones(len(names)) if direction is None else direction.vector(names)
         if inertial:
             row = np.asarray(mass.array() @ row)
-        return row if self.reduced is None else np.asarray(row @ self.reduced.basis)
+        return np.asarray(row @ self.reduced.basis)
 
     def over_mass(self, matrix: Array) -> Array:
         """Return the inverse mass matrix times a matrix; what is zero but for rounding is zero.
@@ -232,11 +232,6 @@ class Assembly:
             result |= {f"{item.prefix}{key}": value for key, value in found.items()}
         return result
 
-    def own_coefficients(self, item: Placed, c: Symbols) -> dict[str, Expression]:
-        """Return a component's coefficients by their own names."""
-        start = item.prefix
-        return {key[len(start) :]: value for key, value in c.items() if key.startswith(start)}
-
     def local(
         self, item: Placed, q: Symbols, c: Symbols, phase: Expression, rates: Symbols | None = None
     ) -> LocalState:
@@ -323,42 +318,27 @@ class Assembly:
         self, places: list[Expression], speeds: list[Expression], c: Symbols
     ) -> list[list[Expression]]:
         """Return the linear terms of each acceleration; numbers stand in for the matrices."""
-        if self.modal is not None:
-            return self._terms_by_modes(places, speeds, c)
-        constant = sum((matrix for key, matrix in self.damping if key is None), np.zeros(1))
-        stiffness = self.over_mass(self.stiffness)
-        damping = self.over_mass(np.broadcast_to(constant, self.mass.shape))
-        scaled = [(key, self.over_mass(m)) for key, m in self.damping if key is not None]
+        acting, dampings = places, list(self.damping)
+        if self.modal is None:
+            stiffness = self.over_mass(self.stiffness)
+        else:
+            squares, shapes, into = self.modal
+            stiffness = shapes * squares
+            acting = [total(weighted_sum(row, places)) for row in into]
+            # Damping proportional to the stiffness acts on the modal coordinates as well.
+            for key, matrix in self.damping:
+                if matrix is self.stiffness:
+                    dampings = [item for item in dampings if item[1] is not matrix]
+                    rates = [total(weighted_sum(row, speeds)) for row in into]
+                    pairs = zip(acting, rates, strict=True)
+                    acting = [one + c[str(key)] * other for one, other in pairs]
+        others = [(key, self.over_mass(matrix)) for key, matrix in dampings]
         terms = []
         for row in range(self.size):
-            found = weighted_sum(-stiffness[row], places) + weighted_sum(-damping[row], speeds)
-            for key, matrix in scaled:
+            found = weighted_sum(-stiffness[row], acting)
+            for key, matrix in others:
                 parts = weighted_sum(-matrix[row], speeds)
-                found += [c[key] * total(parts)] if parts else []
-            terms.append(found)
-        return terms
-
-    def _terms_by_modes(
-        self, places: list[Expression], speeds: list[Expression], c: Symbols
-    ) -> list[list[Expression]]:
-        """Return the same, the stiffness applied to the modal coordinates."""
-        assert self.modal is not None
-        squares, shapes, into = self.modal
-        acting = [total(weighted_sum(row, places)) for row in into]
-        others = []
-        for key, matrix in self.damping:
-            factor = 1.0 if key is None else c[key]
-            if matrix is self.stiffness:
-                rates = [total(weighted_sum(row, speeds)) for row in into]
-                acting = [one + factor * other for one, other in zip(acting, rates, strict=True)]
-            else:
-                others.append((factor, self.over_mass(matrix)))
-        terms = []
-        for row in range(self.size):
-            found = weighted_sum(-shapes[row] * squares, acting)
-            for factor, matrix in others:
-                parts = weighted_sum(-matrix[row], speeds)
-                found += [factor * total(parts)] if parts else []
+                found += parts if key is None else [c[key] * total(parts)] if parts else []
             terms.append(found)
         return terms
 

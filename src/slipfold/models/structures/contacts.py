@@ -28,6 +28,7 @@ from slipfold.models.structures.component import (
     checked_harmonic,
     cos_sin,
     shown,
+    total,
     wave,
 )
 
@@ -57,41 +58,32 @@ class NormalLoad(Parametric, ABC):
     )
 
     @abstractmethod
-    def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
+    def force(self, local: LocalState) -> Expression:
         """Return the normal force in N.
 
         Parameters
         ----------
-        u, v
-            Displacement in m and velocity in m/s along the normal; None without one.
-        c
-            The parameters by name.
-        phase
-            Time divided by the forcing period.
+        local
+            State of the structure along the normal, without displacement if there is none.
         """
 
-    def rate(
-        self, u: Expression, v: Expression, a: Expression, c: Symbols, phase: Expression
-    ) -> Expression:
+    def rate(self, local: LocalState) -> Expression:
         """Return the rate of the normal force in N/s.
 
         Parameters
         ----------
-        u, v, a
-            Displacement in m, velocity and acceleration along the normal; None without one.
-        c
-            The parameters by name, and ``f`` if the force is periodic in time.
-        phase
-            Time divided by the forcing period.
+        local
+            The same with the acceleration, and with ``f`` in Hz if the force is periodic in time.
         """
-        rates = {"u": v, "v": a, "phase": c.get("f")}
-        symbols = {name: hy.expression(name) for name in rates}
-        force = as_symbol(self.force(symbols["u"], symbols["v"], c, symbols["phase"]))
-        slopes = {name: hy.diff(force, symbol) for name, symbol in symbols.items()}
-        terms = [slope * rates[name] for name, slope in slopes.items() if rates[name] is not None]
-        known = {"u": u, "v": v, "phase": phase}
-        present = {name: as_symbol(value) for name, value in known.items() if value is not None}
-        return hy.subs(hy.sum(terms), present) if terms else 0.0
+        u, v, phase = (hy.expression(name) for name in ("u", "v", "phase"))
+        moves = bool(local.u)
+        at = replace(local, u=(u,) if moves else (), v=(v,) if moves else (), phase=phase)
+        force = as_symbol(self.force(at))
+        terms = [(phase, local.c["f"])] if self.amplitudes else []
+        terms += [(u, local.v[0]), (v, local.a[0])] if moves else []
+        rate = total([hy.diff(force, symbol) * slope for symbol, slope in terms])
+        known = {"u": local.u[0], "v": local.v[0]} if moves else {}
+        return hy.subs(rate, {**known, "phase": local.phase})
 
 
 @dataclass(frozen=True)
@@ -108,9 +100,9 @@ class ConstantLoad(NormalLoad):
 
     Ns: float = described(_STATIC)
 
-    def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
+    def force(self, local: LocalState) -> Expression:
         """``Ns``."""
-        return c["Ns"]
+        return local.c["Ns"]
 
 
 @dataclass(frozen=True)
@@ -145,9 +137,9 @@ class ModulatedLoad(NormalLoad):
                 "would open; give Nd < Ns"
             )
 
-    def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
+    def force(self, local: LocalState) -> Expression:
         """``Ns + Nd cos(2 pi h f t)``."""
-        return c["Ns"] + c["Nd"] * wave(self.harmonic, phase)[0]
+        return local.c["Ns"] + local.c["Nd"] * wave(self.harmonic, local.phase)[0]
 
 
 @dataclass(frozen=True)
@@ -190,8 +182,9 @@ class ContactLoad(NormalLoad):
     kn: float = described(nonnegative("kn", 1.0, "N/m", "normal stiffness of a contact", "$k_n$"))
     cn: float = described(nonnegative("cn", 0.0, "N s/m", "normal damping of a contact", "$c_n$"))
 
-    def force(self, u: Expression, v: Expression, c: Symbols, phase: Expression) -> Expression:
+    def force(self, local: LocalState) -> Expression:
         """``Ns - kn u - cn v``."""
+        (u,), (v,), c = local.u, local.v, local.c
         return c["Ns"] - c["kn"] * u - c["cn"] * v
 
 
@@ -322,13 +315,12 @@ class FrictionContact(Component):
         """
         c, size = local.c, len(self.along)
         plate = (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
-        normal = [part[size] if len(part) > size else None for part in (local.u, local.v, local.a)]
-        moves = self.memory() and local.a
+        across = replace(local, u=local.u[size:], v=local.v[size:], a=local.a[size:])
         return Contact(
             slip=tuple(w - v for w, v in zip(plate, local.v, strict=False)),
             memory=local.memory,
-            normal=self.load.force(*normal[:2], c, local.phase),
-            normal_rate=self.load.rate(*normal, c, local.phase) if moves else 0.0,
+            normal=self.load.force(across),
+            normal_rate=self.load.rate(across) if local.a else 0.0,
             name=self.key,
             plate=plate,
             plate_speed=c["Vd"],
@@ -347,16 +339,13 @@ class FrictionContact(Component):
         return self.law.memory(len(self.along))
 
     def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the law's memory after a long slip; zero where the moving surface is at rest.
+        """Return the law's memory after a long slip on the moving surface.
 
         Parameters
         ----------
         values
             Parameter values by their own names.
         """
-        states = self.memory()
-        if not states or not values["Vd"]:
-            return (0.0,) * len(states)
         angle = values["alpha"] if self.planar else 0.0
         plate = (values["Vd"] * math.cos(angle), values["Vd"] * math.sin(angle))
         return self.law_with(values).steady_memory(plate[: len(self.along)])

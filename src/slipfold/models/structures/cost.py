@@ -1,4 +1,4 @@
-"""What the flow of a structure will cost, said before it is compiled."""
+"""The cost of a structure's flow: an estimate before it is compiled."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from slipfold.models.model import COLUMNS, carried_whole
 
 # Fitted to chains of 1 to 40 masses with a cubic spring and a friction contact, tridiagonal and
-# full matrices, on a core of an AMD EPYC at about 3 GHz.
-COMPILE_BASE = 1.0
-COMPILE_PRODUCT = 6e-5
-RUN_BASE = 5e-5
-RUN_PRODUCT = 1e-7
-"""A product of two series of order 16, in eight lanes."""
+# full matrices, on a core of an AMD EPYC at about 3 GHz: seconds, and seconds a product of two
+# series of order 16 in eight lanes; products of the formula of a component, by direction.
+COMPILE_BASE, COMPILE_PRODUCT = 1.0, 6e-5
+RUN_BASE, RUN_PRODUCT = 5e-5, 1e-7
+COMPONENT = 50
 
 STEPS_A_CYCLE = 7.0
 """Taylor steps of order 16 in an oscillation: the step of exp(i w t) at 1e-13 is 0.9/w."""
@@ -22,15 +21,12 @@ MANY_STEPS = 3000
 """Steps in a period beyond which the highest modes are what takes time: chains of eighty masses
 take a tenth of them, a beam of three finite elements twice as many."""
 
-COMPONENT = 50
-"""Products of the formula of a component and its derivatives, by direction."""
-
 
 @dataclass(frozen=True)
 class Cost:
     """Estimated cost of the flow with its first derivatives, on one core.
 
-    It is right to a factor of two or three: processors differ, and so does the motion.
+    It is right to a factor of two or three: processors differ, and so do trajectories.
 
     Parameters
     ----------
@@ -38,8 +34,8 @@ class Cost:
         Number of states n.
     equations
         Number of differential equations that are compiled: states, and their derivatives with
-        respect to the start and one parameter. All of these, ``n (n + 2)``, up to 24 states; of
-        larger structures a few derivatives at a time ride along, with ``7 n`` equations.
+        respect to the start and one parameter; ``n (n + 2)`` up to 24 states, ``7 n`` of larger
+        structures, whose derivatives are integrated a few at a time.
     products
         Number of products in them.
     runs
@@ -47,9 +43,9 @@ class Cost:
     steps
         Steps of the integration in a period of the forcing, set by the highest frequency.
     compile_seconds
-        Time to compile the flow, once: it is kept on disk.
+        Time to compile the flow, once: it is stored on disk.
     period_seconds
-        Time to carry a batch of eight segments or orbits through one period of the forcing.
+        Time to integrate eight segments or orbits over one period of the forcing.
 
     Examples
     --------
@@ -69,21 +65,18 @@ class Cost:
     def __str__(self) -> str:
         """Say it in a sentence."""
         apart = f", integrated in {self.runs} groups" if self.runs > 1 else ""
-        return (
+        text = (
             f"{self.states} states: {self.equations} differential equations with "
             f"{self.products:.2g} products{apart}; compiled once in about "
             f"{self.compile_seconds:.2g} s, then about {self.period_seconds * 1e3:.2g} ms a period"
-            f"{self._advice()}"
         )
-
-    def _advice(self) -> str:
-        if self.steps <= MANY_STEPS:
-            return ""
-        return (
-            f" of {self.steps} steps, so fast is the highest mode; "
-            "reduction=CraigBampton(boundary, up_to=...) leaves such modes out, and "
-            "reduction_report says at what price"
-        )
+        if self.steps > MANY_STEPS:
+            text += (
+                f" of {self.steps} steps, so fast is the highest mode; "
+                "reduction=CraigBampton(boundary, up_to=...) leaves such modes out, and "
+                "reduction_report says at what price"
+            )
+        return text
 
 
 def estimate_cost(states: int, linear: int, coupled: int, directions: int, cycles: float) -> Cost:
@@ -100,12 +93,6 @@ def estimate_cost(states: int, linear: int, coupled: int, directions: int, cycle
         change = round(2 * each + 8 * states) + fixed
         compiled, work = group + change, runs * group + change
     steps = 1 + round(STEPS_A_CYCLE * cycles)
-    return Cost(
-        states=states,
-        equations=equations,
-        products=compiled,
-        runs=runs,
-        steps=steps,
-        compile_seconds=COMPILE_BASE + COMPILE_PRODUCT * compiled,
-        period_seconds=RUN_BASE + RUN_PRODUCT * work * steps,
-    )
+    compile_seconds = COMPILE_BASE + COMPILE_PRODUCT * compiled
+    period_seconds = RUN_BASE + RUN_PRODUCT * work * steps
+    return Cost(states, equations, compiled, runs, steps, compile_seconds, period_seconds)

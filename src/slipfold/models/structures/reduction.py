@@ -119,7 +119,7 @@ class Reduced:
     # Reduced matrices, shape (r, r)
     mass: Array
     stiffness: Array
-    report: ReductionReport  # what became of the natural frequencies
+    report: ReductionReport | None = None  # None if they are all degrees of freedom
 
 
 class Reduction:

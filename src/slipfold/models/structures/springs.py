@@ -64,9 +64,23 @@ class LinearSpring(OneDirection):
         return c["c"] * v * v
 
 
+class _PowersSpring(OneDirection):
+    """A spring whose force is a sum of powers with the coefficients ``kn``."""
+
+    def forces(self, local: LocalState) -> Forces:
+        """``-sum kn u^n``."""
+        (u,) = local.u
+        return (-total([k * whole_power(u, int(key[1:])) for key, k in local.c.items()]),)
+
+    def potential(self, local: LocalState) -> Expression | None:
+        """``sum kn u^(n + 1)/(n + 1)``."""
+        (u,), powers = local.u, [(int(key[1:]), k) for key, k in local.c.items()]
+        return total([k * whole_power(u, n + 1) / (n + 1.0) for n, k in powers])
+
+
 @dataclass(frozen=True)
-class CubicSpring(OneDirection):
-    r"""A cubic spring: the force :math:`-k_3 u^3`.
+class CubicSpring(_PowersSpring):
+    r"""A cubic spring: the force :math:`-k_3 u^3`; with a negative stiffness it softens.
 
     Examples
     --------
@@ -77,16 +91,6 @@ class CubicSpring(OneDirection):
     title: ClassVar[str] = "cubic spring"
 
     k3: float = described(Parameter("k3", 0.0, "N/m^3", "cubic stiffness", symbol="$k_3$"))
-
-    def forces(self, local: LocalState) -> Forces:
-        """``-k3 u^3``."""
-        (u,), c = local.u, local.c
-        return (-c["k3"] * whole_power(u, 3),)
-
-    def potential(self, local: LocalState) -> Expression | None:
-        """``k3 u^4/4``."""
-        (u,), c = local.u, local.c
-        return 0.25 * c["k3"] * whole_power(u, 4)
 
 
 def _coefficient(n: int) -> Parameter:
@@ -112,7 +116,7 @@ def _checked_stiffness(value: Any, title: str) -> tuple[tuple[int, float], ...]:
 
 
 @dataclass(frozen=True)
-class PolynomialSpring(OneDirection):
+class PolynomialSpring(_PowersSpring):
     r"""A polynomial spring: the force :math:`-\sum_n k_n u^n`.
 
     Examples
@@ -136,16 +140,6 @@ class PolynomialSpring(OneDirection):
     def kind(self) -> Self:
         """The spring with all coefficients zero."""
         return replace(self, stiffness=tuple((n, 0.0) for n, _ in self.stiffness))
-
-    def forces(self, local: LocalState) -> Forces:
-        """``-sum kn u^n``."""
-        (u,), c = local.u, local.c
-        return (-total([c[f"k{n}"] * whole_power(u, n) for n, _ in self.stiffness]),)
-
-    def potential(self, local: LocalState) -> Expression | None:
-        """``sum kn u^(n + 1)/(n + 1)``."""
-        (u,), c = local.u, local.c
-        return total([c[f"k{n}"] * whole_power(u, n + 1) / (n + 1.0) for n, _ in self.stiffness])
 
 
 _SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}

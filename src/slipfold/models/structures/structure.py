@@ -400,14 +400,12 @@ class Structure(MechanicalModel):
     @property
     def reduction_report(self) -> ReductionReport | None:
         """How well the reduction keeps the natural frequencies; None without one."""
-        reduced = self._assembly.reduced
-        return None if reduced is None else reduced.report
+        return self._assembly.reduced.report
 
     @property
     def basis(self) -> Array:
         """Displacements of all n degrees of freedom by kept coordinate, shape (n, n_kept)."""
-        reduced = self._assembly.reduced
-        return np.eye(self._assembly.size) if reduced is None else reduced.basis.copy()
+        return self._assembly.reduced.basis.copy()
 
     def cost(self) -> Cost:
         """Estimate what the flow of the structure will cost, before it is compiled.
