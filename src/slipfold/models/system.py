@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.built_system import BuiltSystem, build_system, build_system_of_text
-from slipfold.models.definitions.definition import WatchedValue
 from slipfold.models.definitions.source import Source, source_of_file, source_of_text
+from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.parameter import State
+
+if TYPE_CHECKING:
+    from slipfold.models.definitions.definition import WatchedValue
+    from slipfold.models.definitions.equations import SystemEquations
 
 
 class System(Model):
@@ -130,15 +134,19 @@ class System(Model):
             "events": events,
         }
         given = {key: table for key, table in tables.items() if table is not None}
-        built = _built_of(definition, given)
+        equations = _equations_of(definition, given)
+        system = equations.definition
         self._take(
-            _built=built,
-            name=built.definition.name,
-            title=built.definition.title,
-            states=tuple(item.state for item in built.definition.states),
-            parameters=built.parameters,
-            limits=built.limits,
-            quiet=built.definition.quiet,
+            _equations=equations,
+            name=system.name,
+            title=system.title,
+            states=tuple(
+                State(key, item.unit, item.doc, item.label, item.angle)
+                for key, item in system.states.items()
+            ),
+            parameters=equations.parameters,
+            limits=equations.limits,
+            quiet=system.forcing.quiet if system.forcing else None,
         )
         super().__init__(**values)
 
@@ -168,8 +176,11 @@ class System(Model):
         >>> System.from_toml(text).forced
         False
         """
+        # Only systems of equations need pydantic, which takes a while to load.
+        from slipfold.models.definitions.checked_system import build_system
+
         if isinstance(source, str) and ("\n" in source or "=" in source):
-            return cls(build_system(source_of_text(source), "system").text)
+            return cls(build_system(source_of_text(source)).text)
         path = Path(source)
         return cls(build_system(source_of_file(path), path.stem).text)
 
@@ -178,65 +189,67 @@ class System(Model):
 
         Parameter values are the defaults of the definition, not those of this model.
         """
-        return self._built.text
+        return self._equations.text
 
     @property
     def structure(self) -> Mapping[str, Hashable]:
         """The definition as a TOML text."""
-        return {"definition": self._built.text}
+        return {"definition": self._equations.text}
 
     @property
     def forced(self) -> bool:
         """Whether there is a forcing; if not, there is a parameter ``duration`` in seconds."""
-        return self._built.definition.period is not None
+        return self._equations.cycle is not None
 
     @property
     def start(self) -> NDArray[np.float64]:
         """State from which motions and searches start, shape (n_states,)."""
-        return np.array([item.start for item in self._built.definition.states])
+        return np.array([item.start for item in self._equations.definition.states.values()])
 
     @property
     def events(self) -> tuple[WatchedValue, ...]:
         """Values that the definition wants located on every branch."""
-        return self._built.definition.events
+        return self._equations.definition.watched_values
 
     def check(self, values: Mapping[str, float]) -> None:
         """Refuse parameter values with which the equations have no meaning."""
-        self._built.check(values)
+        from slipfold.models.definitions.checked_system import check_values
+
+        check_values(self._equations, values)
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the largest parts of the formulas that depend on parameters alone."""
-        return self._built.equations.coefficients(p)
+        return self._equations.coefficients(p)
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Return the time derivatives of the states, per second."""
-        return self._built.rates(q, c, phase)
+        trees = self._equations.rates.items()
+        return {name: as_symbol(self._equations.value(tree, q, c, phase)) for name, tree in trees}
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the contacts of the definition."""
-        return tuple(item.contact(q, c, phase) for item in self._built.contacts)
+        return tuple(item.contact(q, c, phase) for item in self._equations.contacts)
 
     @property
     def resting(self) -> tuple[str, ...]:
         """Names of the contacts whose moving surfaces are at rest or swing."""
-        return tuple(i.own.name for i in self._built.contacts if i.rests(self._values))
+        return tuple(i.name for i in self._equations.contacts if i.rests(self._values))
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period in seconds; of an autonomous system the ``duration``."""
-        return self._built.equations.period(p)
+        return self._equations.period(p)
 
     def outputs(self) -> tuple[Output, ...]:
         """Return the outputs of the definition."""
-        return self._built.outputs
+        return self._equations.outputs
 
     def declared_scales(self) -> NDArray[np.float64]:
         """Typical sizes of the states, shape (n_states,); NaN where the definition gives none."""
-        given = self._built.definition.states
-        own = (1.0 if item.state.angle else np.nan for item in given)  # a radian, not its turns
         return np.array(
             [
-                size if item.scale is None else item.scale
-                for item, size in zip(given, own, strict=True)
+                # Of an angle a radian, not its turns
+                item.scale or (1.0 if item.angle else np.nan)
+                for item in self._equations.definition.states.values()
             ]
         )
 
@@ -244,10 +257,12 @@ class System(Model):
         """Name and the parameters that differ from the defaults."""
         return self._call(repr(self.name))
 
-    _built: BuiltSystem
+    _equations: SystemEquations
 
 
-def _built_of(definition: object, given: dict[str, Any]) -> BuiltSystem:
+def _equations_of(definition: object, given: dict[str, Any]) -> SystemEquations:
+    from slipfold.models.definitions.checked_system import build_system, build_system_of_text
+
     if definition is None:
         return build_system(Source(given))
     if given:

@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
-from slipfold.models.definitions.tables import type_name
 from slipfold.models.formulas.grammar import (
     LONGEST_FORMULA,
     Binary,
@@ -22,6 +21,7 @@ from slipfold.models.formulas.grammar import (
     format_tree,
     parse_formula,
 )
+from slipfold.text.validated import type_name
 
 LARGEST_INDEX = 100_000
 """A number beyond is a slip of the pen; tables hold a thousand entries."""

@@ -1,79 +1,37 @@
-"""What defines a system of equations: names, formulas as text and meanings, read from tables."""
+"""What a file with a system of equations may hold: names, formulas as text and meanings."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from numbers import Real
-from typing import Any, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    StrictBool,
+    create_model,
+    field_serializer,
+    model_validator,
+)
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.contacts import ContactFormulas, read_contact
-from slipfold.models.definitions.source import MOST_ENTRIES, Source
-from slipfold.models.definitions.tables import Entries, type_name
+from slipfold.models.definitions.schema import Formula, Line, Number, Table
+from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME
-from slipfold.models.friction.record import law_record
+from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.record import friction_laws, law_record
 from slipfold.models.model import Model
 from slipfold.models.output import Limit
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.parameter import Parameter
+from slipfold.models.parametric import declared
 from slipfold.models.suggestion import suggest
-
-
-@dataclass(frozen=True)
-class StateFormula:
-    """A state with the formula of its rate."""
-
-    state: State  # name, unit and meaning
-    rate: str  # formula of its time derivative, per second
-    scale: float | None = None  # typical size, in the unit of the state; None if it is to be found
-    start: float = 0.0  # value from which motions and searches start, in the unit of the state
-
-
-@dataclass(frozen=True)
-class OutputFormula:
-    """A quantity of interest with its formula."""
-
-    name: str  # name in results
-    formula: str  # in states, parameters, named formulas and the time
-    unit: str = ""  # unit as text
-    doc: str = ""  # one line that says what it is
-    label: str = ""  # axis label in mathtext; the name itself if empty
-
-
-@dataclass(frozen=True)
-class WatchedValue:
-    """An event: a value of an output, or of a parameter, to be located on every branch."""
-
-    name: str  # name of the event
-    output: str  # a state, an output or, with the measure ``"parameter"``, a parameter
-    value: float  # the value, in its unit
-    measure: str = "max"  # ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"parameter"``
-    stop: bool = False  # whether the branch ends there
-
-
-@dataclass(frozen=True)
-class Definition:
-    """A system of first-order equations."""
-
-    # Short name, and a line that says what it is
-    name: str
-    title: str = ""
-    parameters: tuple[Parameter, ...] = ()  # parameters with defaults and bounds
-    # Named intermediate formulas: pairs of a name and a text
-    formulas: tuple[tuple[str, str], ...] = ()
-    states: tuple[StateFormula, ...] = ()  # states with the formulas of their rates
-    contacts: tuple[ContactFormulas, ...] = ()  # where friction acts that may stick
-    # Formula of the forcing period in seconds; None for an autonomous system
-    period: str | None = None
-    # Name of the parameter that switches the forcing off; None if there is none
-    quiet: str | None = None
-    outputs: tuple[OutputFormula, ...] = ()  # quantities of interest
-    limits: tuple[Limit, ...] = ()  # where the system is valid
-    events: tuple[WatchedValue, ...] = ()  # values to be located on branches
-
+from slipfold.text.validated import WrongEntry, type_name, validate
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
 
@@ -102,33 +60,297 @@ _TAKEN = frozenset(
 _SYMBOLS = ("c_", "p_", "carried_")
 """How the compiled equations begin the names of coefficients, parameters and variations."""
 
+_BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
+"""What a reason may hold: other braces would be looked up in Python objects."""
 
-def check_names(definition: Definition, source: Source) -> None:
-    """Refuse names that cannot be written in formulas, are taken, or are given twice."""
-    parameters = [item.name for item in definition.parameters]
-    states = [item.state.name for item in definition.states]
-    formulas = [name for name, _ in definition.formulas]
-    outputs = [item.name for item in definition.outputs]
-    given: dict[str, str] = {}
-    for table, what, names in (
-        ("parameters", "a parameter", parameters),
-        ("formulas", "a formula", formulas),
-        ("states", "a state", states),
-    ):
-        _check_form(names, table, source)
-        _check_double(names, table, what, given, source)
-        given |= dict.fromkeys(names, what)
-    for item in definition.contacts:
-        _check_form([item.name], "contacts", source)
-        for name in item.output_names:
-            what = f"a quantity of the contact {item.name}"
-            _check_double([name], "contacts", what, given, source)
-            given[name] = what
-    _check_form(outputs, "outputs", source)
-    # An output may show a formula under its own name; states are outputs already.
-    shown = {name: what for name, what in given.items() if what != "a formula"}
-    _check_double(outputs, "outputs", "an output", shown, source)
-    for name in parameters:
+
+def _name(text: str) -> str:
+    """Refuse what cannot stand in formulas."""
+    if _NAME.fullmatch(text) is None:
+        raise InputError(
+            f"{text[:80]!r} cannot be a name in formulas; give at most 60 ASCII letters, "
+            "digits and _, a letter first"
+        )
+    if text in FUNCTIONS or text in CONSTANTS or text == TIME:
+        what = "a function" if text in FUNCTIONS else "a constant"
+        meaning = "the time" if text == TIME else what
+        raise InputError(f"{text} is {meaning} in formulas; choose another name")
+    return text
+
+
+def _title(text: str) -> str:
+    """Refuse what cannot name a limit or an event."""
+    if not text.strip() or len(text) > 60 or not text.isprintable() or set(text) & set("{}"):
+        raise InputError(f"{text[:80]!r} is not a name of a limit or event; give a few words")
+    return text
+
+
+def _reason(text: str) -> str:
+    if set(_BRACES.sub("", text)) & set("{}"):
+        raise WrongEntry("may have {value} and {value:.3g} for the value, but no other braces")
+    return text
+
+
+T = TypeVar("T")
+Named = Annotated[dict[Annotated[str, AfterValidator(_name)], T], Field(max_length=MOST_ENTRIES)]
+Titled = Annotated[dict[Annotated[str, AfterValidator(_title)], T], Field(max_length=MOST_ENTRIES)]
+
+
+class ParameterTable(Table):
+    """A parameter, or its value alone."""
+
+    sole: ClassVar[str] = "value"
+    unit: Line = ""
+    doc: Line = ""
+    value: Number = Field(examples=["value = 1.0"])
+    min: Number = -math.inf
+    above: Number = -math.inf
+    max: Number = math.inf
+    below: Number = math.inf
+    symbol: Line = ""
+
+    @model_validator(mode="after")
+    def _check_bounds(self) -> Self:
+        for closed, opened in (("min", "above"), ("max", "below")):
+            if {closed, opened} <= self.model_fields_set:
+                message = f"has both {closed} and {opened}; give the one that is meant"
+                raise WrongEntry(message, opened)
+        bounds = self.parameter("")
+        lower, upper = bounds.lower, bounds.upper
+        if lower > upper or (lower == upper and (bounds.lower_open or bounds.upper_open)):
+            raise WrongEntry(f"has no value from {lower:g} to {upper:g}; exchange the bounds")
+        return self
+
+    def parameter(self, name: str) -> Parameter:
+        """Return the parameter of this name."""
+        lower_open, upper_open = (key in self.model_fields_set for key in ("above", "below"))
+        return Parameter(
+            name,
+            self.value,
+            self.unit,
+            self.doc,
+            self.above if lower_open else self.min,
+            self.below if upper_open else self.max,
+            lower_open,
+            upper_open,
+            self.symbol,
+        )
+
+
+class StateTable(Table):
+    """A state, or the formula of its rate alone."""
+
+    sole: ClassVar[str] = "rate"
+    unit: Line = ""
+    doc: Line = ""
+    label: Line = ""
+    rate: Formula = Field(examples=['rate = "2*q"'])  # time derivative, per second
+    scale: Number | None = Field(default=None, gt=0)  # typical size; None if it is to be found
+    angle: StrictBool = False
+    start: Number = 0.0  # value from which trajectories and searches start
+
+
+EXAMPLE = 'F = { slip = "Vd - v", normal = "N", friction = "Coulomb" }'
+
+
+@dataclass(frozen=True)
+class LawFormulas:
+    """A friction law with default values, and a formula for each of its parameters."""
+
+    law: FrictionLaw
+    formulas: Mapping[str, str]
+
+
+def _law(given: Any) -> LawFormulas:
+    """Read a friction law whose parameters are formulas."""
+    record: Any = law_record(given) if isinstance(given, FrictionLaw) else given
+    table = {"law": record} if isinstance(record, str) else record
+    if not isinstance(table, Mapping):
+        raise WrongEntry(f'is {type_name(given)}; give a law, e.g. friction = "Coulomb"')
+    laws = {name: law for name, law in friction_laws().items() if law.sticks}
+    name = table.get("law")
+    if not isinstance(name, str) or name not in laws:
+        shown = name[:80] if isinstance(name, str) else type_name(name)
+        raise WrongEntry(
+            f"has {shown!r}, not a law that sticks; {suggest(shown, laws)}there are "
+            f"{', '.join(laws)}, and laws that do not stick are written as formulas",
+            "law",
+        )
+    law = laws[name]
+    values = {item.name: (Formula, repr(item.default)) for item in declared(law)}
+    others = {item.name: (Any, None) for item in dataclasses.fields(law) if item.name not in values}
+    fields: dict[str, Any] = {"law": (str, name), **values, **others}
+    schema = create_model(name, __base__=Table, **fields)
+    read = validate(schema.model_validate, table)
+    made = law(**{key: table[key] for key in others if key in table})
+    return LawFormulas(made, {key: getattr(read, key) for key in values})
+
+
+def _components(given: Any) -> Any:
+    several = given if isinstance(given, list | tuple) else (given,)
+    if len(several) not in (1, 2):
+        raise WrongEntry(
+            f"has {len(several)} components; give one formula on a line, or two in a plane"
+        )
+    return several
+
+
+class ContactTable(Table):
+    """A contact; its friction force has its name in other formulas."""
+
+    # One or two components of the relative velocity along which it rubs
+    slip: Annotated[tuple[Formula, ...], BeforeValidator(_components)] = Field(examples=[EXAMPLE])
+    normal: Formula = Field(examples=[EXAMPLE])
+    friction: Annotated[LawFormulas, BeforeValidator(_law)] = Field(
+        default="Coulomb", validate_default=True
+    )
+
+    @field_serializer("slip")
+    def _write_slip(self, slip: tuple[str, ...]) -> str | tuple[str, ...]:
+        return slip[0] if len(slip) == 1 else slip
+
+    @field_serializer("friction")
+    def _write_law(self, friction: LawFormulas) -> dict[str, Any]:
+        return {**law_record(friction.law), **friction.formulas}
+
+    def forces(self, name: str) -> tuple[str, ...]:
+        """Return the names of the components of friction."""
+        return (name,) if len(self.slip) == 1 else (f"{name}x", f"{name}y")
+
+    def force_names(self, name: str) -> tuple[str, ...]:
+        """Return the names of friction and the normal force in other formulas."""
+        return (*self.forces(name), f"{name}_normal")
+
+    def output_names(self, name: str) -> tuple[str, ...]:
+        """Return the names of forces, slip speed, and that over the moving surface's speed."""
+        return (*self.force_names(name), f"{name}_slip", f"{name}_ratio")
+
+    def texts(self, name: str) -> dict[Keys, str]:
+        """Return all formulas, by the path of the entry that holds them."""
+        path: Keys = ("contacts", name)
+        several = len(self.slip) > 1
+        slips: dict[Keys, str] = {
+            (*path, "slip", *([str(axis)] if several else [])): text
+            for axis, text in enumerate(self.slip)
+        }
+        values = self.friction.formulas.items()
+        law: dict[Keys, str] = {(*path, "friction", key): text for key, text in values}
+        return {**slips, (*path, "normal"): self.normal, **law}
+
+
+class OutputTable(Table):
+    """A quantity of interest, or its formula alone."""
+
+    sole: ClassVar[str] = "formula"
+    unit: Line = ""
+    doc: Line = ""
+    label: Line = ""
+    formula: Formula = Field(examples=['formula = "2*q"'])  # in states, parameters and the time
+
+
+class ForcingTable(Table):
+    """The periodic forcing."""
+
+    period: Formula = Field(  # in seconds
+        examples=['period = "2*pi/W" in seconds, or leave the table out for an autonomous system']
+    )
+    quiet: Line | None = None  # name of the parameter that switches the forcing off
+
+
+class LimitTable(Table):
+    """A bound of validity: an output that stays above it."""
+
+    output: Line
+    bound: Number
+    reason: Annotated[Line, AfterValidator(_reason)] = ""
+
+    def limit(self, name: str) -> Limit:
+        """Return the limit of this name."""
+        default = f"{name}: {self.output} fell to {{value:.3g}}; the model ends at {self.bound:g}"
+        return Limit(name, self.output, self.bound, self.reason or default)
+
+
+class EventTable(Table):
+    """A value to be located on every branch."""
+
+    output: Line = ""
+    value: Number = Field(examples=["value = 1.0"])
+    measure: Literal["max", "min", "peak_to_peak", "parameter"] = "max"
+    stop: StrictBool = False
+
+
+@dataclass(frozen=True)
+class WatchedValue:
+    """An event: a value of an output, or of a parameter, to be located on every branch."""
+
+    name: str  # name of the event
+    output: str  # a state, an output or, with the measure ``"parameter"``, a parameter
+    value: float  # the value, in its unit
+    measure: str = "max"  # ``"max"``, ``"min"``, ``"peak_to_peak"`` or ``"parameter"``
+    stop: bool = False  # whether the branch ends there
+
+
+class Definition(Table):
+    """A system of first-order equations."""
+
+    name: Line = "system"
+    title: Line = ""
+    sizes: Any = None  # of arrays, which are written out before
+    parameters: Named[ParameterTable] = Field(default_factory=dict)
+    formulas: Named[Formula] = Field(default_factory=dict)
+    states: Annotated[Named[StateTable], Field(min_length=1)] = Field(
+        examples=['a table [states] with the rate of each state, e.g. q = "v"']
+    )
+    contacts: Named[ContactTable] = Field(default_factory=dict)
+    forcing: ForcingTable | None = None  # None for an autonomous system
+    outputs: Named[OutputTable] = Field(default_factory=dict)
+    limits: Titled[LimitTable] = Field(default_factory=dict)
+    events: Titled[EventTable] = Field(default_factory=dict)
+
+    @property
+    def period(self) -> str | None:
+        """Formula of the forcing period in seconds; None for an autonomous system."""
+        return None if self.forcing is None else self.forcing.period
+
+    @property
+    def watched_values(self) -> tuple[WatchedValue, ...]:
+        """The events."""
+        return tuple(
+            WatchedValue(name, item.output or name, item.value, item.measure, item.stop)
+            for name, item in self.events.items()
+        )
+
+    def own_parameters(self) -> tuple[Parameter, ...]:
+        """Return the parameters."""
+        return tuple(item.parameter(name) for name, item in self.parameters.items())
+
+
+def read_definition(source: Source, default_name: str = "system") -> Definition:
+    """Read a definition; formulas stay texts."""
+    named = {"name": default_name} if source.tables.get("name", "") == "" else {}
+    definition = Definition.read(source, (), {**source.tables, **named})
+    for parameter in definition.own_parameters():
+        try:
+            parameter.check(parameter.default)
+        except InputError as error:
+            raise source.error(("parameters", parameter.name), str(error)) from None
+    _check_names(definition, source)
+    _check_references(definition, source)
+    return definition
+
+
+def _check_names(definition: Definition, source: Source) -> None:
+    """Refuse names that are taken, or given twice."""
+    owners: dict[str, str] = {}
+
+    def claim(path: Keys, names: Iterable[str], what: str) -> None:
+        for name in names:
+            if owners.setdefault(name, what) != what:
+                message = f"{name} is {owners[name]} and {what}; a name can be one of them only, "
+                raise source.error(path, f"{message}rename one", key=True)
+
+    for name in definition.parameters:
+        claim(("parameters", name), [name], "a parameter")
         if name in _TAKEN:
             raise source.error(
                 ("parameters", name),
@@ -136,7 +358,10 @@ def check_names(definition: Definition, source: Source) -> None:
                 f"already; call it e.g. {name}_0",
                 key=True,
             )
-    for name in states:
+    for name in definition.formulas:
+        claim(("formulas", name), [name], "a formula")
+    for name in definition.states:
+        claim(("states", name), [name], "a state")
         if name == "phase" or name.startswith(_SYMBOLS):
             raise source.error(
                 ("states", name),
@@ -144,337 +369,55 @@ def check_names(definition: Definition, source: Source) -> None:
                 f"{', '.join(_SYMBOLS)} are used inside; call it e.g. q_{name}",
                 key=True,
             )
-
-
-def _check_form(names: Iterable[str], table: str, source: Source) -> None:
-    for name in names:
-        if _NAME.fullmatch(name) is None:
-            raise source.error(
-                (table, name),
-                f"{name[:80]!r} cannot be a name in formulas; give at most 60 ASCII letters, "
-                "digits and _, a letter first",
-                key=True,
-            )
-        if name in FUNCTIONS or name in CONSTANTS or name == TIME:
-            what = "a function" if name in FUNCTIONS else "a constant"
-            meaning = "the time" if name == TIME else what
-            raise source.error(
-                (table, name), f"{name} is {meaning} in formulas; choose another name", key=True
-            )
-
-
-def _check_double(
-    names: Iterable[str], table: str, what: str, given: dict[str, str], source: Source
-) -> None:
-    for name in names:
-        if name in given:
-            raise source.error(
-                (table, name),
-                f"{name} is {given[name]} and {what}; a name can be one of them only, rename one",
-                key=True,
-            )
-
-
-T = TypeVar("T")
-
-TABLES = (
-    *("parameters", "formulas", "states", "contacts", "forcing"),
-    *("outputs", "limits", "events"),
-)
-
-MEASURES = ("max", "min", "peak_to_peak", "parameter")
-
-
-_BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
-"""What a reason may hold: other braces would be looked up in Python objects."""
-
-
-def read_definition(source: Source, default_name: str = "system") -> Definition:
-    """Read a definition; formulas stay texts."""
-    top = Entries(source, (), source.tables, ("name", "title", "sizes", *TABLES))
-    if "states" not in top:
-        raise source.error((), 'there is no table [states]; give each state its rate, e.g. q = "v"')
-    forcing = _forcing(source)
-    definition = Definition(
-        name=top.text("name", None) or default_name,
-        title=top.text("title"),
-        parameters=_each(source, "parameters", _parameter),
-        formulas=_each(source, "formulas", _formula),
-        states=_each(source, "states", _state),
-        contacts=_each(source, "contacts", read_contact),
-        period=forcing[0],
-        quiet=forcing[1],
-        outputs=_each(source, "outputs", _output),
-        limits=_each(source, "limits", _limit),
-        events=_each(source, "events", _event),
-    )
-    if not definition.states:
-        raise source.error(
-            ("states",), 'the table [states] is empty; give each state its rate, e.g. q = "v"'
-        )
-    check_names(definition, source)
-    _check_references(definition, source)
-    return definition
-
-
-def _each(source: Source, name: str, read: Callable[[Source, str, Any], T]) -> tuple[T, ...]:
-    table = source.tables.get(name, {})
-    if not isinstance(table, Mapping):
-        raise source.error((name,), f"{name} is {type_name(table)}, not a table; write [{name}]")
-    if len(table) > MOST_ENTRIES:
-        raise source.error((name,), f"[{name}] has {len(table)} entries, more than {MOST_ENTRIES}")
-    for key in table:
-        if not isinstance(key, str):
-            raise source.error((name,), f"the key {key!r} of {name} is no text; give names")
-    return tuple(read(source, key, value) for key, value in table.items())
-
-
-def _parameter(source: Source, name: str, value: Any) -> Parameter:
-    path = ("parameters", name)
-    table = value if isinstance(value, Mapping) else {"value": value}
-    known = ("value", "unit", "min", "max", "above", "below", "doc", "symbol")
-    entries = Entries(source, path, table, known)
-    entries.need("value", f"the parameter {name} has no value; give e.g. value = 1.0")
-    for closed, opened in (("min", "above"), ("max", "below")):
-        if closed in entries and opened in entries:
-            raise entries.error(
-                opened, f"{name} has both {closed} and {opened}; give the one that is meant"
-            )
-    unit = entries.text("unit")
-    lower_open, upper_open = "above" in entries, "below" in entries
-    lower = entries.number("above" if lower_open else "min", -math.inf, unit)
-    upper = entries.number("below" if upper_open else "max", math.inf, unit)
-    if lower > upper or (lower == upper and (lower_open or upper_open)):
-        raise source.error(
-            path, f"no value of {name} is allowed from {lower:g} to {upper:g}; exchange the bounds"
-        )
-    bounds = (lower, upper, lower_open, upper_open)
-    number, doc = entries.number("value", 0.0, unit), entries.text("doc")
-    parameter = Parameter(name, number, unit, doc, *bounds, entries.text("symbol"))
-    try:
-        parameter.check(parameter.default)
-    except InputError as error:
-        raise source.error(path, str(error)) from None
-    return parameter
-
-
-def _state(source: Source, name: str, value: Any) -> StateFormula:
-    entries = _formula_entries(source, ("states", name), value, "rate", ("scale", "start", "angle"))
-    scale = entries.number("scale", math.nan)
-    if scale <= 0:
-        raise entries.error("scale", f"the scale {scale:g} of {name} is not positive; give e.g. 1")
-    unit, doc, label = (entries.text(key) for key in ("unit", "doc", "label"))
-    state = State(name, unit, doc, label, entries.flag("angle"))
-    rate, size = entries.text("rate", lines=True), None if math.isnan(scale) else scale
-    return StateFormula(state, rate, size, entries.number("start", 0.0, unit))
-
-
-def _output(source: Source, name: str, value: Any) -> OutputFormula:
-    entries = _formula_entries(source, ("outputs", name), value, "formula", ())
-    unit, doc, label = (entries.text(key) for key in ("unit", "doc", "label"))
-    return OutputFormula(name, entries.text("formula", lines=True), unit, doc, label)
-
-
-def _formula_entries(
-    source: Source, path: tuple[str, str], value: Any, key: str, more: tuple[str, ...]
-) -> Entries:
-    """Entries of what is a formula alone, or a table with one; a number is a formula as well."""
-    value = _number_as_text(source, path, value)
-    if not isinstance(value, (str, Mapping)):
-        raise source.error(
-            path, f"{path[1]} is {type_name(value)}; give its {key} as a text in quotes"
-        )
-    table = value if isinstance(value, Mapping) else {key: value}
-    entries = Entries(source, path, table, (key, "unit", "doc", "label", *more))
-    entries.need(key, f'{path[1]} has no {key}; give e.g. {key} = "2*q"')
-    return entries
-
-
-def _number_as_text(source: Source, path: tuple[str, str], value: Any) -> Any:
-    """Return a number as a formula, anything else as it is."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return value
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise source.error(path, f"{path[1]} = {number} is not a finite number; give a formula")
-    return repr(number)
-
-
-def _formula(source: Source, name: str, value: Any) -> tuple[str, str]:
-    if not isinstance(value, str):
-        message = f"{name} is {type_name(value)}; give the formula in quotes"
-        raise source.error(("formulas", name), message)
-    return name, value
-
-
-def _forcing(source: Source) -> tuple[str | None, str | None]:
-    if "forcing" not in source.tables:
-        return None, None
-    table = source.tables["forcing"]
-    entries = Entries(source, ("forcing",), table, ("period", "quiet"))
-    entries.need(
-        "period",
-        'the table [forcing] has no period; give it in seconds, e.g. period = "2*pi/W", or leave '
-        "the table out for an autonomous system",
-    )
-    period = _number_as_text(source, ("forcing", "period"), table["period"])
-    if not isinstance(period, str):
-        raise entries.error(
-            "period", f"the period is {type_name(period)}; give a formula in quotes"
-        )
-    return period, entries.text("quiet", None)
-
-
-def _limit(source: Source, name: str, value: Any) -> Limit:
-    path = ("limits", name)
-    entries = Entries(source, path, value, ("output", "bound", "reason"))
-    for key in ("output", "bound"):
-        entries.need(key, f"the limit {name[:60]!r} has no {key}; give output and bound")
-    _check_title(source, path)
-    output, bound = entries.text("output"), entries.number("bound", 0.0)
-    default = f"{name}: {output} fell to {{value:.3g}}; the model ends at {bound:g}"
-    reason = entries.text("reason", default)
-    if "{" in _BRACES.sub("", reason) or "}" in _BRACES.sub("", reason):
-        raise entries.error(
-            "reason", "the only braces in a reason are {value} and {value:.3g} for the value"
-        )
-    return Limit(name, output, bound, reason)
-
-
-def _event(source: Source, name: str, value: Any) -> WatchedValue:
-    path = ("events", name)
-    entries = Entries(source, path, value, ("output", "value", "measure", "stop"))
-    entries.need("value", f"the event {name[:60]!r} has no value; give e.g. value = 1.0")
-    _check_title(source, path)
-    measure = entries.text("measure", "max")
-    if measure not in MEASURES:
-        raise entries.error(
-            "measure", f"measure {measure[:80]!r} is unknown; give one of {', '.join(MEASURES)}"
-        )
-    output, number = entries.text("output", name), entries.number("value", 0.0)
-    return WatchedValue(name, output, number, measure, entries.flag("stop"))
-
-
-def _check_title(source: Source, path: tuple[str, str]) -> None:
-    name = path[1]
-    if not name.strip() or len(name) > 60 or not name.isprintable() or set(name) & set("{}"):
-        raise source.error(
-            path,
-            f"{name[:80]!r} is not a name for one of the {path[0]}; give a few words",
-            key=True,
-        )
+    for name, contact in definition.contacts.items():
+        claim(("contacts", name), contact.output_names(name), f"a quantity of the contact {name}")
+    for name in definition.outputs:
+        # An output may show a formula under its own name; states are outputs already.
+        if name not in definition.formulas:
+            claim(("outputs", name), [name], "an output")
 
 
 def _check_references(definition: Definition, source: Source) -> None:
     """Refuse limits, events and a quiet parameter that name nothing there is."""
-    parameters = [item.name for item in definition.parameters]
-    outputs = [item.state.name for item in definition.states]
-    outputs += [item.name for item in definition.outputs]
-    outputs += [name for item in definition.contacts for name in item.output_names]
-    if definition.quiet is not None and definition.quiet not in parameters:
-        raise source.error(
-            ("forcing", "quiet"),
-            f"there is no parameter {definition.quiet[:80]!r} to switch the forcing off; "
-            f"{suggest(definition.quiet[:80], parameters)}"
-            f"there are {', '.join(parameters) or 'none'}",
-        )
-    for limit in definition.limits:
-        _check_output(source, ("limits", limit.name), limit.output, outputs, "output")
-    for event in definition.events:
-        watched, what = (
-            (parameters, "parameter") if event.measure == "parameter" else (outputs, "output")
-        )
-        _check_output(source, ("events", event.name), event.output, watched, what)
+    parameters = list(definition.parameters)
+    outputs = [*definition.states, *definition.outputs]
+    for name, contact in definition.contacts.items():
+        outputs += contact.output_names(name)
 
+    def look_up(path: Keys, name: str, known: list[str], what: str) -> None:
+        if name not in known:
+            message = f"there is no {what} {name[:80]!r}; {suggest(name[:80], known)}"
+            raise source.error(path, f"{message}there are {', '.join(known) or 'none'}")
 
-def _check_output(
-    source: Source, path: tuple[str, str], name: str, known: list[str], what: str
-) -> None:
-    if name not in known:
-        raise source.error(
-            (*path, "output"),
-            f"there is no {what} {name[:80]!r}; {suggest(name[:80], known)}"
-            f"there are {', '.join(known) or 'none'}",
-        )
+    if definition.forcing is not None and definition.forcing.quiet is not None:
+        look_up(("forcing", "quiet"), definition.forcing.quiet, parameters, "parameter")
+    for name, limit in definition.limits.items():
+        look_up(("limits", name, "output"), limit.output, outputs, "output")
+    for event in definition.watched_values:
+        of_parameter = event.measure == "parameter"
+        known, what = (parameters, "parameter") if of_parameter else (outputs, "output")
+        look_up(("events", event.name, "output"), event.output, known, what)
 
 
 def write_definition(definition: Definition) -> str:
     """Write a definition as TOML, always the same for the same definition.
 
-    >>> print(write_definition(Definition("decay", states=(StateFormula(State("q"), "-q"),))))
+    >>> print(write_definition(Definition(name="decay", states={"q": "-q"})))
     name = "decay"
     <BLANKLINE>
     [states]
     q = "-q"
     <BLANKLINE>
     """
-    tables: dict[str, dict[str, Any]] = {
-        "": _given(name=definition.name, title=definition.title),
-        "parameters": {item.name: _parameter_entry(item) for item in definition.parameters},
-        "formulas": {name: {"formula": text} for name, text in definition.formulas},
-        "states": {item.state.name: _state_entry(item) for item in definition.states},
-        "contacts": {item.name: _contact_entry(item) for item in definition.contacts},
-        "forcing": {} if definition.period is None else {"period": definition.period},
-        "outputs": {item.name: _output_entry(item) for item in definition.outputs},
-        "limits": {
-            item.name: {"output": item.output, "bound": item.bound, "reason": item.reason}
-            for item in definition.limits
-        },
-        "events": {
-            item.name: {key: getattr(item, key) for key in ("output", "value", "measure", "stop")}
-            for item in definition.events
-        },
-    }
-    if definition.quiet is not None:
-        tables["forcing"]["quiet"] = definition.quiet
-    return "\n\n".join(_table(name, table) for name, table in tables.items() if table) + "\n"
+    entries = definition.model_dump(exclude_defaults=True, exclude={"name", "sizes"})
+    first = {"name": definition.name, "title": entries.pop("title", "")}
+    blocks = [_lines({key: value for key, value in first.items() if value})]
+    blocks += [f"[{key}]\n{_lines(table)}" for key, table in entries.items() if table]
+    return "\n\n".join(blocks) + "\n"
 
 
-def _table(name: str, entries: Mapping[str, Any]) -> str:
-    """Write a table; an entry with nothing but its first value is written as that value."""
-    lines = [f"[{name}]"] if name else []
-    for key, value in entries.items():
-        single = isinstance(value, dict) and len(value) == 1
-        lines.append(
-            f"{_key(key)} = {toml_value(*value.values()) if single else toml_value(value)}"
-        )
-    return "\n".join(lines)
-
-
-def _given(**values: Any) -> dict[str, Any]:
-    """Return the values that say something."""
-    return {key: value for key, value in values.items() if value}
-
-
-def _parameter_entry(item: Parameter) -> dict[str, Any]:
-    bounds = {}
-    if math.isfinite(item.lower):
-        bounds["above" if item.lower_open else "min"] = item.lower
-    if math.isfinite(item.upper):
-        bounds["below" if item.upper_open else "max"] = item.upper
-    words = _given(unit=item.unit, doc=item.doc)
-    return {"value": item.default, **words, **bounds, **_given(symbol=item.symbol)}
-
-
-def _state_entry(item: StateFormula) -> dict[str, Any]:
-    state = item.state
-    words = _given(unit=state.unit, doc=state.doc, label=state.label)
-    return (
-        {"rate": item.rate} | words | _given(scale=item.scale, angle=state.angle, start=item.start)
-    )
-
-
-def _contact_entry(item: ContactFormulas) -> dict[str, Any]:
-    slip = item.slip[0] if len(item.slip) == 1 else list(item.slip)
-    law = {**law_record(item.law), **dict(item.values)}
-    return {"slip": slip, "normal": item.normal, "friction": law}
-
-
-def _output_entry(item: OutputFormula) -> dict[str, Any]:
-    return {"formula": item.formula, **_given(unit=item.unit, doc=item.doc, label=item.label)}
+def _lines(entries: Mapping[str, Any]) -> str:
+    return "\n".join(f"{_key(key)} = {toml_value(value)}" for key, value in entries.items())
 
 
 def _key(name: str) -> str:

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import heyoka as hy
+
 from slipfold.errors import InputError
-from slipfold.models.definitions.contacts import ContactEquations, ContactFormulas
-from slipfold.models.definitions.definition import Definition
+from slipfold.models.definitions.definition import ContactTable, Definition, write_definition
 from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.formulas.functions import CONSTANTS, TIME
-from slipfold.models.formulas.grammar import FormulaError, Name, Tree, names_in, parse_formula
-from slipfold.models.formulas.values import PHASE, CoefficientFinder, value_of
-from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import DURATION
+from slipfold.models.formulas.grammar import (
+    FormulaError,
+    Name,
+    Tree,
+    names_in,
+    parse_formula,
+)
+from slipfold.models.formulas.values import PHASE, CoefficientFinder, as_symbol, value_of
+from slipfold.models.friction.contact import Contact, friction_name, normal_name
+from slipfold.models.friction.law import ContactState, FrictionLaw
+from slipfold.models.output import STICK, Expression, Limit, Output, Symbols
+from slipfold.models.parameter import DURATION, Parameter
 from slipfold.models.suggestion import suggest
 from slipfold.text.one_line import listed
 
@@ -24,17 +32,240 @@ PERIOD = ("forcing", "period")
 
 
 @dataclass(frozen=True)
-class SystemEquations:
-    """Formulas taken apart into coefficients and the rest."""
+class ContactEquations:
+    """A contact with its formulas taken apart."""
 
-    fixed: Mapping[str, Tree]  # named formulas of parameters alone, each after those that it uses
-    terms: Mapping[str, Tree]  # coefficients in parameters and `fixed`, by key
-    named: Mapping[str, Tree]  # the other named formulas, each after those that it uses
-    # By name, in states, coefficients, `named` and the phase
-    rates: Mapping[str, Tree]
-    outputs: Mapping[str, Tree]
-    contacts: tuple[ContactEquations, ...]  # where friction acts
-    cycle: Tree | None  # the forcing period; None for an autonomous system
+    name: str
+    table: ContactTable
+    slip_trees: tuple[Tree, ...]  # in states, coefficients, named formulas and the phase
+    normal_tree: Tree  # likewise
+    values: Mapping[str, Tree]  # of the law's parameters, in coefficients
+    equations: SystemEquations  # those around it
+
+    @property
+    def law(self) -> FrictionLaw:
+        """The friction law with default values."""
+        return self.table.friction.law
+
+    @property
+    def force_names(self) -> tuple[str, ...]:
+        """Names of its forces in formulas."""
+        return self.table.force_names(self.name)
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names under which the components of its friction may be given."""
+        return tuple(friction_name(self.name, axis) for axis in range(len(self.slip_trees)))
+
+    def law_values(self, c: Symbols) -> dict[str, Expression]:
+        """Return the law's parameters by name."""
+        known = {f"@{key}": value for key, value in c.items()}
+        return {name: value_of(tree, known) for name, tree in self.values.items()}
+
+    def check(self, c: Mapping[str, float]) -> None:
+        """Refuse values that the law cannot have, and a constant normal force that pulls."""
+        if all(name.startswith("@") and name != PHASE for name in names_in(self.normal_tree)):
+            normal = value_of(self.normal_tree, {f"@{key}": value for key, value in c.items()})
+            if not normal > 0:
+                raise InputError(f"the normal force of {self.name} is {normal:g}; it must be > 0")
+        values = self.law_values(c)
+        try:
+            for item in self.law.parameters:
+                item.check(values[item.name])
+            self.law.check(values)
+        except InputError as error:
+            raise InputError(f"friction of {self.name}: {error}") from None
+
+    def forces(
+        self, value: Callable[[Tree], Expression], q: Symbols, c: Symbols
+    ) -> dict[str, Expression]:
+        """Return the forces by name: those given among the states, else those in slip."""
+        if normal_name(self.name) in q:
+            friction = tuple(q[name] for name in self.given)
+            normal = q[normal_name(self.name)]
+        else:
+            slip, normal = [value(tree) for tree in self.slip_trees], value(self.normal_tree)
+            at_rest = not any(isinstance(part, hy.expression) or part for part in slip)
+            # At rest friction may be anything up to its limit.
+            state = ContactState(tuple(slip), normal=normal)
+            friction = state.slip if at_rest else self.law.forces(state, self.law_values(c))
+        return dict(zip(self.force_names, (*friction, normal), strict=True))
+
+    def slip(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
+        """Return the velocity of the moving surface relative to the body."""
+        return tuple(as_symbol(self.equations.value(tree, q, c, phase)) for tree in self.slip_trees)
+
+    def plate(self, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
+        """Return the velocity of the moving surface: slip where nothing else moves."""
+        return self.slip(dict.fromkeys(self.equations.rates, 0.0), c, phase)
+
+    def normal(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        """Return the normal force of the formula."""
+        return as_symbol(self.equations.value(self.normal_tree, q, c, phase))
+
+    def speed(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        """Return the speed of slip."""
+        return _modulus(self.slip(q, c, phase))
+
+    def ratio(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
+        """Return the speed of slip over that of the moving surface."""
+        return self.speed(q, c, phase) / _modulus(self.plate(c, phase))
+
+    @cached_property
+    def moves(self) -> bool:
+        """Whether the moving surface moves steadily, at some parameter values."""
+        _, c, phase = self.equations.symbols
+        plate = self.plate(c, phase)
+        steady = str(phase) not in hy.get_variables(list(plate))
+        return steady and any(part != hy.expression(0.0) for part in plate)
+
+    @cached_property
+    def opens(self) -> bool:
+        """Whether the normal force varies, and so may vanish."""
+        q, c, phase = self.equations.symbols
+        variables = set(hy.get_variables(self.normal(q, c, phase)))
+        return not variables.isdisjoint((*q, str(phase)))
+
+    def rests(self, values: Mapping[str, float]) -> bool:
+        """Whether the moving surface stands still, or swings, at parameter values."""
+        c, still = self.equations.coefficients(values), dict.fromkeys(self.equations.rates, 0.0)
+        slips = (self.equations.value(tree, still, c, 0.0) for tree in self.slip_trees)
+        return not self.moves or not any(slips)
+
+    def contact(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
+        """Return the contact as trajectories that stick need it."""
+        plate = self.plate(c, phase)
+        return Contact(
+            slip=self.slip(q, c, phase),
+            normal=self.normal(q, c, phase),
+            name=self.name,
+            plate=plate,
+            plate_speed=_modulus(plate),
+            law=self.law,
+            values=self.law_values(c),
+            opens=self.opens,
+            limits=tuple(limit.name for limit in self.limits),
+        )
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """Forces and speed of slip."""
+        *_, speed, ratio = self.table.output_names(self.name)
+        *frictions, normal = self.force_names
+        docs = dict.fromkeys(frictions, f"friction in {self.name}")
+        docs[normal] = f"normal force of {self.name}"
+        result = [self.equations.output(name, Name(name), doc=doc) for name, doc in docs.items()]
+        doc = f"speed of slip in {self.name}"
+        result.append(Output(speed, self.speed, doc=doc))
+        if self.moves:
+            result.append(Output(ratio, self.ratio, doc=f"{doc} over that of its moving surface"))
+        return tuple(result)
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """Where branches, which are followed in slip, end."""
+        result = []
+        if self.moves:
+            reason = (
+                f"stick: the speed of slip in {self.name} fell to {{value:.3g}} of that of its "
+                "moving surface; orbits are followed in slip, stay below this value, or simulate"
+            )
+            ratio = self.table.output_names(self.name)[-1]
+            result.append(Limit(f"stick of {self.name}", ratio, STICK, reason))
+        if self.opens:
+            reason = (
+                f"lost contact: the normal force of {self.name} fell to {{value:.3g}}; orbits are "
+                "followed in contact, press harder, or simulate"
+            )
+            normal = self.force_names[-1]
+            result.append(Limit(f"lost contact of {self.name}", normal, 0.0, reason))
+        return tuple(result)
+
+
+def _modulus(vector: tuple[Expression, ...]) -> Expression:
+    return hy.sqrt(hy.sum([part * part for part in vector]))
+
+
+class SystemEquations:
+    """Formulas parsed, looked up, and taken apart into coefficients and the remainder.
+
+    Formulas of parameters alone are in `fixed` and `terms`; those of rates, outputs and contacts
+    are in states, coefficients, `named` formulas and the phase.
+    """
+
+    def __init__(self, definition: Definition, source: Source) -> None:
+        self.definition = definition
+        formulas = _Formulas(definition, source)
+        trees, constant = formulas.trees, formulas.constant
+        self.cycle = trees.get(PERIOD)  # the forcing period; None for an autonomous system
+        finder = CoefficientFinder(formulas.parameters | constant, self.cycle)
+
+        def remainder(path: Keys) -> Tree:
+            try:
+                return finder.rest_of(trees[path])
+            except FormulaError as error:
+                raise formulas.error(path, error) from None
+
+        def contact(name: str, table: ContactTable) -> ContactEquations:
+            parts = {path: remainder(path) for path in table.texts(name)}
+            *slip, normal = (tree for path, tree in parts.items() if path[2] != "friction")
+            values = {path[3]: tree for path, tree in parts.items() if path[2] == "friction"}
+            return ContactEquations(name, table, tuple(slip), normal, values, self)
+
+        # Named formulas each follow those that they use. Coefficients are numbered in this order.
+        self.fixed = {name: tree for name, tree in formulas.named.items() if name in constant}
+        self.rates = {name: remainder(("states", name)) for name in definition.states}
+        varying = [name for name in formulas.named if name not in constant]
+        self.named = {name: remainder(("formulas", name)) for name in varying}
+        self.output_trees = {name: remainder(("outputs", name)) for name in definition.outputs}
+        self.contacts = tuple(contact(name, table) for name, table in definition.contacts.items())
+        self.terms = finder.coefficients  # by key
+
+    @cached_property
+    def text(self) -> str:
+        """The definition as TOML, always the same for the same definition."""
+        return write_definition(self.definition)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the definition, and the duration that autonomous models have."""
+        return (*self.definition.own_parameters(), *(() if self.cycle else (DURATION,)))
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """Default values of the parameters, and of the duration."""
+        return {item.name: item.default for item in (*self.parameters, DURATION)}
+
+    @cached_property
+    def symbols(self) -> tuple[Symbols, Symbols, Expression]:
+        """Symbols of states, coefficients and phase."""
+        q = {name: hy.expression(name) for name in self.rates}
+        return q, {key: hy.expression(f"c_{key}") for key in self.terms}, hy.expression("phase")
+
+    @cached_property
+    def outputs(self) -> tuple[Output, ...]:
+        """Quantities of interest."""
+        own = [
+            self.output(name, self.output_trees[name], item.unit, item.doc, item.label)
+            for name, item in self.definition.outputs.items()
+        ]
+        return (*own, *(output for contact in self.contacts for output in contact.outputs))
+
+    def output(
+        self, name: str, tree: Tree, unit: str = "", doc: str = "", label: str = ""
+    ) -> Output:
+        """Return an output that is a formula."""
+
+        def expression(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+            return as_symbol(self.value(tree, q, c, phase))
+
+        return Output(name, expression, unit, doc, label)
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """Where the system is valid."""
+        own = (item.limit(name) for name, item in self.definition.limits.items())
+        return (*own, *(limit for contact in self.contacts for limit in contact.limits))
 
     def period(self, p: Symbols) -> Expression:
         """Return the period in seconds."""
@@ -45,35 +276,19 @@ class SystemEquations:
         fixed = self._fixed(p)
         return {key: value_of(tree, fixed) for key, tree in self.terms.items()}
 
-    def not_finite(self, values: Mapping[str, float]) -> Tree | None:
-        """Return a coefficient that is not a finite number; None if all are."""
-        fixed = self._fixed(values)
-        for tree in self.terms.values():
-            known = isinstance(tree, Name) and tree.name not in self.fixed
-            if not known and not math.isfinite(value_of(tree, fixed)):
-                return tree
-        return None
-
-    def rate(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return the rate of a state, per second."""
-        return self.value(self.rates[name], q, c, phase)
-
-    def output(self, name: str, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return an output."""
-        return self.value(self.outputs[name], q, c, phase)
-
     @cached_property
-    def timed(self) -> tuple[tuple[str, str], ...]:
-        """Rates and outputs in which the time occurs, as pairs of table and name."""
+    def timed(self) -> tuple[Keys, ...]:
+        """Paths of rates and outputs in which the time occurs."""
         timed = {PHASE}
         for _ in range(2):  # friction may vary with formulas, and formulas with friction
             for name, tree in self.named.items():
                 if names_in(tree).keys() & timed:
                     timed.add(name)
             for contact in self.contacts:
-                if any(names_in(tree).keys() & timed for tree in (*contact.slip, contact.normal)):
-                    timed |= {*contact.formulas.force_names}
-        tables = {"states": self.rates, "outputs": self.outputs}
+                trees = (*contact.slip_trees, contact.normal_tree)
+                if any(names_in(tree).keys() & timed for tree in trees):
+                    timed |= {*contact.force_names}
+        tables = {"states": self.rates, "outputs": self.output_trees}
         return tuple(
             (table, name)
             for table, trees in tables.items()
@@ -88,13 +303,13 @@ class SystemEquations:
         return values
 
     def value(self, tree: Tree, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return what a formula amounts to."""
+        """Return the value of a formula."""
         values = {**q, **{f"@{key}": value for key, value in c.items()}, PHASE: phase}
         needed = self._needed(tree)
         if self.contacts:
             used = set(names_in(tree)).union(*(names_in(self.named[name]) for name in needed))
             for contact in self.contacts:
-                if used & {*contact.formulas.force_names}:
+                if used & {*contact.force_names}:
                     values |= contact.forces(lambda part: self.value(part, q, c, phase), q, c)
         for name, formula in self.named.items():
             if name in needed:
@@ -110,60 +325,28 @@ class SystemEquations:
         return needed
 
 
-def build_system_equations(definition: Definition, source: Source) -> SystemEquations:
-    """Parse the formulas of a system, look up the names in them, and take them apart."""
-    formulas = _Formulas(definition, source)
-    trees, constant = formulas.trees, formulas.constant
-    finder = CoefficientFinder(formulas.parameters | constant, trees.get(PERIOD))
-
-    def rest(path: Keys) -> Tree:
-        try:
-            return finder.rest_of(trees[path])
-        except FormulaError as error:
-            raise formulas.error(path, error) from None
-
-    def contact(item: ContactFormulas) -> ContactEquations:
-        rests = {path: rest(path) for path in item.texts}
-        *slip, normal = (tree for path, tree in rests.items() if path[2] != "friction")
-        values = {path[3]: tree for path, tree in rests.items() if path[2] == "friction"}
-        return ContactEquations(item, tuple(slip), normal, values)
-
-    # The keys of coefficients are numbered in this order.
-    rates = {item.state.name: rest(("states", item.state.name)) for item in definition.states}
-    varying = [name for name in formulas.named if name not in constant]
-    named = {name: rest(("formulas", name)) for name in varying}
-    outputs = {item.name: rest(("outputs", item.name)) for item in definition.outputs}
-    return SystemEquations(
-        fixed={name: tree for name, tree in formulas.named.items() if name in constant},
-        contacts=tuple(contact(item) for item in definition.contacts),
-        terms=finder.coefficients,
-        named=named,
-        rates=rates,
-        outputs=outputs,
-        cycle=trees.get(PERIOD),
-    )
-
-
 class _Formulas:
     """All formulas of a system as trees, by the path of the entry."""
 
     def __init__(self, definition: Definition, source: Source) -> None:
         self._source, self._forced = source, definition.period is not None
-        texts: dict[Keys, str] = {("formulas", name): text for name, text in definition.formulas}
-        texts |= {("states", item.state.name): item.rate for item in definition.states}
-        texts |= {("outputs", item.name): item.formula for item in definition.outputs}
-        for contact in definition.contacts:
-            texts |= contact.texts
+        texts: dict[Keys, str] = {
+            ("formulas", name): text for name, text in definition.formulas.items()
+        }
+        texts |= {("states", name): item.rate for name, item in definition.states.items()}
+        texts |= {("outputs", name): item.formula for name, item in definition.outputs.items()}
+        for name, contact in definition.contacts.items():
+            texts |= contact.texts(name)
         if definition.period is not None:
             texts[PERIOD] = definition.period
         self._texts = texts
-        self.parameters = frozenset(item.name for item in definition.parameters)
-        self._states = [item.state.name for item in definition.states]
-        forces = [name for item in definition.contacts for name in item.force_names]
+        self.parameters = frozenset(definition.parameters)
+        contacts = definition.contacts.items()
+        forces = [force for name, item in contacts for force in item.force_names(name)]
         self._known = {
-            "the states": self._states,
-            "the parameters": [item.name for item in definition.parameters],
-            "the formulas": [name for name, _ in definition.formulas],
+            "the states": list(definition.states),
+            "the parameters": list(definition.parameters),
+            "the formulas": list(definition.formulas),
             "the forces in contacts": forces,
         }
         self.trees: dict[Keys, Tree] = {}
@@ -173,7 +356,7 @@ class _Formulas:
                 self._look_up(path)
             except FormulaError as error:
                 raise self.error(path, error) from None
-        named = {name: self.trees[("formulas", name)] for name, _ in definition.formulas}
+        named = {name: self.trees[("formulas", name)] for name in definition.formulas}
         self.named = _ordered(named, source)  # each after those that it uses
         self.constant = self._of_parameters_alone()
         if PERIOD in self.trees:
@@ -223,7 +406,7 @@ class _Formulas:
         for name, place in names_in(self.trees[path]).items():
             if name not in fixed:
                 other = "the time" if name == TIME else "the formula"
-                kind = "the state" if name in self._states else other
+                kind = "the state" if name in self._known["the states"] else other
                 message = (
                     f"{what} depends on {kind} {name}, but must be known before the motion is; "
                     "give it in parameters"

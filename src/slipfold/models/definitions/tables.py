@@ -13,6 +13,7 @@ from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import not_supported, suggest
+from slipfold.text.validated import type_name
 
 
 class Entries:
@@ -96,25 +97,6 @@ class Entries:
         if not isinstance(value, bool):
             raise self.error(key, f"{key} is {type_name(value)}; give true or false")
         return value
-
-
-def type_name(value: object) -> str:
-    """Return what a value is, in the words of TOML.
-
-    >>> type_name([1, 2]), type_name(True)
-    ('an array', 'true or false')
-    """
-    if isinstance(value, bool):
-        return "true or false"
-    for kind, words in (
-        (str, "a text"),
-        (Real, "a number"),
-        (Mapping, "a table"),
-        (Sequence, "an array"),
-    ):
-        if isinstance(value, kind):
-            return words
-    return "empty" if value is None else f"a {type(value).__name__}"
 
 
 DEEPEST = 20

@@ -7,7 +7,7 @@ from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Keys, Source
-from slipfold.models.definitions.tables import part_table, read_part, type_name
+from slipfold.models.definitions.tables import part_table, read_part
 from slipfold.models.friction.jenkins import Iwan, Jenkins
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.with_memory import BoucWen, Dahl, LuGre
@@ -19,6 +19,7 @@ from slipfold.models.friction.without_memory import (
     Regularized,
     Stribeck,
 )
+from slipfold.text.validated import type_name
 
 _LAWS: tuple[type[FrictionLaw], ...] = (
     Coulomb,

@@ -19,7 +19,6 @@ from slipfold.models.definitions.tables import (
     part_table,
     plain,
     read_part,
-    type_name,
 )
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
@@ -40,6 +39,7 @@ from slipfold.models.structures.definition import (
 )
 from slipfold.models.structures.matrices import Matrix, as_matrix, check_mass, read_matrix
 from slipfold.models.structures.reduction import CraigBampton, ModalReduction, Reduction
+from slipfold.text.validated import type_name
 
 FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "

@@ -1,0 +1,274 @@
+"""Systems of equations, checked from beginning to end.
+
+A system must repeat after its forcing period, and after whole turns of its angles. Nothing else
+would notice: with a wrong period a search still ends at a trajectory that closes once, but does not
+repeat.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+
+import heyoka as hy
+import numpy as np
+
+from slipfold.errors import InputError
+from slipfold.models.definitions.arrays import without_arrays
+from slipfold.models.definitions.definition import Definition, read_definition
+from slipfold.models.definitions.equations import ContactEquations, SystemEquations
+from slipfold.models.definitions.source import Keys, Source, source_of_text
+from slipfold.models.formulas.grammar import Name, Tree, format_tree, names_in
+from slipfold.models.formulas.values import as_symbol
+from slipfold.models.friction.contact import normal_name
+from slipfold.models.parameter import Parameter
+from slipfold.models.turns import TURN
+
+
+def build_system(source: Source, default_name: str = "system") -> SystemEquations:
+    """Read a definition and check all of it."""
+    source = without_arrays(source)
+    equations = SystemEquations(read_definition(source, default_name), source)
+    found = _why_not_repeated(equations, equations.defaults)
+    if found is not None:
+        raise source.error(*found)
+    _check_contacts(equations, source)
+    return equations
+
+
+@lru_cache(maxsize=256)
+def build_system_of_text(text: str) -> SystemEquations:
+    """Read a definition from a TOML text, once."""
+    return build_system(source_of_text(text))
+
+
+def check_values(equations: SystemEquations, values: Mapping[str, float]) -> None:
+    """Refuse parameter values with which the equations have no meaning."""
+    period = equations.period(values)
+    if not (math.isfinite(period) and period > 0):
+        raise InputError(
+            f"the forcing period {equations.definition.period} is {period:g} s"
+            f"{_at(values, equations.cycle)}; it must be positive, so correct the formula or "
+            "the parameters in it"
+        )
+    coefficients = equations.coefficients(values)
+    for contact in equations.contacts:
+        contact.check(coefficients)
+    for key, tree in equations.terms.items():
+        given = isinstance(tree, Name) and tree.name not in equations.fixed
+        if not given and not math.isfinite(coefficients[key]):
+            raise InputError(
+                f"{format_tree(tree)} is not a finite number{_at(values, tree)}; change "
+                "the parameters in it"
+            )
+    if not _always_repeats(equations):
+        found = _why_not_repeated(equations, values, _at(values))
+        if found is not None:
+            raise InputError(found[1])
+
+
+def _check_contacts(equations: SystemEquations, source: Source) -> None:
+    """Refuse slips and forces of which a trajectory that sticks could make nothing."""
+    q, c, phase = equations.symbols
+    contacts = equations.contacts
+    names = [name for item in contacts for name in (normal_name(item.name), *item.given)]
+    given = {name: hy.expression(name) for name in names}
+    varying = {*q, str(phase), *given}
+    coefficients = equations.coefficients(equations.defaults)
+    start = {name: item.start for name, item in equations.definition.states.items()}
+    rates = {
+        name: as_symbol(equations.value(tree, {**q, **given}, c, phase))
+        for name, tree in equations.rates.items()
+    }
+    for item in contacts:
+        name = item.name
+        path = ("contacts", name)
+        try:
+            item.check(coefficients)
+        except InputError as error:
+            raise source.error((*path, "friction"), str(error)) from None
+        for part in item.slip(q, c, phase):
+            slopes = [hy.diff(part, hy.expression(state)) for state in q]
+            if not all(varying.isdisjoint(hy.get_variables(slope)) for slope in slopes):
+                raise source.error(
+                    (*path, "slip"),
+                    f"the slip of {name} is not linear in the states; give a difference of "
+                    "velocities, with parameters as factors",
+                )
+            if all(slope == hy.expression(0.0) for slope in slopes):
+                message = f"the slip of {name} has no state in it; give e.g. Vd - v"
+                raise source.error((*path, "slip"), message)
+        for state, rate in rates.items():
+            for force in (normal_name(name), *item.given):
+                slope = hy.diff(rate, hy.expression(force))
+                if not set(given).isdisjoint(hy.get_variables(slope)):
+                    raise source.error(
+                        ("states", state),
+                        f"the rate of {state} is not linear in the forces of {name}; add them "
+                        "with factors of states and parameters",
+                    )
+    for item in contacts:
+        if not _slows(item, start, coefficients):
+            message = (
+                f"the friction {item.name} acts along its slip and so has to slow it, but does "
+                f"not; write it into the rates, with the sign that {item.name} has on what moves"
+            )
+            raise source.error(("contacts", item.name, "slip"), message)
+
+
+def _slows(contact: ContactEquations, start: Mapping[str, float], c: Mapping[str, float]) -> bool:
+    """Return whether friction acts against its own slip."""
+    still = dict.fromkeys(start, 0.0)
+    others = contact.equations.contacts
+    none = {name: 0.0 for item in others for name in (normal_name(item.name), *item.given)}
+
+    def slip_rates(**forces: float) -> np.ndarray:
+        moved = {**start, **none, **forces}
+        rates = {
+            name: contact.equations.value(tree, moved, c, 0.0)
+            for name, tree in contact.equations.rates.items()
+        }
+        moving, zero = (
+            [contact.equations.value(tree, at, c, 0.0) for tree in contact.slip_trees]
+            for at in (rates, still)
+        )
+        return np.subtract(moving, zero)
+
+    without = slip_rates()
+    columns = [slip_rates(**{name: 1.0}) - without for name in contact.given]
+    slows = np.linalg.eigvalsh(-(np.array(columns) + np.transpose(columns)) / 2)
+    return bool(slows[0] > 0) or not np.isfinite(slows).all()
+
+
+SAMPLES = 6
+
+SIZES = (1.0, 1e-5, 0.0)
+"""Sizes of the states looked at: next to terms of states far larger than those of the model, a
+forcing would be rounding."""
+
+TOLERANCE = 1e-8
+"""Difference that is no rounding, as a share of the largest value."""
+
+CHANGE = 0.2
+"""How far parameters are moved, as a share of their size."""
+
+
+def _why_not_repeated(
+    equations: SystemEquations, values: Mapping[str, float], at: str = ""
+) -> tuple[Keys, str] | None:
+    """Return the entry that differs a period or a whole turn of an angle later, and what to say."""
+
+    def changed(entries: Sequence[Keys], *turned: str) -> Keys | None:
+        moved = dict.fromkeys(turned, TURN)
+        return _changed(equations, values, entries, moved, 0.0 if turned else 1.0)
+
+    entry = changed(equations.timed)
+    if entry is not None:
+        what = f"the rate of {entry[1]}" if entry[0] == "states" else f"the output {entry[1]}"
+        period = float(equations.period(values))
+        return entry, (
+            f"{what} does not repeat after the forcing period {equations.definition.period}, "
+            f"{period:.6g} s{at}; give a period after which every term with t repeats"
+        )
+    rates = [("states", name) for name in equations.rates]
+    states = equations.definition.states
+    angles = tuple(name for name, item in states.items() if item.angle)
+    for angle in angles:
+        found = changed(rates, angle)
+        if found is not None:
+            # States with which all rates repeat if they turn with the angle.
+            single = [(name,) for name in states if name != angle]
+            others = tuple(name for name in angles if name != angle)
+            turning = (names for names in (*single, others) if not changed(rates, angle, *names))
+            return ("states", angle), _unturned(angle, found[1], next(turning, ()), at)
+    return None
+
+
+def _changed(
+    equations: SystemEquations,
+    values: Mapping[str, float],
+    entries: Sequence[Keys],
+    moved: Mapping[str, float],
+    later: float,
+) -> Keys | None:
+    """Return the first rate or output that differs where states are moved and phases later."""
+    if not entries:
+        return None
+    period = float(equations.period(values))
+    coefficients = equations.coefficients(values)
+    if not (math.isfinite(period) and all(map(math.isfinite, coefficients.values()))):
+        return None
+    for size in SIZES:
+        points = list(_points(equations.definition, size))
+        for table, name in entries:
+            tree = (equations.rates if table == "states" else equations.output_trees)[name]
+            pairs = []
+            for state, phase in points:
+                there = {key: value + moved.get(key, 0.0) for key, value in state.items()}
+                one = equations.value(tree, state, coefficients, phase)
+                other = equations.value(tree, there, coefficients, phase + later)
+                if math.isfinite(one) and math.isfinite(other):
+                    pairs.append((one, other))
+            largest = max((abs(value) for pair in pairs for value in pair), default=0.0)
+            if any(abs(one - other) > TOLERANCE * largest for one, other in pairs):
+                return table, name
+    return None
+
+
+@lru_cache(maxsize=256)
+def _always_repeats(equations: SystemEquations) -> bool:
+    """Whether it repeats for other parameter values than the defaults as well."""
+    chance = random.Random(1)
+    own = equations.definition.own_parameters()
+    sets = [
+        equations.defaults | {item.name: _moved(item, chance.uniform(-1, 1)) for item in own}
+        for _ in range(2)
+    ]
+    return all(_why_not_repeated(equations, values) is None for values in sets)
+
+
+def _moved(parameter: Parameter, share: float) -> float:
+    # A parameter of zero may hide a force: give it some size.
+    size = abs(parameter.default) or 1.0
+    moved = parameter.default + CHANGE * size * share
+    return min(max(moved, parameter.lower), parameter.upper)
+
+
+def _points(definition: Definition, size: float) -> Iterator[tuple[dict[str, float], float]]:
+    """States around the start and phases; the same ones every time."""
+    chance = random.Random(0)
+    for _ in range(SAMPLES):
+        state = {
+            name: item.start
+            + (TURN / 2 if item.angle else size * (item.scale or 1.0)) * chance.uniform(-1, 1)
+            for name, item in definition.states.items()
+        }
+        yield state, chance.uniform(0, 1)
+
+
+def _unturned(angle: str, state: str, partners: tuple[str, ...], at: str) -> str:
+    whose = "its own rate" if state == angle else f"the rate of {state}"
+    if partners:
+        whose = f"the rate of {state}"
+        several = len(partners) > 1
+        names = f"states {' and '.join(partners)}" if several else f"state {partners[0]}"
+        differences = "differences such as" if several else "the difference"
+        return (
+            f"{angle} and {' and '.join(partners)} only turn together: {whose} changes when "
+            f"{angle} alone makes a whole turn{at}; replace the {names} by {differences} "
+            f"d = {partners[0]} - {angle}, and declare {angle} the only angle"
+        )
+    return (
+        f"{angle} is declared an angle, but {whose} is another after a whole turn, "
+        f"{angle} + 2*pi{at}; write it by sin and cos of {angle}, or leave angle out"
+    )
+
+
+def _at(values: Mapping[str, float], tree: Tree | None = None) -> str:
+    """Say at which parameter values: those in a formula, if it has any, and a few at most."""
+    names = [name for name in values if tree is not None and name in names_in(tree)]
+    shown = [f"{name} = {values[name]:g}" for name in names or values]
+    more = ", ..." if len(shown) > 6 else ""
+    return f" at {', '.join(shown[:6])}{more}" if shown else ""

@@ -1,0 +1,110 @@
+"""Tables of model files as pydantic models: the types of their entries."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from numbers import Real
+from typing import Annotated, Any, ClassVar, Self
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    StrictStr,
+    ValidationInfo,
+    model_serializer,
+    model_validator,
+)
+
+from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.quantity import parse_quantity
+from slipfold.models.suggestion import not_supported, suggest
+from slipfold.text.validated import WrongEntry, type_name, validate
+
+
+class Table(BaseModel):
+    """A table of a file, which may have the entries that are its fields."""
+
+    model_config = ConfigDict(frozen=True, arbitrary_types_allowed=True)
+    sole: ClassVar[str | None] = None
+    """Entry that a value alone stands for."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _check_keys(cls, given: Any) -> Any:
+        known = ", ".join(cls.model_fields)
+        if not isinstance(given, Mapping):
+            if cls.sole is None:
+                raise WrongEntry(f"is {type_name(given)}, not a table; give a table with {known}")
+            return {cls.sole: given}
+        for key in map(str, given):
+            if key not in cls.model_fields:
+                help_ = not_supported(key) or suggest(key[:80], cls.model_fields)
+                message = f"has no entry {key[:80]!r}; {help_}there are {known}"
+                raise WrongEntry(message, key, at_key=True)
+        for name, item in cls.model_fields.items():
+            if item.is_required() and name not in given:
+                example = f"e.g. {item.examples[0]}" if item.examples else "it"
+                raise WrongEntry(f"has no {name}; give {example}")
+        return given
+
+    @model_serializer(mode="wrap")
+    def _shorten(self, write: Any) -> Any:
+        """Write the sole entry first, and by itself if there is no other."""
+        entries = write(self)
+        if self.sole is None:
+            return entries
+        entries = {self.sole: entries[self.sole], **entries}
+        return entries if len(entries) > 1 else entries[self.sole]
+
+    @classmethod
+    def read(cls, source: Source, path: Keys, given: Any, root: str = "a system") -> Self:
+        """Return the table that stands at a path of a source, or raise where it is wrong."""
+        try:
+            table: Self = validate(cls.model_validate, given)
+        except WrongEntry as wrong:
+            wrong = wrong.below(path)
+            place = wrong.path if wrong.part is None else (*wrong.path, wrong.part)
+            raise source.error(place, wrong.sentence(root), key=wrong.at_key) from None
+        return table
+
+
+def _one_line(text: str) -> str:
+    if not text.isprintable():
+        raise WrongEntry(f"= {text[:80]!r} is more than one line; give one line")
+    return text
+
+
+def _number(given: Any, info: ValidationInfo) -> float:
+    """Return a finite number, given as one or as a text with the unit of the table."""
+    name, unit = str(info.field_name), info.data.get("unit", "")
+    if isinstance(given, bool) or not isinstance(given, (Real, str)):
+        raise WrongEntry(f"is {type_name(given)}; give a number")
+    number = parse_quantity(given if isinstance(given, str) else _float(given), unit, name)
+    if not math.isfinite(number):
+        raise WrongEntry(f"= {number} is not a finite number; leave it out or give one")
+    return number
+
+
+def _float(given: Any) -> float:
+    try:
+        return float(given)
+    except OverflowError:  # a whole number beyond floats
+        return math.inf
+
+
+def _formula(given: Any) -> Any:
+    """Return a number as a formula, anything else as it is."""
+    if isinstance(given, bool) or not isinstance(given, Real):
+        return given
+    if not math.isfinite(_float(given)):
+        raise WrongEntry(f"= {_float(given)} is not a finite number; give a formula")
+    return repr(_float(given))
+
+
+Line = Annotated[StrictStr, AfterValidator(_one_line)]
+Number = Annotated[float, BeforeValidator(_number)]
+"""A number, or a text with a unit; the unit of the table, if it has one, is declared before."""
+Formula = Annotated[StrictStr, BeforeValidator(_formula)]
