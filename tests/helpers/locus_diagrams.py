@@ -55,6 +55,7 @@ def minimum():
         values=(12.46290698, 0.04008397729),
         arclength=0.75,
         coefficients={"b": 47.0487},
+        criticality="supercritical",
         leads_to=(),
     )
 

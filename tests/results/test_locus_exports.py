@@ -12,7 +12,6 @@ from helpers.locus_diagrams import (
 )
 from slipfold import LocusEnd
 from slipfold.models import model_named
-from slipfold.results.locus_diagram import criticalities
 
 
 @pytest.fixture(scope="module")
@@ -102,12 +101,12 @@ def test_a_failure_is_marked_at_either_end(which):
 
 
 def test_criticality_follows_the_sign_of_the_coefficient():
-    assert criticalities(doubling_locus()) == ["subcritical", None, "supercritical"]
-    assert criticalities(fold_locus()) == [None, None]
-    words = criticalities(torus_locus())
+    assert doubling_locus().criticality == ["subcritical", None, "supercritical"]
+    assert fold_locus().criticality == [None, None]
+    words = torus_locus().criticality
     assert words == ["supercritical", "subcritical", "subcritical", "supercritical"]
     for locus in (doubling_locus(), torus_locus()):
-        above = [word == "supercritical" for word in criticalities(locus)]
-        below = [word == "subcritical" for word in criticalities(locus)]
+        above = [word == "supercritical" for word in locus.criticality]
+        below = [word == "subcritical" for word in locus.criticality]
         assert above == locus.supercritical.tolist()
         assert below == locus.subcritical.tolist()

@@ -40,6 +40,9 @@ class CurvePoint(OneLine, ReadOnly):
     multipliers: Annotated[Complex, MULTIPLIERS.format("")]
     residual: Annotated[float, "How far the orbit fails to close, in scaled states."]
     arclength: Annotated[float, "Position on the curve."]
+    criticality: Annotated[
+        str | None, '``"supercritical"``, ``"subcritical"`` or None where it has no meaning.'
+    ] = None
     stuck_fraction: Annotated[float, STUCK.format("")] = np.nan
 
     def _line(self) -> str:

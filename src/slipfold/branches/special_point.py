@@ -49,9 +49,6 @@ class SpecialPoint(CurvePoint):
     multiplier_uncertainty: Annotated[
         Array, "Computed uncertainty of each multiplier, shape (n_states,)."
     ]
-    criticality: Annotated[
-        str | None, '``"supercritical"``, ``"subcritical"`` or None where it has no meaning.'
-    ] = None
     coefficient: Annotated[
         float | None,
         "Normal form coefficient: of the map for PD (cubic), NS (real part of the first Lyapunov "

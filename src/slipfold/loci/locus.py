@@ -14,6 +14,7 @@ from slipfold.branches.curve import CurvePoint, OrbitsAlong
 from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.normal_forms.normal_form import criticality_of
 from slipfold.text.one_line import listed, parameter_text
 
 CODIMENSION_TWO = {
@@ -139,6 +140,29 @@ class Locus(OrbitsAlong):
         parts.append(listed(point.type for point in self.special))
         found = ", ".join(part for part in [*parts, self.stopped.kind] if part)
         return f"Locus {self.id} of {self.model.name}: {found}"
+
+    @cached_property
+    def criticality(self) -> list[str | None]:
+        """Whether the bifurcation is super- or subcritical at each point."""
+        return [self._judged(float(value)) for value in self.coefficient]
+
+    def criticality_at(self, point: LocusPoint) -> str | None:
+        """Return whether the bifurcation is super- or subcritical at an extremum of the locus.
+
+        Parameters
+        ----------
+        point
+            A special point of the locus.
+        """
+        name = COEFFICIENT.get(self.type, "")
+        if point.type in CODIMENSION_TWO or name not in point.coefficients:
+            return None
+        return self._judged(point.coefficients[name])
+
+    def _judged(self, coefficient: float) -> str | None:
+        """Judge a coefficient relative to the others, whatever the units of the states."""
+        size = float(np.nan_to_num(np.abs(self.coefficient)).max(initial=0.0))
+        return criticality_of(self.type, coefficient / (size or 1.0))
 
     @property
     def supercritical(self) -> Mask:

@@ -181,7 +181,7 @@ def _as_locus(
         described = Described([np.nan] * len(points), bare)
     arclength = np.array([point.arclength for point in points])
     durations = orbits.durations(points)
-    return Locus(
+    locus = Locus(
         id=followed.number,
         type=curve.condition,
         kind=orbits.kind,
@@ -208,6 +208,8 @@ def _as_locus(
         durations=durations,
         stuck_fraction=stuck_fractions(points),
     )
+    judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)
+    return replace(locus, special=tuple(judged))
 
 
 def _first_end(trace: TracedCurve[OrbitPoint], found: Found | None) -> End:

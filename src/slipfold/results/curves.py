@@ -3,24 +3,38 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array, Complex
+from slipfold.branches.branch import Branch
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
+from slipfold.loci.locus import Locus, LocusPoint, hopf_duration
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.results.fields import COMPLEX, REAL, TEXT, WHOLE, Axes, Column, Owners, Table, axes_of
+from slipfold.models.parameter import DURATION, Parameter
+from slipfold.results.fields import (
+    COMPLEX,
+    REAL,
+    TEXT,
+    WHOLE,
+    Column,
+    Owners,
+    Part,
+    Table,
+    axes_of,
+    meaning_of,
+)
 from slipfold.results.records import SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable, frame_of, joined
 from slipfold.text.one_line import certain, listed, parameter_text
 from slipfold.text.printed_table import with_unit
-
-Columns = tuple[Column, ...]
+from slipfold.text.stability import outside
 
 UNCERTAIN = 1e-6
 """Fraction of the span above which the uncertainty of a point is reported: points are located to
@@ -29,196 +43,298 @@ UNCERTAIN = 1e-6
 ROUNDING = 1e-14
 """Values below this fraction of the size of their column are rounding, and shown as zero."""
 
-LASTING = "of one round; of an equilibrium, what multipliers are over"
+
+def _durations(curve: Any) -> Array:
+    own: Array | None = curve.durations
+    return np.full(len(curve), curve.model.values[DURATION.name]) if own is None else own
+
+
+def _cycle_durations(locus: Locus) -> Any:
+    """Periods of the orbits in seconds; of Hopf points, those of the cycles that emanate there."""
+    if locus.model.forced:
+        return None
+    if locus.durations is not None:
+        return locus.period * locus.durations
+    return [] if locus.eigenvalues is None else [hopf_duration(each) for each in locus.eigenvalues]
+
+
+def _eigenvalues(locus: Locus) -> Complex:
+    found = locus.eigenvalues
+    return np.full(locus.multipliers.shape, np.nan + 0j) if found is None else found
+
+
+def _stuck_fraction(curve: Any) -> Array:
+    own: Array | None = curve.stuck_fraction
+    return np.full(len(curve), np.nan) if own is None else own
+
+
+def _turns(branch: Branch) -> list[int]:
+    return [branch.turns.get(item.name, 0) for item in branch.model.states]
+
+
+def _gradients(point: SpecialPoint) -> list[float]:
+    return [(point.gradients or {}).get(item.name, np.nan) for item in point.model.parameters]
+
+
+def _named_coefficients(point: LocusPoint) -> str:
+    return "; ".join(f"{name} = {value!r}" for name, value in point.coefficients.items())
+
+
 NODES = "states at equal phases over the period, the first"
 MULTIPLIERS = Column(
-    "multipliers",
-    COMPLEX,
-    "Floquet multipliers",
-    "",
-    ("multiplier",),
-    record=True,
+    "multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",), record=True,
     head="multiplier",
-)
+)  # fmt: skip
+UNCERTAIN_MULTIPLIERS = Column(
+    "multiplier_uncertainty", REAL, "computed uncertainty of the multipliers", "", ("multiplier",),
+    record=True, head=None, when="branch",
+)  # fmt: skip
+UNSTABLE = Column(
+    "unstable", WHOLE, "number of multipliers outside the unit circle", "", derived=True,
+    head="unstable multipliers", when="branch",
+)  # fmt: skip
 RESIDUAL = Column("residual", REAL, "how far the orbit fails to close, in scaled states", "")
+STUCK = Column(
+    "stuck_fraction", REAL,
+    "fraction of the period in which a contact sticks; NaN: none was watched for stick", "",
+    record=True, head="stuck fraction", when="sticks",
+)  # fmt: skip
+EIGENVALUES = Column("eigenvalues", record=True, when="locus")
 
-
-@dataclass(frozen=True)
-class Curves:
-    """Tables of curves, of their points and of their special points."""
-
-    curves: Table
-    points: Table
-    special: Table
-
-    @classmethod
-    def of(
-        cls,
-        thing: str,
-        forced: bool,
-        *,
-        kinds: Columns,
-        own: Columns,
-        ends: tuple[Any, ...],
-        points: Columns,
-        along: Columns,
-        special: Columns,
-        at: Columns,
-        lasting: str,
-        head: str,
-        amended: Callable[[Any, Any], dict[str, Any]] = lambda curve, point: {},
-    ) -> Curves:
-        """Return what is said of branches or loci, from what only the one or the other has.
-
-        A curve has `kinds`, then what all have, then its `own` and its `ends`; points begin with
-        `points` and special points with `special`, and have their orbits, then `along` and `at`.
-        What a record says of a special point may be `amended`. Tables call its type `head`.
-        """
-
-        def records(curve: Any) -> list[dict[str, Any]]:
-            return [on_curve.record(point) | amended(curve, point) for point in curve.special]
-
-        durations = Column(
-            "durations", REAL, LASTING, "s", get=_durations, name="duration", head=None
-        )
-        duration = Column(
-            "model_duration", REAL, lasting, "s", name="special_duration",
-            get=lambda point: point.model.values["duration"], head=None,
-        )  # fmt: skip
-        curve = (
-            Column("id", WHOLE, f"number of the {thing}", name=thing, label=True, record=True),
-            *kinds,
-            Column("period", WHOLE, "in forcing periods", "", record=True),
-            Column("parent", WHOLE, f"{thing} left, 0: none", optional=True, record=True),
-            Column("node_count", WHOLE, "nodes of an orbit", "", name="node_count",
-                   get=lambda curve: curve.nodes.shape[1]),
-            Column("points", get=len, record=True),
-            *own,
-            Column("special", get=records, record=True),
-            *_ends(thing, *ends),
-        )  # fmt: skip
-        point = (
-            *points,
-            Column("states", REAL, "state at phase zero", None, ("state",), derived=True,
-                   head=""),
-            Column("nodes", REAL, f"{NODES} node_count of the {thing}", None, ("node", "state"),
-                   head=None),
-            MULTIPLIERS,
-            *along,
-            *(() if forced else (durations,)),
-            RESIDUAL,
-            Column("arclength", REAL, "in scaled variables", ""),
-        )  # fmt: skip
-        mark = (
-            Column("type", TEXT, "type of special point", record=True, head=head),
-            *special,
-            Column("period", WHOLE, "in forcing periods", "", head=None),
-            *(() if forced else (duration,)),
-            Column("node_count", WHOLE, "nodes of the orbit", "",
-                   get=lambda point: len(point.nodes), head=None),
-            Column("nodes", REAL, f"{NODES} special_node_count", None, ("node", "state"),
-                   head=None),
-            Column("state", REAL, "state at phase zero", None, ("state",), derived=True,
-                   record=True, head=""),
-            MULTIPLIERS,
-            *at,
-            RESIDUAL,
-            Column("arclength", REAL, f"position on the {thing}", ""),
-        )  # fmt: skip
-        on_curve = Table(("special",), mark, "special_", (thing, f"{thing} it lies on"))
-        owner = (thing, f"{thing} the point lies on")
-        return cls(
-            Table((thing,), curve, f"{thing}_"),
-            Table(("point",), point, owner=owner, joined=True),
-            on_curve,
-        )
-
-    def variables(
-        self, curves: Sequence[Any], model: Model, vary: Sequence[str]
-    ) -> dict[str, Variable]:
-        """Return the arrays of curves, their points and special points."""
-        special = [point for curve in curves for point in curve.special]
-        sizes = [each.nodes.shape[1] for each in curves] + [len(each.nodes) for each in special]
-        return self._owners.variables(curves, axes_of(model, vary, max(sizes, default=0)))
-
-    @property
-    def _owners(self) -> Owners:
-        return Owners(self.curves, self.points, {"special": self.special})
-
-    def frame(
-        self,
-        variables: Mapping[str, Variable],
-        curves: Sequence[Any],
-        repeated: Sequence[str],
-        first: Sequence[str],
-        below: str = "",
-    ) -> Frame:
-        """Return points and special points of each curve in their order, one row each.
-
-        Each says `repeated` of its curve, and columns `first` come first. Below may stand points of
-        curves of another kind.
-        """
-        thing = self.curves.dimensions[0]
-        known = {curve.id: (place, curve) for place, curve in enumerate(curves)}
-        points = joined([frame_of(variables, ["point"]), frame_of(variables, ["special"])])
-        owners, along = points.columns[thing], points.columns["arclength"]
-        rows = sorted(range(len(points)), key=lambda row: (known[owners[row]][0], along[row]))
-        found = points.take(rows)
-        if below:
-            others = frame_of(variables, [f"{below}_point"])
-            named = {thing if name == below else name: own for name, own in others.columns.items()}
-            found = joined([found, Frame(named, others.units)])
-        owners = found.columns[thing]
-        said = {name: [getattr(known[each][1], name) for each in owners] for name in repeated}
-        columns = {**found.columns, **said}
-        return Frame({name: columns[name] for name in (*first, *columns)}, found.units)
-
-    def read(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
-        """Yield the fields of each curve, those of its special points by their rows."""
-        for fields in self._owners.read(saved, axes):
-            fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
-            fields |= {which: End(*fields[which].values()) for which in ("begun", "stopped")}
-            for own in fields["special"].values():
-                own["nodes"] = own["nodes"][: own.pop("node_count")]
-            yield fields
-
-
-def _ends(
-    thing: str, value: str, where: str, unit: str | None, dimensions: tuple[str, ...] = ()
-) -> Columns:
-    """Return the columns that say where branches or loci begin and end, and why."""
-    return tuple(
+CURVE = (
+    Column("id", WHOLE, "number of the {thing}", name="{thing}", label=True, record=True),
+    Column("type", TEXT, "type of bifurcation", record=True, when="locus"),
+    Column("kind", TEXT, "periodic or equilibrium", record=True),
+    Column("period", WHOLE, "in forcing periods", "", record=True),
+    Column("parent", WHOLE, "{thing} left, 0: none", optional=True, record=True),
+    Column("node_count", WHOLE, "nodes of an orbit", "", name="node_count",
+           get=lambda curve: curve.nodes.shape[1]),
+    Column("points", get=len, record=True),
+    Column("turns", WHOLE, "revolutions of each angle in a period, 0 for what is no angle", "",
+           ("state",), derived=True, get=_turns, when="turns"),
+    Column("turns", record=True, when="turns"),
+    Column("base", REAL, "values of the parameters in the model that the locus was followed with",
+           None, ("parameter",), when="locus",
+           get=lambda locus: [locus.model.values[name] for name in locus.vary]),
+    Column("values", record=True, when="locus"),
+    Column("criticality", record=True, when="locus",
+           get=lambda locus: None if locus.type == "LP" else locus.criticality),
+    Column("coefficient", record=True, when="locus"),
+    Column("durations", get=_cycle_durations, record=True, when="locus"),
+    EIGENVALUES,
+    Column("special", record=True),
+    *(
         column
         for which, verb in (("begun", "begins"), ("stopped", "ends"))
         for column in (
-            Column(f"{which}.kind", TEXT, f"why the {thing} {verb} there, in one word",
+            Column(f"{which}.kind", TEXT, f"why the {{thing}} {verb} there, in one word",
                    name=f"{which}_kind", record=True),
-            Column(f"{which}.reason", TEXT, f"why the {thing} {verb} there",
+            Column(f"{which}.reason", TEXT, f"why the {{thing}} {verb} there",
                    name=f"{which}_reason", record=True),
-            Column(f"{which}.{value}", REAL, f"{where} the {thing} {verb}", unit,
-                   dimensions, name=f"{which}_value", record=True),
+            Column(f"{which}.value", REAL, f"{{vary}} where the branch {verb}", "{unit}",
+                   name=f"{which}_value", record=True, when="branch"),
+            Column(f"{which}.values", REAL, f"where the locus {verb}", None, ("parameter",),
+                   name=f"{which}_value", record=True, when="locus"),
         )
-    )  # fmt: skip
+    ),
+)  # fmt: skip
+"""What is said of a branch or locus."""
+
+POINT = (
+    Column("parameter", REAL, "{parameter}", "{unit}", label=True, head="{vary}", when="branch"),
+    Column("values", REAL, "{parameter}", None, ("parameter",), name="value", head="",
+           when="locus"),
+    Column("states", REAL, "state at phase zero", None, ("state",), derived=True, head=""),
+    Column("nodes", REAL, NODES + " node_count of the {thing}", None, ("node", "state"),
+           head=None),
+    MULTIPLIERS,
+    UNCERTAIN_MULTIPLIERS,
+    UNSTABLE,
+    *(
+        Column(f"extrema.{which}", REAL, f"{which} over the continuous orbit", None, ("output",),
+               name=which, head=which[:3], when="branch")
+        for which in ("minimum", "maximum")
+    ),
+    Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined",
+           when="locus"),
+    Column("criticality", TEXT, "empty: no meaning, or not known", derived=True, when="locus",
+           get=lambda locus: [word or "" for word in locus.criticality]),
+    Column("eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
+           get=_eigenvalues, derived=True, head=None, when="locus cycle"),
+    replace(STUCK, get=_stuck_fraction),
+    Column("durations", REAL, "of one revolution; of an equilibrium, what multipliers are over",
+           "s", get=_durations, name="duration", head=None, when="cycle"),
+    RESIDUAL,
+    Column("arclength", REAL, "in scaled variables", ""),
+)  # fmt: skip
+"""What is said of the points of a curve."""
+
+SPECIAL = (
+    Column("type", TEXT, "type of special point", record=True, head="type", when="branch"),
+    Column("type", TEXT, "type of special point", record=True, head="special", when="locus"),
+    Column("name", TEXT, "what the type means here", record=True, head=None),
+    Column("kind", TEXT, "periodic or equilibrium", head=None, when="locus"),
+    Column("value", REAL, "{parameter}", "{unit}", label=True, record=True, head="{vary}",
+           when="branch"),
+    Column("values", REAL, "{parameter}", None, ("parameter",), name="special_value", record=True,
+           head="", when="locus"),
+    Column("uncertainty", REAL, "computed uncertainty of special_value", "{unit}", record=True,
+           head=None, when="branch"),
+    Column("uncertainty", REAL, "computed uncertainty of special_value", None, ("parameter",),
+           record=True, head=None, when="locus"),
+    Column("criticality", TEXT, "empty: no meaning, or not known", optional=True, when="locus"),
+    Column("duration", record=True),
+    Column("period", WHOLE, "in forcing periods", "", head=None),
+    Column("model_duration", REAL, "of one revolution; of an equilibrium, what multipliers are "
+           "over", "s", name="special_duration", head=None, when="cycle",
+           get=lambda point: point.model.values[DURATION.name]),
+    Column("node_count", WHOLE, "nodes of the orbit", "", get=lambda point: len(point.nodes),
+           head=None),
+    Column("nodes", REAL, NODES + " special_node_count", None, ("node", "state"), head=None),
+    Column("state", REAL, "state at phase zero", None, ("state",), derived=True, record=True,
+           head=""),
+    MULTIPLIERS,
+    UNCERTAIN_MULTIPLIERS,
+    replace(UNSTABLE, get=lambda point: outside(point.multipliers).sum()),
+    Column("criticality", TEXT, "empty: none", optional=True, record=True, when="branch"),
+    Column("undecided", record=True, when="branch"),
+    Column("coefficient", REAL, "of the normal form", optional=True, record=True, head=None,
+           when="branch"),
+    Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True, head=None,
+           when="branch"),
+    *(
+        Column(f"extrema.{which}", REAL, f"{which} over the continuous orbit", None, ("output",),
+               get=partial(lambda which, point: getattr(point.orbit.extrema, which)[0], which),
+               name=f"special_{which}", head=which[:3], when="branch")
+        for which in ("minimum", "maximum")
+    ),
+    EIGENVALUES,
+    Column("coefficients", record=True, when="locus"),
+    Column("named", TEXT, "coefficients by name", get=_named_coefficients, derived=True,
+           name="special_coefficients", head="coefficients", when="locus"),
+    Column("coefficient", record=True, when="locus",
+           get=lambda point: next(iter(point.coefficients.values()), None)),
+    Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True,
+           head=None, when="locus"),
+    STUCK,
+    Column("gradients", record=True, when="gradients"),
+    Column("gradients", REAL, "derivative of {vary} at the point with respect to each parameter; "
+           "NaN: none", None, ("by_parameter",), get=_gradients, head="d{vary}/d",
+           when="gradients"),
+    RESIDUAL,
+    Column("arclength", REAL, "position on the {thing}", ""),
+)  # fmt: skip
+"""What is said of a special point."""
+
+OPTIONAL = {
+    "sticks": {"stuck_fraction", "special_stuck_fraction"},
+    "gradients": {"special_gradients", "by_parameter"},
+}
+"""Variables that only some files have."""
 
 
-def _durations(curve: Any) -> NDArray[np.float64]:
-    own: NDArray[np.float64] | None = curve.durations
-    return np.full(len(curve), curve.model.values["duration"]) if own is None else own
+class CurveList(Part):
+    """Branches or loci as an attribute of a diagram."""
+
+    def made(self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]) -> Any:
+        """Return a curve from its fields."""
+        raise NotImplementedError
+
+    def made_point(self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]) -> Any:
+        """Return a special point from its fields."""
+        raise NotImplementedError
+
+    @staticmethod
+    def model_of(result: Any, fields: dict[str, Any], values: Iterable[float]) -> Model:
+        """Return the model of a special point; its duration is no field of it."""
+        changes = dict(zip(_names(result.vary), values, strict=True))
+        if not result.model.forced:
+            changes[DURATION.name] = fields.pop("model_duration")
+        model: Model = result.model.replace(**changes)
+        return model
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return the arrays of curves, their points and special points."""
+        curves = getattr(result, key)
+        special = [point for curve in curves for point in curve.special]
+        sizes = [each.nodes.shape[1] for each in curves] + [len(each.nodes) for each in special]
+        axes = axes_of(result.model, result._spans, max(sizes, default=0))
+        return self._owners(result, _parts(curves)).variables(curves, axes)
+
+    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
+        """Return a record of each curve."""
+        curves, found = getattr(result, key), []
+        owners = self._owners(result, _parts(curves))
+        for curve in curves:
+            points = [owners.owned["special"].record(point) for point in curve.special]
+            for point in points:
+                # An equilibrium has none, but at a Hopf point that of the cycles from there.
+                if (
+                    result.thing == "branch"
+                    and curve.kind == "equilibrium"
+                    and point["type"] != "HB"
+                ):
+                    point["duration"] = None
+            found.append(owners.items.record(curve) | {"special": points})
+        return found
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Any, ...]:
+        """Return the curves."""
+        parts = {part for part, names in OPTIONAL.items() if names & set(saved.columns)}
+        outputs = tuple(saved.columns["output"].tolist()) if result.thing == "branch" else ()
+        axes, found = axes_of(saved.model, _names(result.vary)), []
+        for fields in self._owners(result, parts).read(saved, axes):
+            fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
+            fields |= {which: End(*fields[which].values()) for which in ("begun", "stopped")}
+            if np.isnan(fields.get("stuck_fraction", np.nan)).all():
+                fields["stuck_fraction"] = None
+            points = []
+            for own in fields["special"]:
+                own["nodes"] = own["nodes"][: own.pop("node_count")]
+                points.append(self.made_point(result, own, outputs))
+            found.append(self.made(result, fields | {"special": tuple(points)}, outputs))
+        return tuple(found)
+
+    def _owners(self, result: Any, parts: set[str]) -> Owners:
+        """Return the tables of a result with some of the optional parts."""
+        thing, model, names = result.thing, result.model, _names(result.vary)
+        parts = parts | {thing} | ({"cycle"} if not model.forced else set())
+        if thing == "branch" and model.whole_turns.any():
+            parts |= {"turns"}
+        parameters = [model.parameter(name) for name in names]
+        words = {
+            "thing": thing,
+            "vary": names[0],
+            "unit": parameters[0].unit,
+            "parameter": "; ".join(map(meaning_of, parameters)),
+        }
+
+        def chosen(columns: tuple[Column, ...]) -> tuple[Column, ...]:
+            return tuple(
+                item.filled(words) for item in columns if parts.issuperset(item.when.split())
+            )
+
+        owner = (thing, f"{thing} the point lies on")
+        special = Table(("special",), chosen(SPECIAL), "special_", (thing, f"{thing} it lies on"))
+        return Owners(
+            Table((thing,), chosen(CURVE), f"{thing}_"),
+            Table(("point",), chosen(POINT), owner=owner, joined=True),
+            {"special": special},
+        )
 
 
-def sticking(sticks: bool, get: Callable[[Any], Any], *, point: bool) -> tuple[Column, ...]:
-    """Return the column for the fraction of the period in which contacts stick, if any do."""
-    if not sticks:
-        return ()
-    meaning = "fraction of the period in which a contact sticks; NaN: none was watched for stick"
+def _parts(curves: Sequence[Any]) -> set[str]:
+    """Return which optional parts curves have."""
+    points = [point for curve in curves for point in curve.special]
+    known = {
+        "sticks": any(curve.stuck_fraction is not None for curve in curves),
+        "gradients": any(getattr(point, "gradients", None) is not None for point in points),
+    }
+    return {part for part, there in known.items() if there}
 
-    def known(item: Any) -> Any:
-        found = get(item)
-        return np.full(len(item), np.nan) if found is None else found
 
-    return (
-        Column("stuck_fraction", REAL, meaning, "", get=known, record=point, head="stuck fraction"),
-    )
+def _names(vary: str | tuple[str, str]) -> tuple[str, ...]:
+    return (vary,) if isinstance(vary, str) else vary
 
 
 class Mark(NamedTuple):
@@ -236,6 +352,8 @@ class CurveDiagram(Result):
     """Curves with their special points, over one parameter or two."""
 
     gap = "\n\n"
+    thing: ClassVar[str]
+    """Name of a curve."""
     noted: ClassVar[tuple[str, ...]]
     """Kinds of ends that the table notes; others are the usual ones."""
 
@@ -303,11 +421,34 @@ class CurveDiagram(Result):
             marks += ends[1:]
         return marks
 
-    def _uncertain(self, thing: str) -> list[str]:
+    def _rows_along(
+        self, curves: Sequence[Any], repeated: Sequence[str], first: Sequence[str], below: str = ""
+    ) -> Frame:
+        """Return points and special points of each curve in their order, one row each.
+
+        Each says `repeated` of its curve, and columns `first` come first. Below may stand points of
+        curves of another kind.
+        """
+        variables, thing = self._variables(), self.thing
+        known = {curve.id: (place, curve) for place, curve in enumerate(curves)}
+        points = joined([frame_of(variables, ["point"]), frame_of(variables, ["special"])])
+        owners, along = points.columns[thing], points.columns["arclength"]
+        rows = sorted(range(len(points)), key=lambda row: (known[owners[row]][0], along[row]))
+        found = points.take(rows)
+        if below:
+            others = frame_of(variables, [f"{below}_point"])
+            named = {thing if name == below else name: own for name, own in others.columns.items()}
+            found = joined([found, Frame(named, others.units)])
+        owners = found.columns[thing]
+        said = {name: [getattr(known[each][1], name) for each in owners] for name in repeated}
+        columns = {**found.columns, **said}
+        return Frame({name: columns[name] for name in (*first, *columns)}, found.units)
+
+    def _uncertain(self) -> list[str]:
         """Return which special points are less certain than they should be."""
         points = (
             (
-                f"{point.type} of {thing} {curve.id}",
+                f"{point.type} of {self.thing} {curve.id}",
                 point._values,
                 np.atleast_1d(point.uncertainty).tolist(),
             )

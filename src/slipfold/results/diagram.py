@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Event, Settings
@@ -22,14 +21,13 @@ from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.checks.checked import Checked
-from slipfold.results.curves import ROUNDING, CurveDiagram, Curves, Mark, sticking
-from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Part, axes_of, meaning_of
-from slipfold.results.records import Provenance, SavedTable
-from slipfold.results.tables import Frame, Variable
+from slipfold.results.curves import ROUNDING, CurveDiagram, CurveList, Mark
+from slipfold.results.records import Provenance
+from slipfold.results.tables import Frame
 from slipfold.results.tori import Tori, torus_sentence
 from slipfold.text.one_line import certain, headed
 from slipfold.text.printed_table import PrintedTable, with_unit
-from slipfold.text.stability import outside, stability_word, turns_text
+from slipfold.text.stability import stability_word, turns_text
 from slipfold.tori.torus_branch import TorusBranch
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
@@ -83,48 +81,42 @@ class Labeled(NamedTuple):
         return self.point._repr_html_()
 
 
-@dataclass(frozen=True)
-class Branches(Part):
+class Branches(CurveList):
     """Branches as an attribute of a diagram."""
 
     doc = "The branches; the first is the response of period 1."
 
-    def curves(self, result: Any) -> Curves:
-        """Return the tables of branches and of their points."""
-        branches: tuple[Branch, ...] = result.branches
-        points = [point for branch in branches for point in branch.special]
-        return _curves(
-            result.model,
-            result.vary,
-            sticks=any(branch.stuck_fraction is not None for branch in branches),
-            differentiated=any(point.gradients is not None for point in points),
+    def made(self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]) -> Branch:
+        """Return a branch from its fields."""
+        extrema, uncertainty = fields.pop("extrema"), fields.pop("multiplier_uncertainty")
+        model, durations = result.model, fields.get("durations")
+        if durations is not None and len(durations):
+            model = model.replace(duration=float(durations[0]))
+        else:
+            fields["durations"] = None
+        branch = Branch(model=model, vary=result.vary, **fields)
+        # What the branch would compute when asked is in the file already.
+        vars(branch)["extrema"] = Extrema(outputs, **extrema)
+        vars(branch)["multiplier_uncertainty"] = uncertainty
+        return branch
+
+    def made_point(
+        self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]
+    ) -> SpecialPoint:
+        """Return a special point from its fields."""
+        model, vary, extrema = result.model, result.vary, fields.pop("extrema")
+        if "gradients" in fields:
+            found = {
+                name: float(fields["gradients"][model.parameter_index(name)])
+                for name in sensitive_to(model, vary)
+            }
+            fields["gradients"] = found if fields["type"] in LOCUS_TYPES else None
+        point = SpecialPoint(
+            model=self.model_of(result, fields, [fields["value"]]), vary=vary, **fields
         )
-
-    def variables(self, result: Any, key: str) -> dict[str, Variable]:
-        """Return the arrays of branches."""
-        return self.curves(result).variables(result.branches, result.model, [result.vary])
-
-    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
-        """Return a record of each branch."""
-        table = self.curves(result).curves
-        return [table.record(each) for each in result.branches]
-
-    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Branch, ...]:
-        """Return the branches."""
-        model, vary = saved.model, result.vary
-        outputs = tuple(saved.columns["output"].tolist())
-        curves = _curves(
-            model,
-            vary,
-            sticks=bool({"stuck_fraction", "special_stuck_fraction"} & set(saved.columns)),
-            differentiated=bool({"special_gradients", "by_parameter"} & set(saved.columns)),
-        )
-        branches = []
-        for fields in curves.read(saved, axes_of(model)):
-            points = fields["special"].values()
-            fields["special"] = tuple(_special(model, vary, outputs, own) for own in points)
-            branches.append(_branch(model, vary, outputs, fields))
-        return tuple(branches)
+        reached = {which: values[None] for which, values in extrema.items()}
+        vars(point.orbit)["extrema"] = Extrema(outputs, **reached)
+        return point
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +149,7 @@ class Diagram(CurveDiagram):
 
     schema = "slipfold.response/1"
     title = "periodic responses of {0.model.name} over {0.vary}"
+    thing = "branch"
     noted = ("limit", "closed", "interrupted", "points")
 
     model: Model
@@ -312,7 +305,7 @@ class Diagram(CurveDiagram):
         return sentences
 
     def _notes(self) -> list[str]:
-        uncertain = self._uncertain("branch")
+        uncertain = self._uncertain()
         tori = map(torus_sentence, self.tori)
         search = self._gap_note() if self.searched is None else self._search_note()
         return [*self._endings(), *uncertain, *tori, *search, *super()._notes()]
@@ -369,142 +362,12 @@ class Diagram(CurveDiagram):
         return {"vary": self.vary, "branches": branches, **searched}
 
     def _frame(self) -> Frame:
-        return (
-            Branches()
-            .curves(self)
-            .frame(
-                self._variables(),
-                [*self.branches, *self.tori],
-                ("period",),
-                ("branch", "period", "type", "criticality", self.vary),
-                "torus" if self.tori else "",
-            )
+        return self._rows_along(
+            [*self.branches, *self.tori],
+            ("period",),
+            ("branch", "period", "type", "criticality", self.vary),
+            "torus" if self.tori else "",
         )
-
-
-def _curves(model: Model, vary: str, *, sticks: bool, differentiated: bool) -> Curves:
-    parameter = model.parameter(vary)
-    meaning, unit = meaning_of(parameter), parameter.unit
-    uncertain = "computed uncertainty of the multipliers"
-    reached = {which: f"{which} over the continuous orbit" for which in ("minimum", "maximum")}
-    return Curves.of(
-        "branch",
-        model.forced,
-        kinds=(Column("kind", TEXT, "kind of the branch", record=True),),
-        own=_turning(model),
-        ends=("value", f"{vary} where", unit),
-        points=(Column("parameter", REAL, meaning, unit, label=True, head=vary),),
-        along=(
-            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), head=None),
-            Column("unstable", WHOLE, "number of multipliers outside the unit circle", "",
-                   derived=True, head="unstable multipliers"),
-            *(
-                Column(f"extrema.{which}", REAL, about, None, ("output",), name=which,
-                       head=which[:3])
-                for which, about in reached.items()
-            ),
-            *sticking(sticks, lambda branch: branch.stuck_fraction, point=False),
-        ),
-        special=(
-            Column("name", TEXT, "what the type means here", record=True, head=None),
-            Column("value", REAL, meaning, unit, label=True, record=True, head=vary),
-            Column("uncertainty", REAL, "computed uncertainty of special_value", unit, record=True,
-                   head=None),
-            Column("duration", record=True),
-        ),
-        at=(
-            Column("multiplier_uncertainty", REAL, uncertain, "", ("multiplier",), record=True,
-                   head=None),
-            Column("unstable", WHOLE, "number of multipliers outside the unit circle", "",
-                   get=lambda point: outside(point.multipliers).sum(), derived=True,
-                   head="unstable multipliers"),
-            Column("criticality", TEXT, "empty: none", optional=True, record=True),
-            Column("undecided", record=True),
-            Column("coefficient", REAL, "of the normal form", optional=True, record=True,
-                   head=None),
-            Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True,
-                   head=None),
-            *(
-                Column(f"extrema.{which}", REAL, about, None, ("output",), head=which[:3],
-                       get=partial(_reached, which), name=f"special_{which}")
-                for which, about in reached.items()
-            ),
-            *sticking(sticks, lambda point: point.stuck_fraction, point=True),
-            *(_gradients(model, vary) if differentiated else ()),
-        ),
-        lasting="of one round",
-        head="type",
-        amended=_without_duration,
-    )  # fmt: skip
-
-
-def _turning(model: Model) -> tuple[Column, ...]:
-    """Return columns for the revolutions of angles, if the model has angles."""
-    if not model.whole_turns.any():
-        return ()
-    meaning = "whole turns of each angle in a period, 0 for what is no angle"
-    return (
-        Column("turns", WHOLE, meaning, "", ("state",), derived=True,
-               get=lambda branch: [branch.turns.get(item.name, 0) for item in model.states]),
-        Column("turns", record=True),
-    )  # fmt: skip
-
-
-def _gradients(model: Model, vary: str) -> tuple[Column, ...]:
-    """Return columns for the derivatives of special points by each parameter."""
-    names = [item.name for item in model.parameters]
-    meaning = f"derivative of {vary} at the point with respect to each parameter; NaN: none"
-
-    def array(point: SpecialPoint) -> list[float]:
-        return [(point.gradients or {}).get(name, np.nan) for name in names]
-
-    return (
-        Column("gradients", record=True),
-        Column("gradients", REAL, meaning, None, ("by_parameter",), get=array, head=f"d{vary}/d"),
-    )
-
-
-def _without_duration(branch: Branch, point: SpecialPoint) -> dict[str, Any]:
-    """An equilibrium has no duration, but at a Hopf point that of the cycle born there."""
-    return {"duration": None} if branch.kind == "equilibrium" and point.type != "HB" else {}
-
-
-def _reached(which: str, point: SpecialPoint) -> NDArray[np.float64]:
-    extremes: NDArray[np.float64] = getattr(point.orbit.extrema, which)
-    return extremes[0]
-
-
-def _branch(model: Model, vary: str, names: tuple[str, ...], fields: dict[str, Any]) -> Branch:
-    extrema, uncertainty = fields.pop("extrema"), fields.pop("multiplier_uncertainty")
-    durations = fields.pop("durations", None)
-    if np.isnan(fields.get("stuck_fraction", np.nan)).all():
-        fields["stuck_fraction"] = None
-    if durations is not None and len(durations):
-        model = model.replace(duration=float(durations[0]))
-        fields["durations"] = durations
-    branch = Branch(model=model, vary=vary, **fields)
-    # What the branch would compute when asked is in the file already.
-    vars(branch)["extrema"] = Extrema(names, **extrema)
-    vars(branch)["multiplier_uncertainty"] = uncertainty
-    return branch
-
-
-def _special(
-    model: Model, vary: str, names: tuple[str, ...], fields: dict[str, Any]
-) -> SpecialPoint:
-    reached = {which: values[None] for which, values in fields.pop("extrema").items()}
-    if "gradients" in fields:
-        found = {
-            name: float(fields["gradients"][model.parameter_index(name)])
-            for name in sensitive_to(model, vary)
-        }
-        fields["gradients"] = found if fields["type"] in LOCUS_TYPES else None
-    changes = {vary: fields["value"]}
-    if not model.forced:
-        changes["duration"] = fields.pop("model_duration")
-    point = SpecialPoint(model=model.replace(**changes), vary=vary, **fields)
-    vars(point.orbit)["extrema"] = Extrema(names, **reached)
-    return point
 
 
 def finalized(diagram: Diagram) -> Diagram:

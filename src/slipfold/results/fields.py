@@ -42,6 +42,9 @@ TEXT, WHOLE, TRUTH = Kind(np.str_, ""), Kind(np.int64, 0), Kind(np.bool_, False)
 REAL, COMPLEX = Kind(np.float64, np.nan), Kind(np.complex128, np.nan)
 
 
+BRACES = re.compile(r"\{(\w+)\}")
+
+
 @dataclass(frozen=True)
 class Column:
     """A field of the items of a table."""
@@ -69,6 +72,22 @@ class Column:
     """Whether it is in records."""
     head: str | None = "{}"
     """Heading in tables, where ``{}`` is the name of the variable; None: not there."""
+    when: str = ""
+    """Parts of a result, separated by spaces, without which the column is not there."""
+
+    def filled(self, words: Mapping[str, str]) -> Column:
+        """Return it with words in place of their names in braces."""
+
+        def said(text: str | None) -> str | None:
+            return None if text is None else BRACES.sub(lambda match: words[match[1]], text)
+
+        return replace(
+            self,
+            meaning=said(self.meaning) or "",
+            unit=said(self.unit),
+            name=said(self.name),
+            head=said(self.head),
+        )
 
     def of(self, item: Any) -> Any:
         """Return the value of an item."""
@@ -226,7 +245,7 @@ class Owners:
         return found
 
     def read(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
-        """Yield the fields of each item; for what it owns, a list of fields by row in the file."""
+        """Yield the fields of each item; for what it owns, a list of fields."""
         tables = {key: (table, table.rows(saved)) for key, table in self.owned.items()}
         rows = None if self.rows is None else self.rows.rows(saved)
         for row, number in enumerate(saved.columns[self.items.dimensions[0]].tolist()):
@@ -234,8 +253,7 @@ class Owners:
             if self.rows is not None and rows is not None:
                 fields |= self.rows.read(saved, axes, rows[number])
             for key, (table, owned) in tables.items():
-                own = {int(each): table.read(saved, axes, each) for each in owned[number]}
-                fields[key] = own
+                fields[key] = [table.read(saved, axes, each) for each in owned[number]]
             yield fields
 
 

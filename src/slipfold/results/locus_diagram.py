@@ -2,45 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import itemgetter
-from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.branches.settings import Settings
 from slipfold.loci.locus import (
-    CODIMENSION_TWO,
-    COEFFICIENT,
     Locus,
     LocusPoint,
-    hopf_duration,
     locus_title,
 )
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
-from slipfold.orbits.normal_forms.normal_form import criticality_of
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import (
-    LASTING,
     CurveDiagram,
-    Curves,
-    sticking,
+    CurveList,
 )
 from slipfold.results.fields import (
-    COMPLEX,
-    REAL,
     TEXT,
-    WHOLE,
     Column,
-    Part,
     Table,
     axes_of,
-    meaning_of,
     names,
 )
 from slipfold.results.records import Provenance, SavedTable
@@ -48,26 +32,6 @@ from slipfold.results.regions import Regions
 from slipfold.results.tables import Frame, Variable
 from slipfold.text.one_line import capitalized
 from slipfold.text.printed_table import PrintedTable
-
-
-def criticalities(locus: Locus) -> list[str | None]:
-    """Return whether the bifurcation is super- or subcritical at each point of a locus."""
-    return [_in_words(locus, float(value)) for value in locus.coefficient]
-
-
-def point_criticality(locus: Locus, point: LocusPoint) -> str | None:
-    """Return whether the bifurcation is super- or subcritical at an extremum of a locus."""
-    name = COEFFICIENT.get(locus.type, "")
-    if point.type in CODIMENSION_TWO or name not in point.coefficients:
-        return None
-    return _in_words(locus, point.coefficients[name])
-
-
-def _in_words(locus: Locus, coefficient: float) -> str | None:
-    """Judge a coefficient relative to the others, whatever the units of the states."""
-    size = float(np.nan_to_num(np.abs(locus.coefficient)).max(initial=0.0))
-    return criticality_of(locus.type, coefficient / (size or 1.0))
-
 
 FROM_A_CYCLE = (
     "The equilibria found were followed across it, and cycles born on them there; for loci of "
@@ -104,48 +68,63 @@ class LabeledLocus(NamedTuple):
         return self.point._repr_html_()
 
 
-@dataclass(frozen=True)
-class Loci(Part):
+FORMS = Table(
+    ("normal_form",),
+    (
+        Column("name", TEXT, "name of the coefficient", get=itemgetter(1)),
+        Column("value", meaning="the coefficient", get=itemgetter(2)),
+    ),
+    "normal_form_",
+    ("special", "row of the special point, from 0"),
+)
+"""Coefficients of normal forms of all special points."""
+
+
+class Loci(CurveList):
     """Loci as an attribute of a diagram."""
 
     doc = "The loci, in the order in which they were followed."
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the arrays of loci."""
-        model, vary, loci = result.model, result.vary, result.loci
-        sticks = any(locus.stuck_fraction is not None for locus in loci)
-        points = [point for locus in loci for point in locus.special]
-        words = {
-            id(point): point_criticality(locus, point) or ""
-            for locus in loci
-            for point in locus.special
-        }
+        model, vary = result.model, result.vary
+        points = [point for locus in result.loci for point in locus.special]
         # As many as a point has, one after the other.
         forms = [(row, *item) for row, p in enumerate(points) for item in p.coefficients.items()]
         return {
             **names("parameter", [model.parameter(name) for name in vary]),
-            **_curves(model, vary, sticks, words).variables(loci, model, vary),
+            **super().variables(result, key),
             **FORMS.variables(forms, axes_of(model, vary), [row for row, _, _ in forms]),
         }
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Locus, ...]:
         """Return the loci."""
-        vary = result.vary
-        forms, loci, axes = FORMS.rows(saved), [], axes_of(saved.model, vary)
-        curves = _curves(saved.model, vary, "stuck_fraction" in saved.columns)
-        for fields in curves.read(saved, axes):
-            for row, own in fields["special"].items():
-                pairs = [FORMS.read(saved, axes, each) for each in forms[row]]
-                own["coefficients"] = {pair["name"]: pair["value"] for pair in pairs}
-            points = fields["special"].values()
-            fields["special"] = tuple(_point(saved.model, vary, own) for own in points)
-            loci.append(_locus(saved.model, vary, fields))
-        return tuple(loci)
+        forms, found, row = FORMS.rows(saved), [], 0
+        for locus in super().read(saved, result, key):
+            points = []
+            for point in locus.special:
+                pairs = [FORMS.read(saved, {}, each) for each in forms[row]]
+                named = {pair["name"]: pair["value"] for pair in pairs}
+                points.append(replace(point, coefficients=named))
+                row += 1
+            found.append(replace(locus, special=tuple(points)))
+        return tuple(found)
 
-    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
-        """Return a record of each locus."""
-        table = _curves(result.model, result.vary, result._sticks).curves
-        return [table.record(locus) for locus in result.loci]
+    def made(self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]) -> Locus:
+        """Return a locus from its fields."""
+        base = dict(zip(result.vary, fields.pop("base"), strict=True))
+        durations = fields.get("durations")
+        if durations is not None:
+            base["duration"] = float(durations[0])
+            fields["durations"] = durations if fields["kind"] == "periodic" else None
+        return Locus(model=result.model.replace(**base), vary=result.vary, **fields)
+
+    def made_point(
+        self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]
+    ) -> LocusPoint:
+        """Return a special point from its fields, without its coefficients."""
+        model = self.model_of(result, fields, fields["values"])
+        return LocusPoint(model=model, vary=result.vary, coefficients={}, **fields)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +153,7 @@ class LocusDiagram(CurveDiagram):
     """
 
     schema = "slipfold.locus/1"
+    thing = "locus"
     noted = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
     title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"
 
@@ -203,11 +183,6 @@ class LocusDiagram(CurveDiagram):
     def _spans(self) -> dict[str, tuple[float, float]]:
         return dict(zip(self.vary, self.window, strict=True))
 
-    @property
-    def _sticks(self) -> bool:
-        """Whether any of the loci goes through stick."""
-        return any(locus.stuck_fraction is not None for locus in self.loci)
-
     def __repr__(self) -> str:
         """One line: the plane, how many loci, and what was found on them."""
         return f"<{self._found('loci')}>"
@@ -228,7 +203,7 @@ class LocusDiagram(CurveDiagram):
         lines = []
         for label, (locus, index, kind, values, note, point) in enumerate(self._marks(), 1):
             named = {} if point is None else point.coefficients
-            word = criticalities(locus)[index] if point is None else point_criticality(locus, point)
+            word = locus.criticality[index] if point is None else point.criticality
             begin = [locus.id, locus.type, locus.period, index + 1, kind, label]
             coefficients = ", ".join(f"{name} = {value:.6g}" for name, value in named.items())
             shown = (f"{value:.10g}" for value in values)
@@ -243,7 +218,7 @@ class LocusDiagram(CurveDiagram):
             notes += [] if self.model.forced else [FROM_A_CYCLE]
         if self.interrupted:
             notes.append("Interrupted: some of the set is missing.")
-        notes += self._uncertain("locus")
+        notes += self._uncertain()
         missing = [capitalized(item, self.model.parameters) for item in self.missing]
         return [*notes, *missing, *super()._notes()]
 
@@ -285,123 +260,5 @@ class LocusDiagram(CurveDiagram):
         }
 
     def _frame(self) -> Frame:
-        curves = _curves(self.model, self.vary, self._sticks)
         first = ("locus", "type", "period", "special", "criticality", *self.vary)
-        return curves.frame(self._variables(), self.loci, ("type", "period"), first)
-
-
-FORMS = Table(
-    ("normal_form",),
-    (
-        Column("name", TEXT, "name of the coefficient", get=itemgetter(1)),
-        Column("value", meaning="the coefficient", get=itemgetter(2)),
-    ),
-    "normal_form_",
-    ("special", "row of the special point, from 0"),
-)
-"""Coefficients of normal forms of all special points."""
-
-
-def _curves(
-    model: Model,
-    vary: tuple[str, str],
-    sticks: bool,
-    words: Mapping[int, str] = MappingProxyType({}),
-) -> Curves:
-    """Return what is said of loci; `words` are those of criticality, by the `id` of points."""
-    meaning = "; ".join(meaning_of(model.parameter(name)) for name in vary)
-    pair = ("parameter",)
-    eigenvalues = Column(
-        "eigenvalues", COMPLEX, "of equilibria; NaN: a cycle", "1/s", ("multiplier",),
-        get=_eigenvalues, derived=True, head=None,
-    )  # fmt: skip
-    return Curves.of(
-        "locus",
-        model.forced,
-        kinds=(
-            Column("type", TEXT, "type of bifurcation", record=True),
-            Column("kind", TEXT, "what it consists of", record=True),
-        ),
-        own=(
-            Column("base", REAL, "values of the parameters in the model that the locus was "
-                   "followed with", None, pair,
-                   get=lambda locus: [locus.model.values[name] for name in vary]),
-            Column("values", record=True),
-            Column("criticality", record=True,
-                   get=lambda locus: None if locus.type == "LP" else criticalities(locus)),
-            Column("coefficient", record=True),
-            Column("durations", get=_cycle_durations, record=True),
-            Column("eigenvalues", record=True),
-        ),
-        ends=("values", "where", None, pair),
-        points=(Column("values", REAL, meaning, None, pair, name="value", head=""),),
-        along=(
-            Column("coefficient", REAL, "of the normal form of the bifurcation, NaN: not defined"),
-            Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
-                   get=lambda locus: [word or "" for word in criticalities(locus)]),
-            *(() if model.forced else (eigenvalues,)),
-            *sticking(sticks, lambda locus: locus.stuck_fraction, point=False),
-        ),
-        special=(
-            Column("name", TEXT, "what the type means", record=True, head=None),
-            Column("kind", TEXT, "what it is a point of", head=None),
-            Column("values", REAL, meaning, None, pair, name="special_value", record=True,
-                   head=""),
-            Column("uncertainty", REAL, "computed uncertainty of special_value", None, pair,
-                   record=True, head=None),
-            Column("criticality", TEXT, "empty: no meaning, or not known", derived=True,
-                   get=lambda point: words[id(point)]),
-        ),
-        at=(
-            Column("eigenvalues", record=True),
-            Column("duration", record=True),
-            Column("coefficients", record=True),
-            Column("named", TEXT, "coefficients by name", get=_named_coefficients, derived=True,
-                   name="special_coefficients", head="coefficients"),
-            Column("coefficient", record=True,
-                   get=lambda point: next(iter(point.coefficients.values()), None)),
-            Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True,
-                   head=None),
-            *sticking(sticks, lambda point: point.stuck_fraction, point=True),
-        ),
-        lasting=LASTING,
-        head="special",
-    )  # fmt: skip
-
-
-def _named_coefficients(point: LocusPoint) -> str:
-    return "; ".join(f"{name} = {value!r}" for name, value in point.coefficients.items())
-
-
-def _cycle_durations(locus: Locus) -> Any:
-    """Periods of the orbits in seconds; of Hopf points, those of the cycles born there."""
-    if locus.model.forced:
-        return None
-    if locus.durations is not None:
-        return locus.period * locus.durations
-    return [
-        hopf_duration(each) for each in ([] if locus.eigenvalues is None else locus.eigenvalues)
-    ]
-
-
-def _eigenvalues(locus: Locus) -> NDArray[np.complex128]:
-    found = locus.eigenvalues
-    return np.full(locus.multipliers.shape, np.nan + 0j) if found is None else found
-
-
-def _locus(model: Model, vary: tuple[str, str], fields: dict[str, Any]) -> Locus:
-    base = dict(zip(vary, fields.pop("base"), strict=True))
-    durations = fields.pop("durations", None)
-    if np.isnan(fields.get("stuck_fraction", np.nan)).all():
-        fields["stuck_fraction"] = None
-    if durations is not None:
-        base["duration"] = float(durations[0])
-        fields["durations"] = durations if fields["kind"] == "periodic" else None
-    return Locus(model=model.replace(**base), vary=vary, **fields)
-
-
-def _point(model: Model, vary: tuple[str, str], fields: dict[str, Any]) -> LocusPoint:
-    changes = dict(zip(vary, fields["values"], strict=True))
-    if not model.forced:
-        changes["duration"] = fields.pop("model_duration")
-    return LocusPoint(model=model.replace(**changes), vary=vary, **fields)
+        return self._rows_along(self.loci, ("type", "period"), first)

@@ -127,7 +127,7 @@ class Regions(Part):
             raise ValueError("region_of_cell names a region that there is not")
         regions = []
         for told in OWNERS.read(saved, axes):
-            told["checks"] = tuple(RegionCheck(**each) for each in told["checks"].values())
-            told["motions"] = tuple(RegionMotion(**each) for each in told["motions"].values())
+            told["checks"] = tuple(RegionCheck(**each) for each in told["checks"])
+            told["motions"] = tuple(RegionMotion(**each) for each in told["motions"])
             regions.append(Region(**told))
         return RegionMap(**fields, regions=tuple(regions))

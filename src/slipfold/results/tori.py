@@ -163,10 +163,9 @@ class Tori(Part):
             fields["stopped"] = End(*fields["stopped"].values())
             angles = np.isfinite(fields["circles"][:, :, 0]).sum(axis=1)
             fields["circles"] = fields["circles"][:, : int(angles.max())]
-            fields["folds"] = tuple(each["value"] for each in fields["folds"].values())
+            fields["folds"] = tuple(each["value"] for each in fields["folds"])
             fields["locked"] = tuple(
-                Locked(**each | {"ratio": Fraction(each["ratio"])})
-                for each in fields["locked"].values()
+                Locked(**each | {"ratio": Fraction(each["ratio"])}) for each in fields["locked"]
             )
             found.append(TorusBranch(model=model, vary=vary, **fields))
         return tuple(found)
