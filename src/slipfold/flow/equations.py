@@ -51,6 +51,11 @@ class Equations:
         found = [set(hy.get_variables([item])) for item in self.field]
         return np.array([[name in some for name in self.names] for some in found])
 
+    @cached_property
+    def forced(self) -> bool:
+        """Whether any rate changes with the phase."""
+        return f"{self.phase}" in hy.get_variables(list(self.field))
+
     @property
     def dimension(self) -> int:
         """Number of states."""

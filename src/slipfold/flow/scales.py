@@ -127,10 +127,11 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
 
     Shapes: scales, start (n_states,).
     """
-    n, count = flow.dimension, len(PHASES)
+    averaged = PHASES if flow.equations.forced else PHASES[:1]
+    n, count = flow.dimension, len(averaged)
 
     def linear(states: Array) -> tuple[Array, Array]:
-        at, phases = np.repeat(states, count, axis=0), np.tile(PHASES, len(states))
+        at, phases = np.repeat(states, count, axis=0), np.tile(averaged, len(states))
         rates, jacobians = (of(at, phases, constants) for of in (flow.rates, flow.jacobians))
         return (
             rates.reshape(-1, count, n).mean(axis=1),

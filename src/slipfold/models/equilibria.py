@@ -11,6 +11,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.turns import without_turns
+from slipfold.newton import solve_each
 
 
 def check_followed(model: Model) -> None:
@@ -59,61 +60,52 @@ def damped_newton(
     array([ 1.41421356, -1.41421356])
     """
     states, found = starts.copy(), np.full_like(starts, np.nan)
+    rates, jacobians = linear(states)
     active, before = np.arange(len(starts)), np.full(len(starts), np.inf)
     for _ in range(iterations):
         if not len(active):
             break
         at = states[active]
-        rates, jacobians = linear(at)
-        steps = _newton_steps(jacobians, rates)
+        steps = _newton_steps(jacobians[active], rates[active])
         lengths = np.max(np.abs(steps) / np.maximum(scales, np.abs(at)), axis=1)
-        fractions = np.where(lengths <= rounding, 1.0, 0.0)
-        far = np.flatnonzero(lengths > rounding)
-        with np.errstate(over="ignore"):  # what is tried may be anywhere
-            fractions[far] = _fractions(linear, at[far], rates[far], steps[far], scales, halvings)
-        states[active] = at + fractions[:, None] * steps
+        full = lengths <= rounding
         # With fast modes rounding alone may make a longer step: then it does not shrink.
-        done = (lengths <= tolerance) | ((lengths <= rounding) & (lengths > 0.5 * before[active]))
+        done = (lengths <= tolerance) | (full & (lengths > 0.5 * before[active]))
         before[active] = lengths
-        found[active[done]] = states[active[done]]
-        active = active[~done & (fractions > 0)]
+        found[active[done]] = (at + steps)[done]
+        trying = np.flatnonzero(~done & np.isfinite(lengths))
+        accepted = []
+        for fractions in np.split(0.5 ** np.arange(halvings), [1]):  # mostly the first is enough
+            rows = active[trying]
+            tried = at[trying, None] + fractions[:, None] * steps[trying, None]
+            with np.errstate(over="ignore"):  # what is tried may be anywhere
+                new_rates, new_jacobians = _on_each(linear, tried)
+                norms = np.linalg.norm(new_rates / scales, axis=2)
+                less = norms < np.linalg.norm(rates[rows] / scales, axis=1)[:, None]
+            less |= full[trying, None]
+            good = less.any(axis=1)
+            first = np.flatnonzero(good), less.argmax(axis=1)[good]
+            states[rows[good]], rates[rows[good]] = tried[first], new_rates[first]
+            jacobians[rows[good]] = new_jacobians[first]
+            accepted.append(rows[good])
+            trying = trying[~good]
+        active = np.sort(np.concatenate(accepted))
     return found
+
+
+def _on_each(linear: Callable[[Array], tuple[Array, Array]], states: Array) -> tuple[Array, Array]:
+    """Evaluate rates and Jacobians at states of shape (a, b, n)."""
+    rates, jacobians = linear(states.reshape(-1, states.shape[2]))
+    return rates.reshape(states.shape), jacobians.reshape(*states.shape, states.shape[2])
 
 
 def _newton_steps(jacobians: Array, rates: Array) -> Array:
     """Return Newton's steps; none from a state of rest, be it singular; NaN where there is none."""
-    steps = np.full_like(rates, np.nan)
-    finite = np.isfinite(rates).all(axis=1) & np.isfinite(jacobians).all(axis=(1, 2))
-    for i in np.flatnonzero(finite):
-        if not rates[i].any():
-            steps[i] = 0.0
-            continue
-        try:
-            steps[i] = -np.linalg.solve(jacobians[i], rates[i])
-        except np.linalg.LinAlgError:
-            continue
+    moving = np.asarray(rates.any(axis=1))
+    steps = np.where(moving[:, None], np.nan, np.zeros_like(rates))
+    moving &= np.isfinite(rates).all(axis=1) & np.isfinite(jacobians).all(axis=(1, 2))
+    steps[moving] = -solve_each(jacobians[moving], rates[moving])
     return steps
-
-
-def _fractions(
-    linear: Callable[[Array], tuple[Array, Array]],
-    states: Array,
-    rates: Array,
-    steps: Array,
-    scales: Array,
-    halvings: int,
-) -> Array:
-    """Return the largest of 1, 1/2, 1/4 ... of each step that lessens the scaled rates, else 0."""
-    fractions, before = np.zeros(len(states)), np.linalg.norm(rates / scales, axis=1)
-    left, fraction = np.arange(len(states)), 1.0
-    for _ in range(halvings):
-        if not len(left):
-            break
-        tried = linear(states[left] + fraction * steps[left])[0]
-        less = np.linalg.norm(tried / scales, axis=1) < before[left]
-        fractions[left[less]] = fraction
-        left, fraction = left[~less], fraction / 2
-    return fractions
 
 
 def find_static_point(model: Model) -> NDArray[np.float64]:
