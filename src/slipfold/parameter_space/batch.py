@@ -1,7 +1,7 @@
-"""Thresholds of many parameter sets at once, with a proof that responses are stable up to them.
+"""Thresholds of many parameter sets, with a proof that responses are stable below them.
 
-Orbits are unknown by their state at phase zero alone (single shooting): they are stable or about to
-lose their stability, so that nothing grows over a period.
+The unknown of an orbit is its state at phase zero (single shooting). The orbits are stable, or
+about to lose their stability, so that no perturbation grows over a period.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
+from slipfold.branches.batched_walk import CLOSE, ROUGHLY
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.continuation.search import DIP
 from slipfold.errors import BREAKDOWNS, InputError
@@ -41,9 +42,9 @@ class Paths:
     states: Array  # states at phase zero at `FRACTIONS` of the way, shape (m, len(FRACTIONS), n)
     doubles: Mask  # whether it ends at a period doubling, or at the end of the span; shape (m,)
 
-    def rows(self, some: Indices) -> Paths:
+    def rows(self, rows: Indices) -> Paths:
         """Return a subset of them."""
-        return Paths(self.ends[some], self.states[some], self.doubles[some])
+        return Paths(self.ends[rows], self.states[rows], self.doubles[rows])
 
 
 def find_doubts(
@@ -57,7 +58,7 @@ def find_doubts(
     .. math:: \prod (1 + \mu_i), \quad \prod (1 - \mu_i), \quad \prod_{i<j} (1 - \mu_i \mu_j)
 
     are interpolated: two zeros on the way show as a dip. The first, zero at a period doubling, is
-    divided by the distance from the end there.
+    divided by the distance from the end.
 
     Shapes: multipliers (m, len(FRACTIONS), n); moved (m, len(FRACTIONS)); doubles (m,).
     """
@@ -87,29 +88,21 @@ def _dips(values: Array) -> Mask:
     return np.asarray(curve.min(axis=1) < DIP * values[:, [0, -1]].min(axis=1))
 
 
-ROUGHLY = 1e-8
-"""Error of a time step where only the stability of orbits matters."""
-
 NEARLY = 1e-10
-"""Error of a time step on the way to a doubling. One correction by the flow itself follows."""
+"""Error of a time step where a doubling is approached. A correction by the flow itself follows."""
 
 PERTURBATION = 1e-5
-"""Distance in scaled states over which monodromy matrices are differenced. The error of the Newton
-matrix, 1e-4 relative with the errors of steps, costs less than an iteration; the residual has
-none."""
+"""Distance in scaled states of the finite differences of monodromy matrices. The relative error of
+the Newton matrix, 1e-4, costs less than an iteration; the residual has no such error."""
 
 APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=NEARLY)
-"""Steps of a larger error lead as near as that error, or ten times it."""
+"""Steps with a larger error lead to within about ten times that error."""
 
 DOUBLING = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=1e-12)
-"""The last correction is short, lest the estimate of the remainder rest on chance."""
+"""The last correction is short, so that the estimate of the remainder is reliable."""
 
 SAME = 1e-9
-"""Multipliers before a correction this short are those after it, to 1e-7."""
-
-CLOSE = 1e-5
-"""Orbits are corrected until a correction is shorter than this: it leaves its square. Newton's
-method takes new derivatives of a doubling after corrections ten times as long."""
+"""Length of a correction that changes multipliers by less than 1e-7."""
 
 ANOTHER_BRANCH = 0.1
 """An orbit this far from its guess, in scaled states and spans, may belong to another branch."""
@@ -119,11 +112,11 @@ FIRST, LARGEST, SMALLEST, STEPS = 0.02, 0.1, 1e-3, 60
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class StableParts:
     """Stable parts of responses, one row each."""
 
-    # Whether a response is proved to be stable up to the end of its path, shape (m,). Where it is
-    # not, nothing else means anything.
+    # Whether a response is proved to be stable up to the end of its path, shape (m,). Elsewhere
+    # the other values have no meaning.
     proved: Mask
     paths: Paths
     multipliers: NDArray[np.complex128]  # Floquet multipliers at the end, shape (m, n)
@@ -143,7 +136,7 @@ class BatchedThresholds:
         """Return the orbits of period 1. Shapes: parameters (m, n_p); scales (m, n)."""
         return OrbitBatch(self.model, parameters, scales, self._vary, nodes=1, steps=self._steps)
 
-    def find(self, parameters: Array, scales: Array, guess: Paths) -> Found:
+    def find(self, parameters: Array, scales: Array, guess: Paths) -> StableParts:
         """Find the stable parts of responses from guesses, and prove them.
 
         A response whose doubling lies beyond the span is stable to its end.
@@ -154,60 +147,61 @@ class BatchedThresholds:
         multipliers = np.full(scales.shape, complex(np.nan, np.nan))
         residuals, clear = np.full(len(scales), np.inf), np.zeros(len(scales), bool)
         moved = np.full(len(scales), np.inf)
-        some = np.flatnonzero(doubles)
-        if len(some):
-            own = _Doubling(orbits.rows(some), states[some, -1], ends[some])
+        rows = np.flatnonzero(doubles)
+        if len(rows):
+            own = _Doubling(orbits.rows(rows), states[rows, -1], ends[rows])
             fraction = (own.values - self.span[0]) / (self.span[1] - self.span[0])
             with np.errstate(invalid="ignore"):
-                off = np.abs(own.values - ends[some]) / orbits.width
+                off = np.abs(own.values - ends[rows]) / orbits.width
                 near = (own.distance < ANOTHER_BRANCH) & (off < ANOTHER_BRANCH) & (fraction > 0)
                 beyond = near & (fraction > 1)
-            ends[some], moved[some] = own.values, np.where(near, 0.0, np.inf)
-            states[some, -1], clear[some] = own.states, own.clear
-            multipliers[some], residuals[some] = own.multipliers, own.residuals
-            rows = some[beyond]
-            doubles[rows], ends[rows] = False, self.span[1]
+            ends[rows], moved[rows] = own.values, np.where(near, 0.0, np.inf)
+            states[rows, -1], clear[rows] = own.states, own.clear
+            multipliers[rows], residuals[rows] = own.multipliers, own.residuals
+            later = rows[beyond]
+            doubles[later], ends[later] = False, self.span[1]
             places = np.array(FRACTIONS) / fraction[beyond, None]
             weights = polynomial_weights(np.array(FRACTIONS), places.ravel())
-            states[rows] = weights.reshape(-1, *weights.shape[1:] * 2) @ guess.states[rows]
-        some = np.flatnonzero(~doubles)
-        if len(some):
-            batch, every = orbits.rows(some), np.arange(len(some))
-            found = find_orbits(batch, states[some, -1], ends[some])
-            states[some, -1] = batch.states(every, found.z)[:, 0]
-            multipliers[some], moved[some] = found.multipliers, np.maximum(found.moved, ROUGHLY)
-            residuals[some], clear[some] = batch.residuals(every, found.z), self._clear(found)
+            states[later] = weights.reshape(-1, *weights.shape[1:] * 2) @ guess.states[later]
+        rows = np.flatnonzero(~doubles)
+        if len(rows):
+            batch, every = orbits.rows(rows), np.arange(len(rows))
+            result = find_orbits(batch, states[rows, -1], ends[rows])
+            states[rows, -1] = batch.states(every, result.z)[:, 0]
+            multipliers[rows] = result.multipliers
+            moved[rows] = np.maximum(result.moved, ROUGHLY)
+            residuals[rows], clear[rows] = batch.residuals(every, result.z), self._clear(result)
         paths = Paths(ends, states, doubles)
         proved = self._prove(orbits, paths, multipliers, moved, clear)
-        return Found(proved, paths, multipliers, residuals)
+        return StableParts(proved, paths, multipliers, residuals)
 
-    def _clear(self, found: Corrected) -> Mask:
-        return found.found & found.seen.clear(self._bounds)
+    def _clear(self, result: Corrected) -> Mask:
+        return result.found & result.seen.clear(self._bounds)
 
     def _prove(
         self, orbits: OrbitBatch, paths: Paths, at_end: Array, moved_last: Array, clear_last: Mask
     ) -> Mask:
-        """Correct the states on the way, in place; return which responses are stable there."""
+        """Correct the states at the fractions in place; return which responses are stable there."""
         m, n = orbits.scales.shape
         inner = np.array(FRACTIONS[:-1])
         values = self.span[0] + np.multiply.outer(inner, paths.ends - self.span[0])
         guesses = paths.states[:, :-1].swapaxes(0, 1).reshape(-1, n)
         # Orbits at the same fraction are neighbors: lanes of the flow take about as many steps.
         batch = orbits.rows(np.tile(np.arange(m), len(inner)))
-        found = find_orbits(batch, guesses, values.ravel())
-        states = batch.states(np.arange(len(guesses)), found.z)[:, 0]
+        result = find_orbits(batch, guesses, values.ravel())
+        states = batch.states(np.arange(len(guesses)), result.z)[:, 0]
         distance = np.linalg.norm((states - guesses) / batch.scales, axis=1)
         with np.errstate(invalid="ignore"):
             states[~(distance < ANOTHER_BRANCH)] = np.nan
         shape = (len(inner), m)
         paths.states[:, :-1] = states.reshape(*shape, n).swapaxes(0, 1)
-        multipliers = found.multipliers.reshape(*shape, n).swapaxes(0, 1)
+        multipliers = result.multipliers.reshape(*shape, n).swapaxes(0, 1)
         multipliers = np.concatenate([multipliers, at_end[:, None]], axis=1)
-        moved = np.maximum(found.moved, ROUGHLY).reshape(shape).T
+        moved = np.maximum(result.moved, ROUGHLY).reshape(shape).T
         moved = np.column_stack([moved, moved_last])
         moved[~np.isfinite(paths.states).all(axis=2)] = np.inf
         proved = find_doubts(multipliers, moved, paths.doubles) == ""
-        clear = np.column_stack([self._clear(found).reshape(shape).T, clear_last])
+        clear = np.column_stack([self._clear(result).reshape(shape).T, clear_last])
         case, place = np.nonzero(~clear & proved[:, None])
         values = self.span[0] + np.array(FRACTIONS)[place] * (paths.ends[case] - self.span[0])
         z = orbits.join(case, paths.states[case, place][:, None], values)
@@ -218,9 +212,9 @@ class BatchedThresholds:
 def find_orbits(orbits: OrbitBatch, states: Array, values: Array) -> Corrected:
     """Correct guesses to orbits at values of the parameter. Shapes: states (m, n); values (m,)."""
     every = np.arange(len(states))
-    rows = np.tile(hold_parameter(orbits.size), (len(states), 1))
+    normals = np.tile(hold_parameter(orbits.size), (len(states), 1))
     guesses = orbits.join(every, states[:, None], values)
-    return orbits.correct(every, guesses, rows, CLOSE, APPROACH.longest, ROUGHLY)
+    return orbits.correct(every, guesses, normals, CLOSE, APPROACH.longest, ROUGHLY)
 
 
 class _Doubling:
@@ -261,36 +255,36 @@ class _Doubling:
         self.distance = np.linalg.norm((self.states - states) / orbits.scales, axis=1)
         self.distance[~(self.residuals <= NEARLY)] = np.inf
 
-    def _approach(self, some: Indices, z: Array) -> Array:
-        part = self._orbits.linearize(some, z, NEARLY)
-        self.clear[some] = part.seen.clear(self._bounds)
-        return self._step(some, z, part, NEARLY)
+    def _approach(self, rows: Indices, z: Array) -> Array:
+        part = self._orbits.linearize(rows, z, NEARLY)
+        self.clear[rows] = part.seen.clear(self._bounds)
+        return self._step(rows, z, part, NEARLY)
 
-    def _last(self, some: Indices, z: Array) -> Array:
-        return self._step(some, z, self._orbits.linearize(some, z, EXACTLY), EXACTLY)
+    def _last(self, rows: Indices, z: Array) -> Array:
+        return self._step(rows, z, self._orbits.linearize(rows, z, EXACTLY), EXACTLY)
 
-    def _step(self, some: Indices, z: Array, part: Part, tolerance: float) -> Array:
+    def _step(self, rows: Indices, z: Array, part: Part, tolerance: float) -> Array:
         """Return Newton's steps."""
         n = self._orbits.size
-        matrices = self._matrices[some] = part.blocks[:, 0]
+        matrices = self._matrices[rows] = part.blocks[:, 0]
         left, values, right = _smallest_singular(matrices + np.eye(n))
-        moved = np.linalg.norm(z - self._before[some], axis=1)
-        self._before[some] = z
-        renew = np.flatnonzero(np.isnan(self._gradients[some, 0]) | (moved > 10 * CLOSE))
+        moved = np.linalg.norm(z - self._before[rows], axis=1)
+        self._before[rows] = z
+        renew = np.flatnonzero(np.isnan(self._gradients[rows, 0]) | (moved > 10 * CLOSE))
         if len(renew):
             perturbed = z[renew]
             perturbed[:, :n] += PERTURBATION * right[renew]
-            other = self._orbits.linearize(some[renew], perturbed, tolerance)
+            other = self._orbits.linearize(rows[renew], perturbed, tolerance)
             by_states = other.blocks[:, 0] - matrices[renew]
             change = np.concatenate(
                 [by_states, (other.along - part.along[renew]).swapaxes(1, 2)], axis=2
             )
             gradients = np.einsum("ma,mab->mb", left[renew], change) / PERTURBATION
-            self._gradients[some[renew]] = gradients
-        jacobian = np.zeros((len(some), n + 1, n + 1))
+            self._gradients[rows[renew]] = gradients
+        jacobian = np.zeros((len(rows), n + 1, n + 1))
         jacobian[:, :n, :n] = matrices - np.eye(n)
         jacobian[:, :n, n] = part.along[:, 0]
-        jacobian[:, n] = self._gradients[some]
+        jacobian[:, n] = self._gradients[rows]
         return solve_each(jacobian, -np.column_stack([part.missed[:, 0], values]))
 
 
@@ -321,17 +315,17 @@ def first_doublings(models: Sequence[Model], vary: str, span: tuple[float, float
     one kind.
     """
     values = np.full(len(models), np.nan)
-    some, found = proved_doublings(BatchedThresholds(models[0], vary, span), models, vary)
+    rows, found = proved_doublings(BatchedThresholds(models[0], vary, span), models, vary)
     if found is not None:
         lost = found.proved & found.paths.doubles
-        values[some[lost]] = found.paths.ends[lost]
+        values[rows[lost]] = found.paths.ends[lost]
     return values
 
 
 def proved_doublings(
     batch: BatchedThresholds, models: Sequence[Model], vary: str
-) -> tuple[Indices, Found | None]:
-    """Return which responses reach a doubling, and these as far as they are stable.
+) -> tuple[Indices, StableParts | None]:
+    """Return which responses reach a doubling, and their stable parts.
 
     A response is followed in the parameter until a multiplier has passed -1. That guesses the
     doubling, which is then found and proved.
@@ -346,15 +340,15 @@ def proved_doublings(
     followed = _Followed(batch.orbits(parameters, scales), batch.span)
     followed.start(models, vary)
     followed.run()
-    some = np.flatnonzero(np.isfinite(followed.ends))
-    if not len(some):
-        return some, None
-    guess = Paths(followed.ends[some], followed.paths(some), np.full(len(some), True))
-    return some, batch.find(parameters[some], scales[some], guess)
+    rows = np.flatnonzero(np.isfinite(followed.ends))
+    if not len(rows):
+        return rows, None
+    guess = Paths(followed.ends[rows], followed.paths(rows), np.full(len(rows), True))
+    return rows, batch.find(parameters[rows], scales[rows], guess)
 
 
 class _Followed:
-    """Responses on their way through the span, at fractions of it.
+    """Responses that are followed through the span, at fractions of it.
 
     `ends` are guesses of the doublings, NaN where there is none so far.
     """
@@ -381,32 +375,32 @@ class _Followed:
         self._active &= found
 
     def run(self) -> None:
-        """Take steps until each has lost its stability or reaches an end."""
+        """Take steps until each loses its stability or reaches the end of the span."""
         for _ in range(STEPS):
-            some = np.flatnonzero(self._active)
-            if not len(some):
+            rows = np.flatnonzero(self._active)
+            if not len(rows):
                 break
-            step = np.minimum(self._step[some], 1 - self._at[some])
+            step = np.minimum(self._step[rows], 1 - self._at[rows])
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.nan_to_num(step / self._last_step[some], nan=0.0, posinf=0.0)
-            guesses = self._states[some] + ratio[:, None] * self._change[some]
-            accepted = self._accept(some, self._at[some] + step, guesses, ANOTHER_BRANCH / 2)
-            self._step[some[~accepted]] = step[~accepted] / 2
-            over = (self._at[some] >= 1) | (self._step[some] < SMALLEST)
-            self._active[some[over]] = False
+                ratio = np.nan_to_num(step / self._last_step[rows], nan=0.0, posinf=0.0)
+            guesses = self._states[rows] + ratio[:, None] * self._change[rows]
+            accepted = self._accept(rows, self._at[rows] + step, guesses, ANOTHER_BRANCH / 2)
+            self._step[rows[~accepted]] = step[~accepted] / 2
+            over = (self._at[rows] >= 1) | (self._step[rows] < SMALLEST)
+            self._active[rows[over]] = False
 
-    def _accept(self, some: Indices, fractions: Array, guesses: Array, far: float) -> Mask:
+    def _accept(self, rows: Indices, fractions: Array, guesses: Array, far: float) -> Mask:
         """Correct guesses, store the orbits near them; return which were found."""
-        own, (first, last) = self._orbits.rows(some), self._span
+        own, (first, last) = self._orbits.rows(rows), self._span
         orbits = find_orbits(own, guesses, first + fractions * (last - first))
-        states = own.states(np.arange(len(some)), orbits.z)[:, 0]
+        states = own.states(np.arange(len(rows)), orbits.z)[:, 0]
         distance = np.linalg.norm((states - guesses) / own.scales, axis=1)
         with np.errstate(invalid="ignore"):
             good = np.asarray(distance < far)
             unstable = (np.abs(orbits.multipliers) > 1).sum(axis=1)
         flip = (1 + orbits.multipliers).prod(axis=1).real
         for i in np.flatnonzero(good):
-            case = some[i]
+            case = rows[i]
             self._points[case].append((fractions[i], states[i]))
             moved = fractions[i] - self._at[case]
             if unstable[i] == 1 and flip[i] < 0 < self._flip[case]:
@@ -420,11 +414,11 @@ class _Followed:
                 self._step[case] = min(1.6 * moved, LARGEST)
         return good
 
-    def paths(self, some: Indices) -> Array:
+    def paths(self, rows: Indices) -> Array:
         """Guess the states at `FRACTIONS` of the way, shape (k, len(FRACTIONS), n)."""
         first, last = self._span
         found = []
-        for case in some:
+        for case in rows:
             fractions, states = zip(*self._points[case], strict=True)
             at = np.array(FRACTIONS) * (self.ends[case] - first) / (last - first)
             found.append([np.interp(at, fractions, column) for column in np.array(states).T])

@@ -21,8 +21,8 @@ from slipfold.models.model import Model
 from slipfold.parameter_space.batch import (
     FRACTIONS,
     BatchedThresholds,
-    Found,
     Paths,
+    StableParts,
     proved_doublings,
 )
 from slipfold.parameter_space.loss import (
@@ -241,7 +241,7 @@ def _checked_span(model: Model, name: str, span: tuple[float, float]) -> tuple[f
 
 
 class ThresholdSearch:
-    """Thresholds of all points of a grid while they are computed.
+    """The computation of thresholds over a grid.
 
     Every array has the grid's two axes first. `values` are those of the parameters `axes`, each
     increasing; `report` is called whenever more points are done.
@@ -304,10 +304,10 @@ class ThresholdSearch:
         ready = [at for at in seeds if self.kinds[at] == INTERRUPTED]
         if ready:
             models = [self._model(at) for at in ready]
-            some, found = proved_doublings(self._batch, models, self.vary)
-            if found is not None:
-                rows, columns = np.array(ready)[some].T
-                self._accept(found, (rows, columns))
+            reached, parts = proved_doublings(self._batch, models, self.vary)
+            if parts is not None:
+                rows, columns = np.array(ready)[reached].T
+                self._accept(parts, (rows, columns))
             self.report(self)
         self._follow(ready)
 
@@ -325,14 +325,12 @@ class ThresholdSearch:
                     break
                 chosen = [item[number] if number < len(item) else None for item in stencils]
                 guess = self._guesses(axis, chosen, others, doubles=doubles)
-                some = np.flatnonzero(waiting & np.isfinite(guess.ends))
-                if len(some):
-                    attempts[some] += 1
-                    at = rows[some], columns[some]
-                    found = self._batch.find(
-                        self._parameters[at], self._scales[at], guess.rows(some)
-                    )
-                    self._accept(found, at)
+                points = np.flatnonzero(waiting & np.isfinite(guess.ends))
+                if len(points):
+                    attempts[points] += 1
+                    at = rows[points], columns[points]
+                    given = self._parameters[at], self._scales[at], guess.rows(points)
+                    self._accept(self._batch.find(*given), at)
         self.report(self)
         self._follow(list(zip(rows.tolist(), columns.tolist(), strict=True)))
 
@@ -357,16 +355,16 @@ class ThresholdSearch:
         flat = paths.reshape(-1, *states.shape[2:])
         return Paths(found.ravel(), flat, np.full(found.size, doubles))
 
-    def _accept(self, found: Found, where: tuple[Indices, Indices]) -> None:
-        """Store what is proved."""
-        proved, doubles = found.proved, found.paths.doubles[found.proved]
+    def _accept(self, parts: StableParts, where: tuple[Indices, Indices]) -> None:
+        """Store the proved results."""
+        proved, doubles = parts.proved, parts.paths.doubles[parts.proved]
         at = where[0][proved], where[1][proved]
         self.kinds[at] = np.where(doubles, "", NO_THRESHOLD)
         self.reasons[at] = np.where(doubles, "", lasting_reason(self.vary, self.span[1]))
-        self.ends[at], self.states[at] = found.paths.ends[proved], found.paths.states[proved]
+        self.ends[at], self.states[at] = parts.paths.ends[proved], parts.paths.states[proved]
         self.multipliers[at], self.residuals[at] = (
-            found.multipliers[proved],
-            found.residuals[proved],
+            parts.multipliers[proved],
+            parts.residuals[proved],
         )
 
     def _follow(self, points: list[tuple[int, int]]) -> None:
