@@ -28,24 +28,37 @@ TOUCHES = 1e-7
 
 
 class Samples:
-    """States at some phases, with the modes in which they are."""
+    """States at some phases, and where contacts stick the modes in which they are."""
 
-    def __init__(self, model: Model, states: Array, phases: Array, modes: list[Mode]) -> None:
-        self.states = states  # shape (m, n)
-        self._model, self._phases, self._modes = model, phases, modes
+    def __init__(
+        self, model: Model, states: Array, phases: Array, modes: list[Mode] | None = None
+    ) -> None:
+        self.states, self.phases, self.modes = states, phases, modes  # states of shape (m, n)
+        self.model = model
 
     def outputs(self) -> Array:
         """Return all outputs there, the states first, shape (m, n_outputs)."""
-        flow, constants = hybrid_flow_of(self._model), flow_of(self._model).constants_of
-        known, found = constants(self._model), None
-        for mode in dict.fromkeys(self._modes):
-            chosen = np.array([item == mode for item in self._modes])
-            values = flow.of(mode).outputs(self.states[chosen], self._phases[chosen], known)
-            if found is None:
-                found = np.empty((len(self.states), values.shape[1]))
-            found[chosen] = values
-        assert found is not None
+        smooth = flow_of(self.model)
+        constants = smooth.constants_of(self.model)
+        if self.modes is None:
+            return smooth.outputs(self.states, self.phases, constants)
+        flow, found = hybrid_flow_of(self.model), np.empty(0)
+        for mode in dict.fromkeys(self.modes):
+            rows = np.array([item == mode for item in self.modes])
+            values = flow.of(mode).outputs(self.states[rows], self.phases[rows], constants)
+            found = found if found.size else np.empty((len(self.states), values.shape[1]))
+            found[rows] = values
         return found
+
+
+def joined_samples(each: Sequence[Samples]) -> Samples:
+    """Return samples of a model that follow each other."""
+    states, phases = (
+        np.concatenate([getattr(samples, name) for samples in each])
+        for name in ("states", "phases")
+    )
+    modes = [mode for samples in each for mode in samples.modes or ()]
+    return Samples(each[0].model, states, phases, modes)
 
 
 def dense_phases(model: Model, state: Array, mode: Mode, end: float) -> Iterator[SmoothPhase]:

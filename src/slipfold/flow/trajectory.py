@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.batches import ROUNDING
-from slipfold.flow.contact_trajectory import Samples, dense_phases, sample_hybrid
+from slipfold.flow.contact_trajectory import Samples, dense_phases, joined_samples, sample_hybrid
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import Stop
@@ -185,6 +185,10 @@ class Trajectory(OneLine):
         InputError
             If there is no such period, or `per_period` is less than 1.
         """
+        time, samples = self._sampled(start, stop, per_period)
+        return time, samples.states
+
+    def _sampled(self, start: int, stop: int | None, per_period: int) -> tuple[Array, Samples]:
         first, last, _ = slice(start, stop).indices(self.periods)
         if first >= last:
             raise InputError(
@@ -193,25 +197,20 @@ class Trajectory(OneLine):
             )
         if per_period < 1:
             raise InputError(f"per_period = {per_period} is less than 1; give 1 or more")
-        count = last - first
-        ticks = np.arange(count * per_period) / per_period
-        time = (first + ticks) * self.forcing_period
-        if self.sticking is not None:
-            return time, np.concatenate(
-                [item.states for item in self._each(first, last, per_period)]
-            )
-        states = self._flow.sample(
-            self.strobe[first:last], np.zeros(count), np.ones(count), per_period, self._constants
-        )
-        return time, states.reshape(len(ticks), -1)
-
-    def _each(self, first: int, last: int, per_period: int) -> Iterator[Samples]:
-        """Sample forcing periods of a trajectory that sticks, one after the other."""
-        assert self.sticking is not None
+        count, starts = last - first, self.strobe[first:last]
+        time = (first + np.arange(count * per_period) / per_period) * self.forcing_period
         phases = np.arange(per_period) / per_period
-        for index in range(first, last):
-            mode = self.sticking.mode(index)
-            yield sample_hybrid(self.model, self.strobe[index], mode, phases)
+        if self.sticking is None:
+            zero = np.zeros(count)
+            states = self._flow.sample(starts, zero, zero + 1, per_period, self._constants)
+            known = states.reshape(-1, starts.shape[1]), np.tile(phases, count)
+            return time, Samples(self.model, *known)
+        modes = map(self.sticking.mode, range(first, last))
+        each = [
+            sample_hybrid(self.model, state, mode, phases)
+            for state, mode in zip(starts, modes, strict=True)
+        ]
+        return time, joined_samples(each)
 
     def output(
         self, name: str, start: int = 0, stop: int | None = None, per_period: int = 64
@@ -238,13 +237,8 @@ class Trajectory(OneLine):
             If there is no such output or no such period.
         """
         column = self._flow.output_index(name)
-        time, states = self.sample(start, stop, per_period)
-        if self.sticking is not None:
-            first, last, _ = slice(start, stop).indices(self.periods)
-            each = self._each(first, last, per_period)
-            return time, np.concatenate([item.outputs()[:, column] for item in each])
-        phases = np.arange(len(time)) % per_period / per_period
-        return time, self._flow.outputs(states, phases, self._constants)[:, column]
+        time, samples = self._sampled(start, stop, per_period)
+        return time, samples.outputs()[:, column]
 
     def steady(self, periods: int = 64, per_period: int = 64) -> tuple[Array, Array]:
         """Sample the end of the run, over a whole number of response periods.
@@ -271,22 +265,20 @@ class Trajectory(OneLine):
         InputError
             If the run is shorter than one response period.
         """
-        count = self.steady_periods(periods)
-        if self.settlement.duration is None:
-            return self.sample(self.periods - count, None, per_period)
-        ticks = np.arange(count * per_period + 1) / per_period
-        time = self.duration + ticks[:-1] * self.settlement.duration
-        if self.sticking is not None:
-            return time, self._rounds(count, per_period).states
-        constants = self._flow.constants_of(self.steady_model)
-        states = self._flow.trajectory(self.strobe[-1], constants, ticks)
-        return time, states[:-1]
+        time, samples = self._sampled_steadily(periods, per_period)
+        return time, samples.states
 
-    def _rounds(self, count: int, per_period: int) -> Samples:
-        """Sample rounds of the cycle that a trajectory with stick converged to."""
-        assert self.sticking is not None
+    def _sampled_steadily(self, periods: int, per_period: int) -> tuple[Array, Samples]:
+        count, duration = self.steady_periods(periods), self.settlement.duration
+        if duration is None:
+            return self._sampled(self.periods - count, None, per_period)
+        model, start = self.steady_model, self.strobe[-1]
         phases = np.arange(count * per_period) / per_period
-        return sample_hybrid(self.steady_model, self.strobe[-1], self.sticking.mode(-1), phases)
+        time = self.duration + phases * duration
+        if self.sticking is not None:
+            return time, sample_hybrid(model, start, self.sticking.mode(-1), phases)
+        states = self._flow.trajectory(start, self._flow.constants_of(model), phases)
+        return time, Samples(model, states, phases)
 
     def steady_outputs(self, periods: int = 64, per_period: int = 64) -> Array:
         """Sample all outputs as `steady` does the states.
@@ -308,16 +300,7 @@ class Trajectory(OneLine):
         InputError
             If the run is shorter than one response period.
         """
-        count = self.steady_periods(periods)
-        if self.sticking is None:
-            states = self.steady(periods, per_period)[1]
-            phases = np.arange(len(states)) % per_period / per_period
-            constants = self._flow.constants_of(self.steady_model)
-            return self._flow.outputs(states, phases, constants)
-        if self.settlement.duration is not None:
-            return self._rounds(count, per_period).outputs()
-        each = self._each(self.periods - count, self.periods, per_period)
-        return np.concatenate([item.outputs() for item in each])
+        return self._sampled_steadily(periods, per_period)[1].outputs()
 
     @property
     def steady_model(self) -> Model:
