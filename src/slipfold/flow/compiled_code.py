@@ -12,9 +12,9 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache as memoise
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import heyoka as hy
 import numpy as np
@@ -30,6 +30,8 @@ from slipfold.flow.equations import (
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.formulas.functions import compiled_function
+from slipfold.models.model import Kind, Model
+from slipfold.models.output import Limit
 
 
 class OwnCopies:
@@ -53,6 +55,27 @@ class OwnCopies:
                     self._originals[name] = build()
             own[name] = copy.copy(self._originals[name])
         return own[name]
+
+
+T = TypeVar("T")
+
+
+def shared_by_kind(make: Callable[[Model], T]) -> Callable[[Model], T]:
+    """Return a function that makes one object for all models with the same equations.
+
+    Threads that ask at the same time get the same one, compiled once.
+    """
+    building = threading.RLock()
+
+    @lru_cache(maxsize=64)
+    def of_kind(kind: Kind) -> T:
+        return make(kind.make())
+
+    def of_model(model: Model) -> T:
+        with building:
+            return of_kind(model.kind)
+
+    return of_model
 
 
 _MAGIC = b"slipfold-flow-1\n"
@@ -204,21 +227,36 @@ class CompiledCode:
 
         return self._own("states", build)
 
-    @property
-    def single(self) -> Any:
-        """The states alone, one trajectory."""
+    def single(self, limits: Sequence[Limit] = ()) -> Any:
+        """One trajectory of the states alone, which ends where a limit is met.
+
+        Parameters are the coefficients, the scales, and one over the scale of each limit's output.
+        """
 
         def build() -> Any:
+            known, outputs = self._places(), dict(self._equations.outputs)
+            watched = [outputs[limit.output] for limit in limits]
+            margins = [
+                hy.par[self._known + i] * (output - limit.bound)
+                for i, (output, limit) in enumerate(zip(watched, limits, strict=True))
+            ]
+            ends = [
+                hy.t_event(item, direction=hy.event_direction.negative)
+                for item in hy.subs(self._scaled.express(margins), known)
+            ]
+            turns = sharp_turns(self._equations, watched).scaled(self._scaled)
             return hy.taylor_adaptive(
                 self._plain_system(),
                 state=[0.0] * self._equations.dimension,
+                pars=[0.0] * (self._known + len(limits)),
                 tol=self._tolerance,
                 opt_level=OPTIMIZATION,
-                t_events=self._turns.events(self._places(), batch=False),
-                nt_events=self._turns.passed(self._places(), batch=False),
+                t_events=[*ends, *turns.events(known, batch=False)],
+                nt_events=turns.passed(known, batch=False),
             )
 
-        return self._own("single", build)
+        bounds = [(limit.output, limit.bound) for limit in limits]
+        return self._own(f"single, weighted limits={bounds!r}", build)
 
     def variations(self, columns: int, directions: int = 0, *, tangent: bool = False) -> Any:
         """Batch of the states and variations of them: see `with_variations`.

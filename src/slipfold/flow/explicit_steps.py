@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any
 
 import heyoka as hy
@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.compiled_code import cached
+from slipfold.flow.compiled_code import cached, shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, with_variations
 from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns, take_apart
-from slipfold.models.model import Kind, Model
+from slipfold.models.model import Model
 from slipfold.models.output import Expression, Limit
 
 BEFORE = 0.4
@@ -55,11 +55,6 @@ class ExplicitSteps:
     count: int
 
 
-def explicit_steps_of(model: Model) -> ExplicitSteps:
-    """Return the compiled steps of a model; models with the same equations share them."""
-    return _shared_plain(model.kind)
-
-
 @cache
 def method() -> Any:
     """Return the tableau; half a second to import, which searches alone should take."""
@@ -68,9 +63,9 @@ def method() -> Any:
     return DOP853
 
 
-@lru_cache(maxsize=64)
-def _shared_plain(kind: Kind) -> ExplicitSteps:
-    model = kind.make()
+@shared_by_kind
+def explicit_steps_of(model: Model) -> ExplicitSteps:
+    """Return the compiled steps of a model; models with the same equations share them."""
     equations = build_equations(model)
     bounds = [(limit.output, limit.bound) for limit in model.limits]
     operations = len(method().B) * len(take_apart(equations))
@@ -365,14 +360,9 @@ class _Passed:
         return lowest.T, highest.T, above.T
 
 
+@shared_by_kind
 def linearized_steps_of(model: Model) -> LinearizedSteps | None:
     """Return the compiled steps of a model, None if they would be too long to compile."""
-    return _shared_linearized(model.kind)
-
-
-@lru_cache(maxsize=64)
-def _shared_linearized(kind: Kind) -> LinearizedSteps | None:
-    model = kind.make()
     equations = build_equations(model)
     changes = [hy.expression(f"change of {symbol}") for symbol in equations.coefficients]
     whole = with_variations(equations, equations.dimension, [changes])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import cache, lru_cache
-from threading import Lock
+from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from slipfold.flow.batches import (
     sampled,
     set_out,
 )
-from slipfold.flow.compiled_code import JET_ORDER, CompiledCode, Evaluated
+from slipfold.flow.compiled_code import JET_ORDER, CompiledCode, Evaluated, shared_by_kind
 from slipfold.flow.equations import (
     Constants,
     Equations,
@@ -36,7 +36,8 @@ from slipfold.flow.equations import (
 )
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
-from slipfold.models.model import COLUMNS, Kind, Model, carried_whole
+from slipfold.models.model import COLUMNS, Model, carried_whole
+from slipfold.models.output import Limit
 
 
 class Flow(Evaluated):
@@ -335,9 +336,13 @@ class Flow(Evaluated):
             return DenseTrajectory(implicit.times, implicit, constants.scales, implicit=True)
         return output and DenseTrajectory(np.array(output.times), output, constants.scales)
 
+    def integrator(self, limits: Sequence[Limit]) -> Any:
+        """Return this thread's integrator of one trajectory, which ends where a limit is met."""
+        return self._code.single(limits)
+
     def _set_out(self, state: Array, constants: Constants, phase: float) -> Any:
         """Return the integrator of one trajectory at its beginning."""
-        single = self._code.single
+        single = self._code.single()
         single.time = phase
         forget(single)
         single.state[:] = state / constants.scales
@@ -365,24 +370,15 @@ class Flow(Evaluated):
             first += count
 
 
-def flow_of(model: Model, tolerance: float = TOLERANCE) -> Flow:
+@shared_by_kind
+def flow_of(model: Model) -> Flow:
     """Return the flow of a model; models with the same equations share one.
 
     >>> from slipfold.models import SlidingOscillator
     >>> flow_of(SlidingOscillator()).dimension
     4
     """
-    with _BUILDING:
-        return _shared_flow(model.kind, tolerance)
-
-
-_BUILDING = Lock()
-"""Threads that ask for a flow at the same time get the same one, compiled once."""
-
-
-@lru_cache(maxsize=64)
-def _shared_flow(kind: Kind, tolerance: float) -> Flow:
-    return Flow(build_equations(kind.make()), tolerance)
+    return Flow(build_equations(model))
 
 
 @cache

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
-from threading import Lock
 from typing import Any, NamedTuple
 
-import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
@@ -17,18 +14,15 @@ from slipfold.flow.batches import (
     ARRIVED,
     CALL,
     LONGEST,
-    OPTIMIZATION,
     STEEP,
     STEP_LIMIT,
-    TOLERANCE,
     go_on,
 )
-from slipfold.flow.compiled_code import OwnCopies, cached
-from slipfold.flow.equations import Constants, Scaled, build_equations
+from slipfold.flow.compiled_code import shared_by_kind
+from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import MOST, End, StiffFallback, Watch
-from slipfold.flow.sharp_turns import VERSION, sharp_turns
-from slipfold.models.model import Kind, Model
+from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 
 CHUNK = 16
@@ -73,8 +67,6 @@ class GuardedFlow:
 
     def __init__(self, model: Model) -> None:
         self.limits = model.limits
-        self._equations = build_equations(model)
-        self._integrators = OwnCopies()
         self._flow: Flow = flow_of(model)
         self._forced = model.forced
         self._whole_turns = model.whole_turns
@@ -137,7 +129,7 @@ class GuardedFlow:
         phase: float = 0.0,
     ) -> Strobe:
         """Integrate a chunk; return the states after each whole period."""
-        integrator = self._integrators.get("guarded", self._compiled)
+        integrator = self._flow.integrator(self.limits)
         integrator.time = phase
         integrator.state[:] = state / constants.scales
         integrator.pars[:] = parameters
@@ -250,41 +242,8 @@ class GuardedFlow:
                 return self._stop(which, state, phase, constants, before * constants.period)
         return None
 
-    def _compiled(self) -> Any:
-        bounds = [(limit.output, limit.bound) for limit in self.limits]
-        options = f"tol={TOLERANCE!r} level={OPTIMIZATION} limits={bounds!r} {VERSION}"
-        key = f"guarded weighted {options}\n{self._equations.fingerprint()}"
-        hy.llvm_state.set_diskcache_enabled(False)
-        return cached(key, self._build)
 
-    def _build(self) -> Any:
-        equations, scaled = self._equations, Scaled.of(self._equations)
-        symbols = [*equations.coefficients, *scaled.scales]
-        known: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(symbols)}
-        known[str(equations.phase)] = hy.time
-        rates = hy.subs(list(scaled.rates), known)
-        named = dict(equations.outputs)
-        outputs = [named[limit.output] for limit in self.limits]
-        watched = [
-            hy.par[len(symbols) + i] * (outputs[i] - limit.bound)
-            for i, limit in enumerate(self.limits)
-        ]
-        events = [
-            hy.t_event(item, direction=hy.event_direction.negative)
-            for item in hy.subs(scaled.express(watched), known)
-        ]
-        turns = sharp_turns(equations, outputs).scaled(scaled)
-        return hy.taylor_adaptive(
-            list(zip(equations.states, rates, strict=True)),
-            state=[0.0] * equations.dimension,
-            pars=[0.0] * (len(symbols) + len(watched)),
-            tol=TOLERANCE,
-            opt_level=OPTIMIZATION,
-            t_events=[*events, *turns.events(known, batch=False)],
-            nt_events=turns.passed(known, batch=False),
-        )
-
-
+@shared_by_kind
 def guarded_flow_of(model: Model) -> GuardedFlow:
     """Return the guarded flow of a model; models with the same equations share one.
 
@@ -292,14 +251,4 @@ def guarded_flow_of(model: Model) -> GuardedFlow:
     >>> [limit.name for limit in guarded_flow_of(SlidingOscillator()).limits]
     ['stick', 'lost contact', 'spring collapse']
     """
-    with _BUILDING:
-        return _shared_guarded_flow(model.kind)
-
-
-_BUILDING = Lock()
-"""Threads that ask for a flow at the same time get the same one, compiled once."""
-
-
-@lru_cache(maxsize=64)
-def _shared_guarded_flow(kind: Kind) -> GuardedFlow:
-    return GuardedFlow(kind.make())
+    return GuardedFlow(model)

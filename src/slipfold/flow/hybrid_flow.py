@@ -6,13 +6,13 @@ import math
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from threading import Lock
 
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.compiled_code import OwnCopies
+from slipfold.flow.compiled_code import OwnCopies, shared_by_kind
 from slipfold.flow.compiled_mode import STEPS, CompiledMode, ReadyMode
 from slipfold.flow.contact_state import ContactQuantities, ContactsNow, Slopes
 from slipfold.flow.equations import Constants, power_of_two
@@ -36,7 +36,7 @@ from slipfold.flow.polynomials import (
     step_to,
 )
 from slipfold.flow.slip_onset import SlipOnset
-from slipfold.models.model import Kind, Model
+from slipfold.models.model import Model
 from slipfold.models.output import Limit
 
 FOREVER = 1e30
@@ -263,16 +263,10 @@ def hybrid_system(model: Model, state: Array) -> HybridSystem:
     return hybrid_flow_of(model).system(state, flow_of(model).constants_of(model))
 
 
+@shared_by_kind
 def hybrid_flow_of(model: Model) -> HybridFlow:
-    """Return the switched flow of a model; models with the same equations share one."""
-    with _SHARING:
-        return _shared(model.kind)
+    """Return the hybrid flow of a model; models with the same equations share one."""
+    return HybridFlow(model)
 
 
-_SHARING = Lock()
 _BUILDING = Lock()
-
-
-@lru_cache(maxsize=64)
-def _shared(kind: Kind) -> HybridFlow:
-    return HybridFlow(kind.make())
