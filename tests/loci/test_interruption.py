@@ -4,6 +4,10 @@ import numpy as np
 import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
+from slipfold import System
+from slipfold.loci import bifurcation_set
+from slipfold.loci.bifurcation_set import find_bifurcation_set
+from slipfold.loci.fan import follow_fan
 from slipfold.loci.follow import follow_loci
 
 STAGES = ("loci", "normal forms")
@@ -77,3 +81,22 @@ def test_what_is_done_is_kept(points, whole, share):
         p.type for p in full.special
         if any(p.values == pytest.approx(q.values, abs=1e-9) for q in last.special)
     ]  # fmt: skip
+
+
+def test_loci_of_equilibria_come_before_any_cycle(monkeypatch):
+    # Cycles near a homoclinic orbit may take minutes: who stops there has the Hopf locus.
+    def fan(plane, counts):
+        if plane.settings.largest_period > 0:
+            raise KeyboardInterrupt
+        return follow_fan(plane, counts)
+
+    monkeypatch.setattr(bifurcation_set, "follow_fan", fan)
+    model = System(
+        parameters={"r": 0.1, "s": 0.2},
+        states={"x": "(r - s)*x - y - x*(x^2 + y^2)", "y": "x + (r - s)*y - y*(x^2 + y^2)"},
+    )
+    found = find_bifurcation_set(model, ("r", "s"), ((0, 1), (0, 1)), regions=False)
+    assert found.interrupted
+    (locus,) = found.loci
+    assert locus.type == "HB"
+    assert locus.values[:, 0] == pytest.approx(locus.values[:, 1], abs=1e-12)

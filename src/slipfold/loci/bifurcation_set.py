@@ -130,6 +130,11 @@ class _Search:
     def _points(self) -> Iterator[SpecialPoint]:
         """Yield the special points of responses, and the grazing points near their ends."""
         plane, lines = self._plane, self.lines
+        if not plane.model.forced and max(self._periods) > 0:
+            # Loci of equilibria take seconds; cycles near homoclinic orbits may take minutes.
+            still = replace(plane, settings=replace(plane.settings, largest_period=0))
+            for line in follow_fan(still, LINES):
+                yield from self._on(line.branches)
         for line in self._across():
             lines.append(line)
             if line.interrupted:
