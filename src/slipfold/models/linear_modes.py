@@ -111,12 +111,7 @@ class MechanicalModel(Model):
     """A model of displacements ``x`` and their rates ``vx``, with its static point and modes."""
 
     def static_point(self) -> Array:
-        """Return the state at rest without what is periodic in time, under steady friction.
-
-        Returns
-        -------
-        ndarray, shape (n_states,)
-            Displacements, rates of zero, and the memories of friction laws that have one.
+        """Return the state at rest under steady friction without forcing, shape (n_states,).
 
         Raises
         ------

@@ -80,6 +80,12 @@ class Contact(ContactState):
         return sum(force * part for force, part in zip(self.force, velocity, strict=True))
 
 
+_ALONG = "friction force on the structure along"
+_RATIO = "slip speed over the moving surface's speed"
+_DRIVEN = "power put in by the moving surface's drive"
+_LOST = "power lost to friction heat"
+
+
 def contact_outputs(
     contact_of: Callable[..., Contact], law: FrictionLaw, dimensions: int
 ) -> dict[str, Output]:
@@ -88,41 +94,17 @@ def contact_outputs(
     `contact_of` has the arguments of the expression of an output.
     """
     stored = " and stored in the contact" if law.memory(dimensions) else ""
-    quantities: list[tuple[str, Callable[[Contact], Expression], str, str, str]] = [
-        ("N", lambda one: one.normal, "N", "normal force of a contact", "$N$ (N)"),
-        ("Vrel", lambda one: one.speed, "m/s", "slip speed of a contact", "$V_{rel}$ (m/s)"),
-        ("Fx", lambda one: one.force[0], "N", "friction force on the structure", "$F_x$ (N)"),
-        (
-            "Fy",
-            lambda one: one.force[1],
-            "N",
-            "friction force on the structure along the second direction",
-            "$F_y$ (N)",
-        ),
-        (
-            "Vrel_ratio",
-            lambda one: one.speed / one.plate_speed,
-            "",
-            "slip speed over the moving surface's speed",
-            "$V_{rel}/V_d$",
-        ),
-        (
-            "power_plate",
-            lambda one: one.power(one.plate),
-            "W",
-            "power put in by the moving surface's drive",
-            "$P$ (W)",
-        ),
-        (
-            "power_friction",
-            lambda one: one.power(one.slip),
-            "W",
-            f"power lost to friction heat{stored}",
-            "$P$ (W)",
-        ),
-    ]
+    quantities: dict[str, tuple[Callable[[Contact], Expression], str, str, str]] = {
+        "N": (lambda one: one.normal, "N", "normal force of a contact", "$N$ (N)"),
+        "Vrel": (lambda one: one.speed, "m/s", "slip speed of a contact", "$V_{rel}$ (m/s)"),
+        "Fx": (lambda one: one.force[0], "N", "friction force on the structure", "$F_x$ (N)"),
+        "Fy": (lambda one: one.force[1], "N", f"{_ALONG} the second direction", "$F_y$ (N)"),
+        "Vrel_ratio": (lambda one: one.speed / one.plate_speed, "", _RATIO, "$V_{rel}/V_d$"),
+        "power_plate": (lambda one: one.power(one.plate), "W", _DRIVEN, "$P$ (W)"),
+        "power_friction": (lambda one: one.power(one.slip), "W", f"{_LOST}{stored}", "$P$ (W)"),
+    }
     return {
         name: Output(name, lambda *at, of=function: of(contact_of(*at)), unit, doc, label)
-        for name, function, unit, doc, label in quantities
+        for name, (function, unit, doc, label) in quantities.items()
         if dimensions == 2 or name != "Fy"
     }

@@ -83,19 +83,14 @@ class ElasticContact(ABC):
         return float(4 * normal * amplitude * (self._mu @ slipping))
 
     def along(self, displacement: ArrayLike, normal: float = 1.0) -> Array:
-        """Return the force along a path of the moving surface on a line, from no force.
+        """Return the forces in N along a path of the moving surface, shape (m,), from no force.
 
         Parameters
         ----------
         displacement
-            Displacements in m, shape (m,), monotonic from each to the next; the force is exact.
+            Displacements on a line in m, shape (m,), monotonic from each to the next.
         normal
             Constant normal force in N.
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            Forces on the body in N.
         """
         path, limit = np.asarray(displacement, dtype=float), self._mu * normal
         forces = np.zeros((len(path), len(limit)))

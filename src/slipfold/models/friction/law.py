@@ -205,46 +205,26 @@ class FrictionLaw(Parametric, ABC):
     # -- what follows --------------------------------------------------------------------------
 
     def coefficient(self, speed: ArrayLike) -> Any:
-        """Return the friction coefficient in steady slip.
+        """Return the friction coefficient in steady slip, of the shape of `speed`.
 
         Parameters
         ----------
         speed
-            Slip speed in m/s, a number or array.
-
-        Returns
-        -------
-        float or ndarray
-            Of the shape of `speed`.
-
-        Raises
-        ------
-        InputError
-            For a negative speed.
+            Slip speed in m/s, a number or array, not negative.
         """
         speeds = _checked_speeds(speed)
         result = np.asarray(self.formula(speeds, self.values) + 0.0 * speeds)
         return result if result.ndim else result.item()
 
     def slope(self, speed: ArrayLike) -> Any:
-        """Return the derivative of the friction coefficient with respect to the slip speed.
+        """Return the derivative of the coefficient by the slip speed in s/m, shaped as `speed`.
 
         A negative slope feeds vibration along the slip. It is derived from the symbols of the law.
 
         Parameters
         ----------
         speed
-            Slip speed in m/s, a number or array.
-
-        Returns
-        -------
-        float or ndarray
-            In s/m, of the shape of `speed`.
-
-        Raises
-        ------
-        InputError
-            For a negative speed.
+            Slip speed in m/s, a number or array, not negative.
         """
         speeds = _checked_speeds(speed)
         rows = [np.full(speeds.size, value) for value in self.values.values()]
@@ -253,7 +233,7 @@ class FrictionLaw(Parametric, ABC):
         return result if result.ndim else float(result)
 
     def damping(self, speed: float, normal: float = 1.0, direction: float = 0.0) -> Array:
-        r"""Return the damping matrix of small motions about steady slip.
+        r"""Return the damping matrix of small motions about steady slip in N s/m, shape (2, 2).
 
         .. math::
 
@@ -266,21 +246,11 @@ class FrictionLaw(Parametric, ABC):
         Parameters
         ----------
         speed
-            Slip speed V in m/s.
+            Slip speed V > 0 in m/s.
         normal
             Normal force N in N.
         direction
             Direction of slip from the x axis in rad.
-
-        Returns
-        -------
-        ndarray, shape (2, 2)
-            In N s/m.
-
-        Raises
-        ------
-        InputError
-            If the speed is not positive.
         """
         if not speed > 0:
             raise InputError(
@@ -294,7 +264,7 @@ class FrictionLaw(Parametric, ABC):
     def force(
         self, slip: Sequence[Any], normal: Any = 1.0, memory: Sequence[Any] = ()
     ) -> tuple[Any, ...]:
-        """Return the friction force on a body.
+        """Return the friction force on a body in N, as many components as `slip`.
 
         Parameters
         ----------
@@ -304,12 +274,7 @@ class FrictionLaw(Parametric, ABC):
         normal
             Normal force in N.
         memory
-            The contact's memory if the law has one, as many components as `slip`.
-
-        Returns
-        -------
-        tuple
-            As many components as `slip`, in N.
+            The contact's memory if the law has one.
 
         Raises
         ------
@@ -336,17 +301,12 @@ class FrictionLaw(Parametric, ABC):
         return self.forces(contact, self.values)
 
     def plot(self, **options: Any) -> Any:
-        """Draw the friction coefficient over the slip speed, with its slope.
+        """Draw the friction coefficient over the slip speed with its slope; return the axes.
 
         Parameters
         ----------
         **options
             Options of the drawing, e.g. ``fastest=2.0`` (m/s) and ``ax=`` the axes to draw in.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
         """
         return draw(self, **options)
 

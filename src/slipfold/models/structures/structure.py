@@ -408,13 +408,7 @@ class Structure(MechanicalModel):
         return self._assembly.reduced.basis.copy()
 
     def cost(self) -> Cost:
-        """Estimate what the flow of the structure will cost, before it is compiled.
-
-        Returns
-        -------
-        Cost
-            Times to compile and to run; it prints as a sentence.
-        """
+        """Estimate the times to compile and to run the flow; they print as a sentence."""
         assembly = self._assembly
         period = 1 / self._values["f"] if self.forced else self._values["duration"]
         return estimate_cost(
