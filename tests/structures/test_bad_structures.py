@@ -44,7 +44,6 @@ BAD = {
     "ragged": (lambda: make(K=[[1, 2], [3]]), "K is not a matrix of numbers"),
     "words": (lambda: make(K=[["a", "b"], ["c", "d"]]), "K is not a matrix of numbers"),
     "complex": (lambda: make(K=K2 * 1j), "K is complex"),
-    "sizes": (lambda: make(K=np.eye(3)), "K has 3 rows and M has 2"),
     "size of C": (lambda: make(C=np.eye(3)), "C has 3 rows and M has 2"),
     "no K": (lambda: Structure(I2), "no stiffness matrix; give K"),
     "NaN": (lambda: make(K=[[1, 0], [np.nan, 1]]), "entry nan in row 2, column 1"),
@@ -62,10 +61,6 @@ BAD = {
         lambda: make(triangles="lower"), """triangles = 'lower' is not known; give "symmetric" or"""
     ),
     "mass not symmetric": (lambda: make(M=SKEW), "M is not symmetric: row 1, column 2 is -1"),
-    "no mass": (
-        lambda: make(M=np.diag([1.0, 0.0]), names="a tip"),
-        "singular or not positive definite: the mass of tip is 0 kg",
-    ),
     "singular mass": (lambda: make(M=np.ones((2, 2))), "some motion has no mass"),
     "negative mass": (lambda: make(M=np.array([[1, 2], [2, 1]])), "or a negative one"),
     "large singular mass": (
@@ -74,7 +69,6 @@ BAD = {
     ),
     "K for Rayleigh": (lambda: make(C=ProportionalDamping(1, 1), K=SKEW), "K is not symmetric"),
     "K for modes": (lambda: make(K=SKEW, reduction=ModalReduction(1)), "needs a symmetric one"),
-    "ratios": (lambda: make(C=ModalDamping((0.1,) * 3)), "3 damping ratios are given for 2"),
     "ratio": (lambda: make(C=ModalDamping(-0.1)), "zeta = -0.1 is outside its bounds"),
     "alpha_M": (lambda: ProportionalDamping(-1), "alpha_M = -1 is outside"),
     "two ratios": (
@@ -83,7 +77,6 @@ BAD = {
     "two frequencies": (
         lambda: ProportionalDamping.from_ratios((1, 0.01), (1, 0.02)), "two different ones"
     ),
-    "names": (lambda: make(names="a b c"), "3 names are given for 2 degrees of freedom"),
     "same names": (lambda: make(names="a a"), "two degrees of freedom are called a"),
     "bad name": (lambda: make(names=["a", "3"]), "'3' cannot name a degree of freedom"),
     "state names": (lambda: make(names="x vx"), "two states are called vx; give each comp"),
@@ -94,16 +87,10 @@ BAD = {
     "pairs": (lambda: PolynomialSpring("q1", (1, 2)), "is not a polynomial"),
     "axis number": (lambda: GeometricSpring("q1", 3), "axis = 3 does not fit"),
     "inner name": (lambda: make(names="p_a b"), "cannot be called p_a"),
-    "length": (lambda: make(length_scale=0), "length_scale = 0 m; give a finite length > 0"),
-    "length unit": (lambda: make(length_scale="5 kg"), "has the unit 'kg'"),
-    "modes": (lambda: make(reduction=ModalReduction(3)), "3 modes are requested of 2"),
     "no modes": (lambda: ModalReduction(), "needs modes, how many to keep, or up_to"),
     "both": (lambda: ModalReduction(2, 5.0), "give one of the two"),
     "up_to": (lambda: ModalReduction(up_to=-1), "up_to = -1 Hz"),
     "nothing in band": (lambda: make(reduction=ModalReduction(up_to=1e-6)), "has no mode up to"),
-    "boundary": (
-        lambda: make(names="root tip", reduction=CraigBampton("tpi", 1)), "did you mean tip?"
-    ),
     "no boundary": (lambda: CraigBampton((), 1), "boundary = (); give the names"),
     "all boundary": (lambda: make(reduction=CraigBampton(("q1", "q2"), 0)), "nothing to reduce"),
     "floating": (
@@ -121,22 +108,16 @@ BAD = {
     "no direction": (lambda: LinearSpring(3), "acts at 3, which is not a direction"),
     "negative damper": (lambda: LinearSpring("q1", c=-1), "c = -1 is outside its bounds"),
     "NaN stiffness": (lambda: CubicSpring("q1", k3=np.nan), "k3 = nan is not a finite number"),
-    "unit": (lambda: LinearSpring("q1", k="5 Hz"), "k = '5 Hz' has the unit 'Hz'"),
     "power": (lambda: PolynomialSpring("q1", {0: 1.0}), "whole numbers from 1 to 15"),
     "no polynomial": (lambda: PolynomialSpring("q1", {}), "is not a polynomial"),
     "exact gap": (lambda: GapSpring("q1", k=1), "has a corner where it is touched"),
     "gap stiffness": (lambda: GapSpring("q1", k=-1, e=1e-3), "k = -1 is outside its bounds"),
     "side": (lambda: GapSpring("q1", e=1e-3, side="up"), "side = 'up' is not known"),
-    "axis": (lambda: GeometricSpring("q1", (0, 0)), "axis of a geometric spring is zero"),
     "axis size": (lambda: GeometricSpring("q1", (1, 0, 0)), "give 1 finite components"),
-    "spring stiffness": (
-        lambda: GeometricSpring("q1", (1,), k=-1), "k = -1 is outside its bounds; k must be >= 0"
-    ),
     "same parameters": (
         lambda: make(elements=[LinearSpring("q1"), LinearSpring("q1")]),
         'two parameters are called k_q1; give each component a name of its own, such as name = "le',
     ),
-    "component name": (lambda: LinearSpring("q1", name="a b"), "'a b' cannot name a linear spring"),
     "no element": (lambda: make(elements=[3]), "3 is not known among elements"),
     "force among elements": (
         lambda: make(elements=HarmonicForce("q1")), "is not known among elements; give LinearSpring"
@@ -144,10 +125,8 @@ BAD = {
     "law": (lambda: FrictionContact("q1", 0.4), "law = 0.4 is not a friction law"),
     "load": (lambda: FrictionContact("q1", load=[1]), "is not a normal force; give a number in N"),
     "no load": (lambda: FrictionContact("q1", load=0), "Ns = 0 is outside its bounds"),
-    "opens": (lambda: ModulatedLoad(Ns=1, Nd=1), "Nd = 1 N is not below Ns = 1 N"),
     "normal": (lambda: ContactLoad(None), "a contact load acts at None, which is not a direction"),
     "backwards": (lambda: FrictionContact("q1", Vd=-1), "Vd = -1 is outside its bounds"),
-    "angle": (lambda: FrictionContact("q1", alpha=1.0), "alpha = 1.0 has no meaning"),
     "three directions": (
         lambda: FrictionContact(("a", "b", "c")), "acts along 3 directions; give 1 to 2"
     ),
@@ -169,7 +148,6 @@ BAD = {
     "base": (lambda: make(forcing=BaseMotion({"q9": 1})), "no degree of freedom 'q9'"),
     "watch": (lambda: make(watch="q1"), "watch = 'q1' is not a mapping"),
     "watch name": (lambda: make(watch={"1": "q1"}), "'1' cannot name an output"),
-    "watched state": (lambda: make(watch={"q1": "q2"}), "q1 is a state and an output"),
     "parameter": (
         lambda: make(elements=CubicSpring("q1")).replace(K3=1), "did you mean k3?"
     ),

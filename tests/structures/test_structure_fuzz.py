@@ -4,28 +4,18 @@ import heyoka as hy
 from hypothesis import strategies as st
 
 import slipfold as sf
+from helpers.frame import TEXT
 from helpers.spoilt_files import check_made, fuzzed, spoilt_files
 from slipfold import built_in_models
 from slipfold.models.registry import built_in_text, model_named
 
 FEW = 60
 
-FRAME = """
-[structure]
-M = { diagonal = [1, 2] }
-K = [[200, -100], [-100, 100]]
-names = "root tip"
-[damping]
-type = "ModalDamping"
-ratios = [0.01, 0.02]
-[reduction]
-type = "CraigBampton"
-boundary = ["tip"]
-modes = 1
+MORE = """
 [[elements]]
 type = "PolynomialSpring"
 at = { tip = 1, root = -1 }
-stiffness = { 1 = 3, 3 = 4.5 }
+stiffness = { 1 = 3, 5 = 4.5 }
 [[elements]]
 type = "GapSpring"
 name = "stop"
@@ -33,22 +23,14 @@ at = "tip"
 k = 10
 e = "1mm"
 [[contacts]]
+name = "pad"
 along = ["tip", "root"]
 alpha = "60deg"
 friction = { law = "Regularized", of = { law = "Stribeck", vs = "20 cm/s" }, e = 0.1 }
 load = { type = "ContactLoad", normal = "root", kn = 3 }
-[[forcing]]
-type = "MultiHarmonicForce"
-name = "shaker"
-at = "tip"
-harmonics = { 0 = 0.1, 1 = 0.5, 3 = [0.1, "90deg"] }
-[watch]
-u = { root = 1 }
-[parameters]
-f = "1.5 Hz"
 """
 TEXTS = [
-    FRAME,
+    TEXT + MORE,
     *(
         built_in_text(name)
         for name in built_in_models()
