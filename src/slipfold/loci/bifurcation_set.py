@@ -82,7 +82,7 @@ def find_bifurcation_set(
         model = measured_across(model, plane, window)
     search = _Search(Plane(model, plane, window, settings, observer), types, periods)
     loci = search.follow_loci()
-    if not any(line.branches or line.sticking for line in search.lines):
+    if search.lines and not any(line.branches or line.sticking for line in search.lines):
         raise InputError(
             f"no response exists on any of {len(search.lines)} lines across the window: "
             f"{search.lines[0].failure}"
