@@ -23,7 +23,7 @@ from slipfold import (
     Regularized,
     Stribeck,
 )
-from slipfold.models.friction import law_from_record, law_record
+from slipfold.models.friction.record import law_from_record, law_record
 
 LAWS = [
     Coulomb(mu_s=0.6, mu_k=0.4),

@@ -18,7 +18,7 @@ from slipfold.options import Option
 
 if TYPE_CHECKING:
     from slipfold.branches.settings import Event, Settings
-    from slipfold.models.friction import FrictionLaw
+    from slipfold.models.friction.law import FrictionLaw
     from slipfold.models.model import Model
 
 _EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
@@ -282,8 +282,7 @@ def find_model(given: str, changes: Mapping[str, str], friction: str | None = No
 def _law_named(name: str) -> FrictionLaw:
     """Return the law of a name, with its default values."""
     from slipfold.models.definitions.source import Source
-    from slipfold.models.friction import friction_laws
-    from slipfold.models.friction.record import read_law
+    from slipfold.models.friction.record import friction_laws, read_law
 
     exact = {law.lower(): law for law in friction_laws()}
     value = exact.get(name.lower(), name)

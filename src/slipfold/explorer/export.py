@@ -22,12 +22,12 @@ from slipfold.explorer.messages import (
 )
 from slipfold.explorer.trajectories import start_of, timed
 from slipfold.models.definitions.definition import toml_value
-from slipfold.models.friction import law_record
+from slipfold.models.friction.record import law_record
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.models.registry import built_in_models
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.models.structures import Structure
+from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit

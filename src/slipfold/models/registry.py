@@ -11,11 +11,11 @@ from typing import Any
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Source, source_of_text
-from slipfold.models.friction import FrictionLaw
+from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import read_law
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.models.structures import Structure
+from slipfold.models.structures.structure import Structure
 from slipfold.models.suggestion import not_supported, suggest
 from slipfold.models.system import System
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.friction import Coulomb, FrictionLaw
 from slipfold.models.friction.contact import Contact, contact_outputs
+from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.linear_modes import MechanicalModel, Modes
 from slipfold.models.output import (
     COLLAPSE_LIMIT,
@@ -115,7 +116,7 @@ class SlidingOscillator(MechanicalModel):
     >>> model = SlidingOscillator(Nd=0.1, alpha="60deg")
     >>> model.replace(f=12.2)
     SlidingOscillator(f=12.2, Nd=0.1)
-    >>> from slipfold.models.friction import RationalStribeck
+    >>> from slipfold import RationalStribeck
     >>> SlidingOscillator(friction=RationalStribeck(mu_s=0.4, d=2.0)).replace(d=1.5, Nd=0.1)
     SlidingOscillator(friction=RationalStribeck(mu_s=0.4, d=1.5), Nd=0.1)
     """

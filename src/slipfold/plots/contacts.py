@@ -17,7 +17,7 @@ from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory
 from slipfold.flow.modes import Status
 from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ShownContacts, find_contacts
-from slipfold.models.friction import FrictionLaw
+from slipfold.models.friction.law import FrictionLaw
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.style import axes_or_new, palette
 

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.friction import law_from_record, law_record
+from slipfold.models.friction.record import law_from_record, law_record
 from slipfold.models.model import Model
 from slipfold.models.registry import built_in_models, model_named
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.models.structures import Structure
+from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.results.checks.checked import Checked

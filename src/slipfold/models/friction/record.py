@@ -48,7 +48,7 @@ def friction_laws() -> dict[str, type[FrictionLaw]]:
 def law_record(law: FrictionLaw) -> dict[str, Any]:
     """Return a law as plain data for JSON.
 
-    >>> from slipfold.models.friction import RationalStribeck
+    >>> from slipfold import RationalStribeck
     >>> law_record(RationalStribeck(mu_s=0.5, d=2.0))
     {'law': 'RationalStribeck', 'mu_s': 0.5, 'd': 2.0}
     """

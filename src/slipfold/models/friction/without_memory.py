@@ -247,7 +247,7 @@ class Regularized(FrictionLaw):
 
     Examples
     --------
-    >>> from slipfold.models.friction import Coulomb
+    >>> from slipfold import Coulomb
     >>> law = Regularized(Coulomb(mu_k=0.5), "sqrt", e=0.03)
     >>> round(law.coefficient(0.04), 12), law.sticks
     (0.4, False)

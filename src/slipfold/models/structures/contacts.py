@@ -206,7 +206,7 @@ class FrictionContact(Component):
 
     Examples
     --------
-    >>> from slipfold.models.friction import Stribeck
+    >>> from slipfold import Stribeck
     >>> contact = FrictionContact("tip", Stribeck(mu_s=0.4), load=2.0, Vd=0.5)
     >>> [item.name for item in contact.parameters]
     ['Ns', 'Vd', 'mu_s', 'mu_k', 'vs', 's2']

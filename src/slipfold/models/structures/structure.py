@@ -100,7 +100,7 @@ class Structure(MechanicalModel):
     --------
     A chain of two masses with a cubic spring and a force at its end:
 
-    >>> from slipfold.models.structures import CubicSpring, HarmonicForce, ProportionalDamping
+    >>> from slipfold import CubicSpring, HarmonicForce, ProportionalDamping
     >>> model = Structure(
     ...     M=[[1, 0], [0, 1]],
     ...     C=ProportionalDamping(beta_K=0.01),
