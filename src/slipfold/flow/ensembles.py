@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
 from slipfold.flow.explicit_steps import ORDER, STEPS_PER_CALL, explicit_steps_of
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import Stop, guarded_flow_of
+from slipfold.flow.guarded_flow import GuardedFlow, Stop
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.integration import LARGEST, HybridIntegration, unbounded_at
@@ -151,7 +151,7 @@ class SingleTrajectory:
         self._constants = constants
         # Elsewhere contacts may stick at any time.
         self._sticks = not limits_are_defined(model, start[None], constants)
-        self._weights = guarded_flow_of(model).weights(start, constants)
+        self._flow = GuardedFlow(model, constants, start)
         self._switched: HybridIntegration | None = None
         self._before = 0
 
@@ -170,8 +170,8 @@ class SingleTrajectory:
         return np.array(found[1:]).reshape(-1, len(state))
 
     def _slipping(self, state: Array, periods: int, done: int) -> list[Array]:
-        flow, found = guarded_flow_of(self.model), list[Array]()
-        for piece in flow.pieces(state, periods, self._constants, done, self._weights):
+        found = list[Array]()
+        for piece in self._flow.pieces(state, periods, done):
             found += list(piece.states)
             if piece.stop is not None and reaches_stick_limit(piece.stop, self.model):
                 last = found[-1] if found else state
@@ -205,14 +205,15 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
     0 to 1; returns (k, n).
     """
     found, stops = starts.copy(), dict[int, Stop]()
-    constants, guarded = flow_of(model).constants_of(model), guarded_flow_of(model)
+    constants = flow_of(model).constants_of(model)
     # Elsewhere contacts may stick at any time.
     sticks = not limits_are_defined(model, starts, constants)
     for place in np.flatnonzero((phases > 0) & (phases < 1)):
         state, phase = starts[place], float(phases[place])
         stop: Stop | None = None
         if not sticks:
-            states, stop, _ = guarded.released(state, phase, constants)
+            flow = GuardedFlow(model, constants, state)
+            states, stop, _ = flow.to_period_end(state, phase)
             if stop is None:
                 found[place] = states[-1]
                 continue

@@ -14,7 +14,7 @@ from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import AT_REST, PUSH, perturbed_off, rounded_down
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import CHUNK, Stop, guarded_flow_of
+from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, Stop
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, Recorder, alternate, first_mode, smooth_phases
 from slipfold.flow.modes import Mode, Status, shown
@@ -119,7 +119,7 @@ class SmoothIntegration(Integration):
     def __init__(self, model: Model, start: Array) -> None:
         model = measured(model, start=start)
         super().__init__(model, flow_of(model).constants_of(model))
-        self._weights = guarded_flow_of(model).weights(start, self.constants)
+        self._flow = GuardedFlow(model, self.constants, start)
         self._pieces = [start[None]]
         self._pushed: list[int] = []
         self._periods = 0
@@ -139,14 +139,14 @@ class SmoothIntegration(Integration):
 
     def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes."""
-        flow, end = guarded_flow_of(self.model), self._periods + periods
+        end = self._periods + periods
         while self.stopped is None and self._periods < end:
             count = end - self._periods
             if not self.model.forced:
                 self._leave_unstable_equilibrium()
                 count = min(CHUNK, count)
             last, known = self._pieces[-1][-1], len(self._pieces)
-            for piece in flow.pieces(last, count, self.constants, self._periods, self._weights):
+            for piece in self._flow.pieces(last, count, self._periods):
                 self._pieces.append(piece.states)
                 self._periods += len(piece.states)
                 self._implicit += piece.implicit

@@ -14,7 +14,7 @@ from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import guarded_flow_of
+from slipfold.flow.guarded_flow import GuardedFlow
 from slipfold.flow.integration import HybridIntegration
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
@@ -366,7 +366,7 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    strobe = guarded_flow_of(model).strobe(start, 2 * max(PERIODS), constants)
+    strobe = GuardedFlow(model, constants, start).strobe(start, 2 * max(PERIODS))
     apart = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
     likely = np.flatnonzero(apart.max(axis=1) <= RETURNED)[:1] + 1
     failure: InputError | None = None
