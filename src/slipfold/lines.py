@@ -1,64 +1,23 @@
-"""Branches, loci and tori as smooth lines, cut where what they mean changes."""
+"""Branches, loci and tori as smooth lines, cut where their stability or criticality changes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stability import stability_stretches
 from slipfold.errors import InputError
-from slipfold.loci.locus import Locus, LocusPoint
+from slipfold.loci.locus import Locus
 from slipfold.orbits.extrema import Extrema
 from slipfold.tori.torus_branch import TorusBranch
-
-
-class Knot(NamedTuple):
-    """A point of a line: where on it, what is drawn, what it is, how things stand there."""
-
-    s: float
-    values: tuple[float, float]
-    type: str = ""
-    kind: str | None = None
-
-
-def arranged(
-    located: Sequence[Knot], others: Sequence[Knot], arclength: NDArray[np.float64], close: float
-) -> list[Knot]:
-    """Return all points in order, each once; a located one replaces others near it.
-
-    Near is less than a share `close` of the whole line.
-    """
-    taken = np.array([knot.s for knot in located])
-    near = close * float(np.ptp(arclength)) if len(arclength) else 0.0
-    far = [knot for knot in others if not (taken.size and np.min(np.abs(taken - knot.s)) <= near)]
-    whole = [knot for knot in (*located, *far) if np.isfinite([knot.s, *knot.values]).all()]
-    knots = sorted(whole, key=lambda knot: knot.s)
-    return [knot for i, knot in enumerate(knots) if i == 0 or knot.s > knots[i - 1].s]
-
-
-def runs(kinds: Sequence[str]) -> Iterator[tuple[str, int, int]]:
-    """Yield each run of equal kinds with its ends.
-
-    >>> list(runs("aab"))
-    [('a', 0, 2), ('b', 2, 3)]
-    """
-    first = 0
-    for kind, group in groupby(kinds):
-        last = first + len(list(group))
-        yield kind, first, last
-        first = last
-
-
-Line = Callable[[Array], Array]
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What a figure may show of an output over an orbit."""
@@ -72,11 +31,34 @@ PIECES = 12
 KINDS = STABLE, DOUBLED, OTHER = ("stable", "period doubling", "fold or torus")
 """Stability of an orbit, and by what it is lost."""
 
+SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcritical", "")
+"""What may happen beyond a bifurcation; empty where it is not defined, as for a fold."""
+
 BORN, CLOSED = "born", "closed"
 """Kinds of ends of a branch that lie on its parent."""
 
-NEAR_BIFURCATION = 1e-5
-"""Branch points this near to a special point, over the length of the branch, are left out."""
+CUSPS = ("CPC", "CP")
+"""Where a locus of folds stops in both parameters and turns back."""
+
+SIGN_CHANGES = {
+    "PD": ("GPD", "LPPD", "R2"),
+    "NS": ("CH", "LPNS"),
+    "BP": ("DP", "R1", "BT"),
+    "HB": ("GH", "ZH"),
+}
+"""Where the coefficient of a normal form has a zero or a pole, and so changes its sign."""
+
+NEAR_SPECIAL = 1e-5
+"""Points this near to a special point, over the length of the curve, are left out."""
+
+
+class Knot(NamedTuple):
+    """A point of a line."""
+
+    s: float  # arclength
+    values: tuple[float, float]
+    type: str = ""
+    kind: str | None = None  # of the curve there, where it is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +68,7 @@ class Segment:
     kind: str
     """Of a branch or of tori one of `KINDS`, of a locus one of `CRITICALITIES`."""
     arclength: Array
-    """Where its points lie on the curve, shape (n,)."""
+    """Arclength of its points, shape (n,)."""
     points: Array
     """Parameter and what is shown of it, or two parameters, shape (n, 2)."""
 
@@ -124,7 +106,7 @@ def measured_along(branch: Branch, output: str, measure: str) -> Array:
         raise InputError(
             f"no orbit of branch {branch.id} sticks, so it has no {STUCK}; give another measure"
         )
-    # What is followed in slip alone has no number.
+    # Of orbits along which contacts always slip it is NaN.
     return np.nan_to_num(branch.stuck_fraction)
 
 
@@ -141,163 +123,90 @@ def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[
     Between the points lies a cubic spline in the arclength. With the default steps it is within
     1e-3 of the span and of the range of the output; a test compares it with finer steps.
     """
-    knots = _knots(branch, output, measure)
-    if len(knots) < 2:
-        return ()
-    s = np.array([knot.s for knot in knots])
-    parameter, value = _splines(knots, s, straight=measure == STUCK)
-    lines = []
-    for kind, first, last in runs(_interval_kinds(branch, s)):
-        at = _dense(s[first : last + 1])
-        lines.append(Segment(kind, at, np.column_stack([parameter(at), value(at)])))
-    return tuple(lines)
-
-
-def _knots(branch: Branch, output: str, measure: str) -> list[Knot]:
-    special = [item for item in branch.special if item.type != "EVENT"]
-    located = []
-    for item in special:
-        value = measured_at(item, output, measure)
-        located.append(Knot(item.arclength, (item.value, value), item.type))
-    values = measured_along(branch, output, measure)
-    # A doubled branch begins, and may end, on its parent, where a multiplier is one.
-    begun, closed = branch.begun.kind == BORN, branch.stopped.kind == CLOSED
-    on_parent = {index for index, is_one in ((0, begun), (len(branch) - 1, closed)) if is_one}
-    others = [
-        Knot(float(s), (float(branch.parameter[i]), float(values[i])), BORN * (i in on_parent))
-        for i, s in enumerate(branch.arclength)
+    located = [
+        Knot(item.arclength, (item.value, measured_at(item, output, measure)), item.type)
+        for item in branch.special
+        if item.type != "EVENT"
     ]
-    return arranged(located, others, branch.arclength, NEAR_BIFURCATION)
+    values = np.column_stack([branch.parameter, measured_along(branch, output, measure)])
+    knots = _arranged(located, branch.arclength, values)
+    # A doubled branch begins, and may end, on its parent, where a multiplier is one.
+    on_parent = {0: branch.begun.kind == BORN, -1: branch.stopped.kind == CLOSED}
+    for end, lies_on_parent in on_parent.items():
+        if knots and lies_on_parent and not knots[end].type:
+            knots[end] = knots[end]._replace(type=BORN)
+    s = np.array([knot.s for knot in knots])
+    return _cut(_stabilities(branch, s), _pieces(knots, straight=measure == STUCK))
 
 
-def _kind(outside: NDArray[np.complex128]) -> str:
-    if len(outside) == 0:
-        return STABLE
-    return DOUBLED if np.any((outside.real < -1) & (outside.imag == 0)) else OTHER
-
-
-def _interval_kinds(branch: Branch, s: Array) -> list[str]:
+def _stabilities(branch: Branch, s: Array) -> list[str]:
     """Return the kind of each interval between knots."""
-    stretches = stability_stretches(branch)
-    kinds = [_kind(stretch.outside) for stretch in stretches]
-    ends = np.array([stretch.end for stretch in stretches[:-1]])
+    if len(s) < 2:
+        return []
+    parts = stability_stretches(branch)
+    kinds = [_stability(part.outside) for part in parts]
+    ends = np.array([part.end for part in parts[:-1]])
     return [kinds[i] for i in np.searchsorted(ends, 0.5 * (s[1:] + s[:-1]))]
 
 
-def _splines(knots: Sequence[Knot], s: Array, *, straight: bool) -> tuple[Line, Line]:
-    """Interpolate parameter and value in the arclength, a value with corners straight."""
-    from scipy.interpolate import CubicSpline  # half a second to import, for those who draw alone
-
-    # A doubled branch leaves its parent across the parameter, which stands still there.
-    ends = [(1, 0.0) if knots[end].type == BORN else "not-a-knot" for end in (0, -1)]
-    if len(s) == 2:
-        ends = [(2, 0.0), (2, 0.0)]
-    parameter, value = np.array([knot.values for knot in knots]).T
-    smooth = CubicSpline(s, parameter, bc_type=ends)
-    if straight:
-        return smooth, lambda at: np.asarray(np.interp(at, s, value))
-    return smooth, CubicSpline(s, value)
-
-
-def _dense(s: Array) -> Array:
-    fractions = np.arange(PIECES) / PIECES
-    inner = s[:-1, None] + np.diff(s)[:, None] * fractions
-    return np.append(inner.ravel(), s[-1])
-
-
-SUPERCRITICAL, SUBCRITICAL, UNKNOWN = CRITICALITIES = ("supercritical", "subcritical", "")
-"""What may happen beyond a bifurcation; empty where it is not defined, as for a fold."""
-
-TURNS = {
-    "PD": ("GPD", "LPPD", "R2"),
-    "NS": ("CH", "LPNS"),
-    "BP": ("DP", "R1", "BT"),
-    "HB": ("GH", "ZH"),
-}
-"""Where the coefficient of a normal form has a zero or a pole, and so changes its sign."""
-
-CUSPS = ("CPC", "CP")
-"""Where a locus of folds stands still and turns back."""
-
-NEAR_SPECIAL = 1e-6
-"""Points of a locus this near to a special point, over the length of the locus, are left out."""
+def _stability(outside: Complex) -> str:
+    if len(outside) == 0:
+        return STABLE
+    return DOUBLED if np.any((outside.real < -1) & (outside.imag == 0)) else OTHER
 
 
 def locus_segments(locus: Locus) -> tuple[Segment, ...]:
     """Cut a locus where its criticality changes and draw smooth lines between its points.
 
     Between the points lie cubic splines in the arclength, one from cusp to cusp: there the locus
-    stands still in both parameters and turns back. Special points are points of the line.
+    stops in both parameters and turns back. Special points are points of the line.
     """
-    knots = _locus_knots(locus)
+    # Folds that emanate from a pitchfork turn back there as at a cusp.
+    located = [
+        Knot(item.arclength, item.values, CUSPS[0] if item.type == "DP" else item.type)
+        if locus.type == "LP"
+        else Knot(item.arclength, item.values, item.type)
+        for item in locus.special
+    ]
+    signs = zip(locus.supercritical, locus.subcritical, strict=True)
+    kinds = [SUPERCRITICAL if above else SUBCRITICAL if below else None for above, below in signs]
+    knots = _arranged(located, locus.arclength, locus.values, kinds)
     closed = locus.closed and len(knots) > 2
     if closed:
         knots = _closed(knots)
-    if len(knots) < 2:
-        return ()
-    lines = _lines(knots, closed)
-    found = []
-    for kind, first, last in runs(_criticalities(locus.type, knots)):
-        # Each piece begins where the one before ends.
-        own = [line[int(k > first) :] for k, line in enumerate(lines[first:last], start=first)]
-        s, *points = np.concatenate(own).T
-        found.append(Segment(kind, s, np.column_stack(points)))
-    return tuple(found)
-
-
-def _locus_knots(locus: Locus) -> list[Knot]:
-    located = [Knot(point.arclength, point.values, _shape(locus, point)) for point in locus.special]
-    others = [
-        Knot(float(s), tuple(locus.values[i].tolist()), "", _criticality(locus, i))
-        for i, s in enumerate(locus.arclength)
-    ]
-    return arranged(located, others, locus.arclength, NEAR_SPECIAL)
-
-
-def _shape(locus: Locus, point: LocusPoint) -> str:
-    """Type of a special point; folds that are born at a pitchfork turn back there as at a cusp."""
-    return CUSPS[0] if (locus.type, point.type) == ("LP", "DP") else point.type
-
-
-def _criticality(locus: Locus, index: int) -> str | None:
-    if locus.supercritical[index]:
-        return SUPERCRITICAL
-    return SUBCRITICAL if locus.subcritical[index] else None
+    return _cut(_criticalities(locus.type, knots), _pieces(knots, closed=closed))
 
 
 def _closed(knots: list[Knot]) -> list[Knot]:
-    """Return to the first point, at the pace of the first and the last step."""
+    """Return to the first point, with a step in proportion to the first and the last one."""
     s = np.array([knot.s for knot in knots])
     values = np.array([knot.values for knot in knots])
     size = np.ptp(values, axis=0)
-    steps = np.linalg.norm(np.diff(values, axis=0) / np.where(size > 0, size, 1.0), axis=1)
-    gap = np.linalg.norm((values[0] - values[-1]) / np.where(size > 0, size, 1.0))
+    size = np.where(size > 0, size, 1.0)
+    steps = np.linalg.norm(np.diff(values, axis=0) / size, axis=1)
+    gap = np.linalg.norm((values[0] - values[-1]) / size)
     if gap < NEAR_SPECIAL:
         return [*knots[:-1], knots[0]._replace(s=float(s[-1]))]
-    pace = (s[1] - s[0] + s[-1] - s[-2]) / (steps[0] + steps[-1])
-    return [*knots, knots[0]._replace(s=float(s[-1] + gap * pace))]
+    ratio = (s[1] - s[0] + s[-1] - s[-2]) / (steps[0] + steps[-1])
+    return [*knots, knots[0]._replace(s=float(s[-1] + gap * ratio))]
 
 
 def _criticalities(type_: str, knots: list[Knot]) -> list[str]:
     """Return the criticality of each interval between knots."""
-    if type_ not in TURNS:
+    if type_ not in SIGN_CHANGES:
         return [UNKNOWN] * (len(knots) - 1)
     kinds: list[str] = []
     for i, (left, right) in enumerate(pairwise(knots)):
         known = right.kind if right.kind is not None else left.kind
         if known is None:
-            turns = i > 0 and left.type in TURNS[type_]
-            known = _other(kinds[-1]) if turns else (kinds[-1] if kinds else UNKNOWN)
+            changes = i > 0 and left.type in SIGN_CHANGES[type_]
+            known = _other(kinds[-1]) if changes else (kinds[-1] if kinds else UNKNOWN)
         kinds.append(known)
-    return _with_beginning(type_, knots, kinds)
-
-
-def _with_beginning(type_: str, knots: list[Knot], kinds: list[str]) -> list[str]:
-    """Fill in what precedes the first point at which the criticality is known."""
+    # What precedes the first point at which the criticality is known follows from it.
     for i in reversed(range(len(kinds) - 1)):
         if kinds[i] == UNKNOWN:
-            turns = knots[i + 1].type in TURNS[type_]
-            kinds[i] = _other(kinds[i + 1]) if turns else kinds[i + 1]
+            changes = knots[i + 1].type in SIGN_CHANGES[type_]
+            kinds[i] = _other(kinds[i + 1]) if changes else kinds[i + 1]
     return kinds
 
 
@@ -305,47 +214,10 @@ def _other(kind: str) -> str:
     return {SUPERCRITICAL: SUBCRITICAL, SUBCRITICAL: SUPERCRITICAL}.get(kind, kind)
 
 
-def _lines(knots: list[Knot], closed: bool) -> list[Array]:
-    """Return a line from each knot to the next, smooth from cusp to cusp: arclength and values."""
-    last = len(knots) - 1
-    cusps = [i for i in range(1, last) if knots[i].type in CUSPS]
-    lines: list[Array] = []
-    for start, end in pairwise([0, *cusps, last]):
-        piece = knots[start : end + 1]
-        spline = _spline(piece, closed and len(piece) == len(knots))
-        for a, b in pairwise(piece):
-            s = np.linspace(a.s, b.s, PIECES + 1)
-            line = spline(s)
-            line[[0, -1]] = a.values, b.values
-            lines.append(np.column_stack([s, line]))
-    return lines
-
-
-def _spline(knots: list[Knot], closed: bool) -> Callable[[Array], Array]:
-    from scipy.interpolate import CubicSpline  # half a second to import, for those who draw alone
-
-    s, values = np.array([knot.s for knot in knots]), np.array([knot.values for knot in knots])
-    if closed and knots[0].type not in CUSPS:
-        return CubicSpline(s, values, bc_type="periodic")
-    ends = [_end_condition(knots[end].type, len(s)) for end in (0, -1)]
-    return CubicSpline(s, values, bc_type=ends)
-
-
-def _end_condition(type_: str, count: int) -> Any:
-    """Return how a spline ends: still at a cusp; straight if it has too few points to bend."""
-    if type_ in CUSPS:
-        return 1, np.zeros(2)
-    return "not-a-knot" if count > 3 else (2, np.zeros(2))
-
-
-GAP = ""
-"""Kind of a segment that is not drawn."""
-
-
 def torus_segments(tori: TorusBranch, output: str, measure: str = "max") -> tuple[Segment, ...]:
     """Draw lines between tori; none for what contacts do, since tori always slip.
 
-    From the orbit that they are born from tori grow as the square root of the distance. Further on
+    From the orbit from which they emanate tori grow as the square root of the distance. Further on
     there may be many in one place and few in another, between which no polynomial swings. Across
     circles that were left out there is no line.
     """
@@ -354,23 +226,15 @@ def torus_segments(tori: TorusBranch, output: str, measure: str = "max") -> tupl
     parameter, value = tori.parameter, measure_of(tori.extrema, output, measure)
     steps = [np.diff(item) / (np.ptp(item) or 1.0) for item in (parameter, value)]
     s = np.concatenate([[0.0], np.cumsum(np.hypot(*steps))])
-    places = np.arange(PIECES * (len(s) - 1) + 1) / PIECES
-    at = np.interp(places, np.arange(len(s)), s)
-    along, reached = (_grown(item, s, at) for item in (parameter, value))
+    fractions = np.linspace(0.0, 1.0, PIECES + 1)
+    at = s[:-1, None] + np.diff(s)[:, None] * fractions
+    lines = np.stack([at, _grown(parameter, s, at), _grown(value, s, at)], axis=2)
     if tori.parent:
-        along[: PIECES + 1] = (
-            parameter[0] + (parameter[1] - parameter[0]) * places[: PIECES + 1] ** 2
-        )
+        lines[0, :, 1] = parameter[0] + (parameter[1] - parameter[0]) * fractions**2
     kinds = np.where(tori.stable[1:], STABLE, OTHER)
-    kinds[tori.omitted[:-1] > 0] = GAP
-    lines = []
-    for kind, first, last in runs(kinds.tolist()):
-        if kind == GAP:
-            continue
-        part = slice(PIECES * first, PIECES * last + 1)
-        points = np.column_stack([along[part], reached[part]])
-        lines.append(Segment(kind, at[part], points))
-    return tuple(lines)
+    gap = ""
+    kinds[tori.omitted[:-1] > 0] = gap
+    return tuple(line for line in _cut(kinds.tolist(), list(lines)) if line.kind != gap)
 
 
 def _grown(values: Array, s: Array, at: Array) -> Array:
@@ -379,3 +243,81 @@ def _grown(values: Array, s: Array, at: Array) -> Array:
         return np.interp(at, s, values)
     smooth = PchipInterpolator(s[1:], values[1:])
     return np.where(at < s[1], np.interp(at, s, values), smooth(np.maximum(at, s[1])))
+
+
+def _arranged(
+    located: Sequence[Knot],
+    arclength: Array,
+    values: Array,
+    kinds: Sequence[str | None] | None = None,
+) -> list[Knot]:
+    """Return special points and the other points of a curve in order, each once.
+
+    A special point replaces others near it.
+    """
+    taken = np.array([knot.s for knot in located])
+    near = NEAR_SPECIAL * float(np.ptp(arclength)) if len(arclength) else 0.0
+    others = [
+        Knot(s, (x, y), "", None if kinds is None else kinds[i])
+        for i, (s, (x, y)) in enumerate(zip(arclength.tolist(), values.tolist(), strict=True))
+        if not (taken.size and np.min(np.abs(taken - s)) <= near)
+    ]
+    finite = (knot for knot in (*located, *others) if np.isfinite([knot.s, *knot.values]).all())
+    knots = sorted(finite, key=lambda knot: knot.s)
+    return [knot for i, knot in enumerate(knots) if i == 0 or knot.s > knots[i - 1].s]
+
+
+def _pieces(knots: list[Knot], *, straight: bool = False, closed: bool = False) -> list[Array]:
+    """Return a line from each knot to the next, smooth from cusp to cusp: arclength and values.
+
+    The second value is interpolated linearly if `straight`, as it has corners.
+    """
+    last, lines = len(knots) - 1, list[Array]()
+    cusps = [i for i in range(1, last) if knots[i].type in CUSPS]
+    for first, end in pairwise([0, *cusps, last] if last > 0 else []):
+        part = knots[first : end + 1]
+        smooth = _splines(part, closed and len(part) == len(knots))
+        corners = np.array([(knot.s, knot.values[1]) for knot in part]).T
+        for a, b in pairwise(part):
+            s = np.linspace(a.s, b.s, PIECES + 1)
+            line = np.column_stack([s, *(spline(s) for spline in smooth)])
+            if straight:
+                line[:, 2] = np.interp(s, *corners)
+            line[[0, -1], 1:] = a.values, b.values
+            lines.append(line)
+    return lines
+
+
+def _splines(knots: list[Knot], closed: bool) -> list[Callable[[Array], Array]]:
+    """Interpolate both values in the arclength."""
+    from scipy.interpolate import CubicSpline  # takes half a second to import, only for drawing
+
+    s, values = np.array([knot.s for knot in knots]), np.array([knot.values for knot in knots])
+    if closed and knots[0].type not in CUSPS:
+        return [CubicSpline(s, column, bc_type="periodic") for column in values.T]
+    return [
+        CubicSpline(s, column, bc_type=[_end(knots[end].type, which, len(s)) for end in (0, -1)])
+        for which, column in enumerate(values.T)
+    ]
+
+
+def _end(type_: str, which: int, count: int) -> Any:
+    """Return how a spline ends: at rest at a cusp, straight if it has too few points to bend.
+
+    A doubled branch leaves its parent at a right angle to the parameter, the first value.
+    """
+    if type_ in CUSPS or (type_ == BORN and which == 0 and count > 2):
+        return 1, 0.0
+    return "not-a-knot" if count > 2 else (2, 0.0)
+
+
+def _cut(kinds: Sequence[str], lines: Sequence[Array]) -> tuple[Segment, ...]:
+    """Join the lines of successive intervals of one kind."""
+    found, first = list[Segment](), 0
+    for kind, group in groupby(kinds):
+        last = first + len(list(group))
+        own = [line[int(k > first) :] for k, line in enumerate(lines[first:last], start=first)]
+        whole = np.concatenate(own)
+        found.append(Segment(kind, whole[:, 0], whole[:, 1:]))
+        first = last
+    return tuple(found)

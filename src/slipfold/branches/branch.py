@@ -11,7 +11,6 @@ import numpy as np
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.curve import OrbitsAlong
 from slipfold.orbits.extrema import Extrema, find_extrema
-from slipfold.orbits.uncertainty import multiplier_uncertainty
 from slipfold.text.one_line import listed, number_text, parameter_text
 from slipfold.text.stability import outside, turns_text
 
@@ -100,8 +99,10 @@ class Branch(OrbitsAlong):
         """Computed uncertainty of every multiplier, shape (n_points, n_states).
 
         How much each moves when the monodromy matrix is integrated anew with other steps;
-        computed when first asked for.
+        computed when first requested.
         """
+        from slipfold.orbits.uncertainty import multiplier_uncertainty
+
         if self.stuck_fraction is not None:
             orbits = [self.orbit(index) for index in range(len(self))]
             return np.array([orbit.multiplier_uncertainty for orbit in orbits])

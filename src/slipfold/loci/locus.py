@@ -159,6 +159,14 @@ class Locus(OrbitsAlong):
             return None
         return self._judged(point.coefficients[name])
 
+    def _cycle_durations(self) -> Array | list[float] | None:
+        """Periods of the orbits in seconds; of Hopf points, those of the cycles from there."""
+        if self.model.forced:
+            return None
+        if self.durations is not None:
+            return self.period * self.durations
+        return [] if self.eigenvalues is None else [hopf_duration(v) for v in self.eigenvalues]
+
     def _judged(self, coefficient: float) -> str | None:
         """Judge a coefficient relative to the others, whatever the units of the states."""
         size = float(np.nan_to_num(np.abs(self.coefficient)).max(initial=0.0))

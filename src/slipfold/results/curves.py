@@ -6,15 +6,12 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from slipfold.arrays import Array, Complex
-from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
-from slipfold.loci.locus import Locus, LocusPoint, hopf_duration
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION, Parameter
 from slipfold.results.fields import (
@@ -36,6 +33,11 @@ from slipfold.text.one_line import certain, listed, parameter_text
 from slipfold.text.printed_table import with_unit
 from slipfold.text.stability import outside
 
+if TYPE_CHECKING:
+    from slipfold.branches.branch import Branch
+    from slipfold.branches.special_point import SpecialPoint
+    from slipfold.loci.locus import Locus, LocusPoint
+
 UNCERTAIN = 1e-6
 """Fraction of the span above which the uncertainty of a point is reported: points are located to
 1e-12, and no figure shows less."""
@@ -47,15 +49,6 @@ ROUNDING = 1e-14
 def _durations(curve: Any) -> Array:
     own: Array | None = curve.durations
     return np.full(len(curve), curve.model.values[DURATION.name]) if own is None else own
-
-
-def _cycle_durations(locus: Locus) -> Any:
-    """Periods of the orbits in seconds; of Hopf points, those of the cycles that emanate there."""
-    if locus.model.forced:
-        return None
-    if locus.durations is not None:
-        return locus.period * locus.durations
-    return [] if locus.eigenvalues is None else [hopf_duration(each) for each in locus.eigenvalues]
 
 
 def _eigenvalues(locus: Locus) -> Complex:
@@ -120,7 +113,7 @@ CURVE = (
     Column("criticality", record=True, when="locus",
            get=lambda locus: None if locus.type == "LP" else locus.criticality),
     Column("coefficient", record=True, when="locus"),
-    Column("durations", get=_cycle_durations, record=True, when="locus"),
+    Column("durations", get=lambda locus: locus._cycle_durations(), record=True, when="locus"),
     EIGENVALUES,
     Column("special", record=True),
     *(

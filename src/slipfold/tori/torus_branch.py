@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -16,7 +16,9 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly
 from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
 from slipfold.text.printed_table import PrintedTable
-from slipfold.tori.surface import TorusSpectrum, spectrum_of, surface_of
+
+if TYPE_CHECKING:
+    from slipfold.tori.surface import TorusSpectrum
 
 
 @dataclass(frozen=True, repr=False)
@@ -177,5 +179,7 @@ class TorusBranch(Curve):
         index
             Row of the branch.
         """
+        from slipfold.tori.surface import spectrum_of, surface_of
+
         model, turns = self.model_at(index), float(self.rotation[index])
         return spectrum_of(model, surface_of(model, self.circle(index), turns, self.period))
