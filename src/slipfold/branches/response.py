@@ -33,7 +33,7 @@ from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.locate import CLOSE
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
-from slipfold.continuation.walk import Failure, walk
+from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
@@ -276,9 +276,9 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     outside = int(np.count_nonzero(np.abs(others) > 1))
     step = BIRTH
     for _ in range(6):
-        first = next(iter(walk(orbits, [start], step, (), settings)))
+        first = first_point(orbits, start, step, settings)
         if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
-            nearer = next(iter(walk(orbits, [start], step / 4, (), settings)))
+            nearer = first_point(orbits, start, step / 4, settings)
             if isinstance(nearer, Failure) or _goes_on(nearer, first):
                 return step
         step /= 4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Generic
 
 from slipfold.continuation.curve import Curve, P
@@ -10,7 +11,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError, lost_reason
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.traced_curve import Found, Monitor, StepInterval, Stop, TracedCurve
-from slipfold.continuation.walk import EDGE, Bound, Failure, reaches, walk
+from slipfold.continuation.walk import EDGE, Bound, Failure, first_point, reaches, walk
 from slipfold.errors import BREAKDOWNS
 
 FIRST = 0.02
@@ -77,16 +78,14 @@ def follow(
     """
     settings, endings = settings or Stepping(), endings or Endings()
     traced = TracedCurve(curve, [start], departs)
+    follower = _Follower(traced, bounds, monitors, settings, cap, endings, watch)
     try:
         given = first_step() if callable(first_step) else first_step
         step: float | None = given or (BIRTH if departs else FIRST)
         if _leaves_at_once(traced, step or 0.0, bounds, settings):
             traced.end, step = endings.left(traced), None
         while step is not None:
-            recent, taken = traced.recent(MEMORY), len(traced.points) - 1
-            steps = walk(traced.curve, recent, step, bounds, settings, cap, taken)
-            watching = monitors(traced.curve) if callable(monitors) else monitors
-            step = _advance(traced, steps, step, watching, bounds, settings, endings, watch)
+            step = follower.advance(step)
             other = otherwise(traced) if step is None else None
             if other is not None:
                 traced.curve, traced.points[-1] = other
@@ -101,54 +100,68 @@ def follow(
     return traced
 
 
-def _advance(
-    traced: TracedCurve[P],
-    steps: Iterator[P | Failure],
-    first_step: float,
-    monitors: Sequence[Monitor[P]],
-    bounds: Sequence[Bound],
-    settings: Stepping,
-    endings: Endings[P],
-    watch: Callable[[TracedCurve[P]], None],
-) -> float | None:
-    """Follow a curve until it ends; return None then.
+@dataclass(frozen=True, eq=False)
+class _Follower(Generic[P]):
+    """A curve while it is followed."""
 
-    If a point between two others cannot be computed, the last step is undone and a shorter one is
-    returned. It is shorter than the step that was tried first: a longer one led onto another curve.
-    If the description of the curve changes, the next step is returned.
-    """
-    first = traced.points[-1]
-    for item in steps:
-        if isinstance(item, Failure):
-            traced.end = endings.failed(traced, item)
-            return None
-        before = traced.points[-1]
-        try:
-            _extend(traced, item, monitors)
-        except BREAKDOWNS as error:
-            taken = item.arclength - before.arclength
-            step = RETREAT * (min(taken, first_step) if before is first else taken)
-            if step >= settings.steps.smallest:
-                return step
-            traced.end = endings.failed(traced, Failure("failed", lost_reason(error)))
-            return None
-        watch(traced)
-        if traced.end is not None and traced.end.kind == "closed":  # on a known curve
-            return None
-        if traced.end is None and reaches(item, bounds):
-            break
+    traced: TracedCurve[P]
+    bounds: Sequence[Bound]
+    monitors: Sequence[Monitor[P]] | Callable[[Any], Sequence[Monitor[P]]]
+    settings: Stepping
+    cap: Callable[[P], float] | None
+    endings: Endings[P]
+    watch: Callable[[TracedCurve[P]], None]
+
+    def advance(self, first_step: float) -> float | None:
+        """Follow the curve until it ends; return None then.
+
+        If a point between two others cannot be computed, the last step is undone and a shorter one
+        is returned. It is shorter than the step that was tried first: a longer one led onto another
+        curve. If the description of the curve changes, the next step is returned.
+        """
+        traced = self.traced
+        recent, taken = traced.recent(MEMORY), len(traced.points) - 1
+        monitors = self.monitors(traced.curve) if callable(self.monitors) else self.monitors
+        given = self.bounds, self.settings, self.cap, taken
+        first = traced.points[-1]
+        for item in walk(traced.curve, recent, first_step, *given):
+            if isinstance(item, Failure):
+                traced.end = self.endings.failed(traced, item)
+                return None
+            before = traced.points[-1]
+            try:
+                _extend(traced, item, monitors)
+            except BREAKDOWNS as error:
+                length = item.arclength - before.arclength
+                step = RETREAT * (min(length, first_step) if before is first else length)
+                if step >= self.settings.steps.smallest:
+                    return step
+                traced.end = self.endings.failed(traced, Failure("failed", lost_reason(error)))
+                return None
+            self.watch(traced)
+            if traced.end is not None and traced.end.kind == "closed":  # on a known curve
+                return None
+            if traced.end is None and reaches(item, self.bounds):
+                break
+            renewed = self._renew()
+            if traced.end is not None:
+                return None
+            if renewed:
+                return item.arclength - before.arclength
+        traced.end = self.endings.left(traced)
+        return None
+
+    def _renew(self) -> bool:
+        """Describe the curve in another way if that is better from here on."""
+        traced = self.traced
         # Where a curve departs from another one, equations are singular.
         points = traced.points[1:] if traced.departs else traced.points
         renewed = traced.curve.renewed(points) if points else None
-        if renewed is not None:
-            traced.curve, points = renewed
-            traced.points[-len(points) :] = points
-        if traced.end is not None:
-            return None
-        if renewed is not None:
-            return item.arclength - before.arclength
-    traced.end = endings.left(traced)
-    return None
+        if renewed is None:
+            return False
+        traced.curve, points = renewed
+        traced.points[-len(points) :] = points
+        return True
 
 
 def _leaves_at_once(
@@ -165,7 +178,7 @@ def _leaves_at_once(
             for i, low, high in on
         )
     # Where it departs, it may run along the bound at first.
-    first = next(iter(walk(traced.curve, [start], step, (), settings)))
+    first = first_point(traced.curve, start, step, settings)
     return isinstance(first, Failure) or any(not low <= first.z[i] <= high for i, low, high in on)
 
 

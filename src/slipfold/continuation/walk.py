@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Generic
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from slipfold.continuation.interpolation import (
     hermite,
     lagrange,
 )
-from slipfold.continuation.newton import Correction, Linearized, correct, length_of
+from slipfold.continuation.newton import TOO_SHARP, Correction, correct, length_of
 from slipfold.continuation.search import contraction_drift
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
@@ -76,7 +77,7 @@ def walk(
     for _ in range(taken, settings.steps.points):
         if cap is not None:
             step = min(step, cap(recent[-1]))
-        point, step = _next_point(curve, recent, step, bounds, settings)
+        point, step = _Step(curve, recent, bounds, settings).take(step)
         if isinstance(point, Failure):
             yield point
             return
@@ -87,146 +88,135 @@ def walk(
     yield Failure("points", f"{settings.steps.points} points were not enough; allow more points")
 
 
+def first_point(curve: Curve[P], start: P, step: float, settings: Stepping) -> P | Failure:
+    """Return the point a step beyond another, whatever the bounds."""
+    return _Step(curve, [start], (), settings).take(min(step, settings.steps.largest))[0]
+
+
 def reaches(point: P, bounds: Sequence[Bound]) -> bool:
     """Whether a point lies on a bound."""
     return any(point.z[index] in (low, high) for index, low, high in bounds)
 
 
-def _next_point(
-    curve: Curve[P],
-    recent: list[P],
-    step: float,
-    bounds: Sequence[Bound],
-    settings: Stepping,
-) -> tuple[P | Failure, float]:
-    """Take one step, shortening it until it fits; return the step to try next as well."""
-    smallest, size = settings.steps.smallest, length_of(recent[-1].z)
-    largest = settings.steps.largest * max(1.0, size / LARGE)
-    reason, growth = "the curve turns too sharply", LONGER
-    while step >= smallest:
-        try:
-            correction, point = _try(curve, recent, step, bounds, settings)
-        except BREAKDOWNS as error:
-            reason, step, growth = breakdown(error), shortened_after_failure(step, np.inf), HARDER
-            continue
-        if point is not None:
-            measures = _measure(curve, recent, point, correction, settings)
-            # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
-            leaves = point.piece != recent[-1].piece
-            if measures.fits or leaves or step <= 4 * smallest:
-                return point, lengthened(step, measures, growth, largest)
-            step = shortened(step, measures)
-            reason = "the curve turns too sharply"
-        else:
-            reason = correction.failure
-            step = shortened_after_failure(step, correction.moved)
-        growth = HARDER
-    return Failure(
-        "failed",
-        f"the step fell below {smallest:g}: {reason}; look at the model's limits near this value",
-    ), step
+class _Step(Generic[P]):
+    """A step from the last of a few points."""
 
+    def __init__(
+        self, curve: Curve[P], recent: list[P], bounds: Sequence[Bound], settings: Stepping
+    ) -> None:
+        self._curve, self._recent, self._last = curve, recent, recent[-1]
+        self._bounds, self._settings = bounds, settings
 
-def _try(
-    curve: Curve[P],
-    recent: list[P],
-    step: float,
-    bounds: Sequence[Bound],
-    settings: Stepping,
-) -> tuple[Correction, P | None]:
-    """Predict and correct; what lies beyond a bound is corrected on it."""
-    last = recent[-1]
-    target = last.arclength + step
-    guess, row = hermite(recent, target)
-    held = _first_bound_beyond(recent, guess, bounds, target, EDGE)
-    if held is None:
-        guess = curve.aligned(guess, last.z)
-        expected = derivatives(curve, recent, target)
-        correction = _correct(curve, guess, row, settings, expected)
-        if not correction.converged:
-            return correction, None
-        held = _first_bound_beyond(recent, correction.z, bounds, target)
-    # In a corner of the window, holding one bound may lead beyond another.
-    for _ in bounds:
+    def take(self, step: float) -> tuple[P | Failure, float]:
+        """Take the step, shortening it until it is accepted; return the next one as well."""
+        steps = self._settings.steps
+        largest = steps.largest * max(1.0, length_of(self._last.z) / LARGE)
+        reason, growth = TOO_SHARP, LONGER
+        while step >= steps.smallest:
+            try:
+                correction, point = self._try(step)
+            except BREAKDOWNS as error:
+                reason, growth = breakdown(error), HARDER
+                step = shortened_after_failure(step, np.inf)
+                continue
+            if point is not None:
+                measures = self._measure(point, correction)
+                # No extrapolation holds from one smooth piece to the next; a monitor locates its
+                # end.
+                leaves = point.piece != self._last.piece
+                if measures.fits or leaves or step <= 4 * steps.smallest:
+                    return point, lengthened(step, measures, growth, largest)
+                step = shortened(step, measures)
+                reason = TOO_SHARP
+            else:
+                reason = correction.failure
+                step = shortened_after_failure(step, correction.moved)
+            growth = HARDER
+        return Failure(
+            "failed",
+            f"the step fell below {steps.smallest:g}: {reason}; look at the model's limits near "
+            "this value",
+        ), step
+
+    def _try(self, step: float) -> tuple[Correction, P | None]:
+        """Predict and correct; a point beyond a bound is corrected on the bound."""
+        target = self._last.arclength + step
+        guess, row = hermite(self._recent, target)
+        held = self._first_bound_beyond(guess, target, EDGE)
         if held is None:
-            break
-        index, bound = held
-        arclength = _arclength_at(recent, index, bound, target)
-        guess = hermite(recent, arclength)[0]
-        guess = curve.aligned(guess, last.z)
-        guess[index] = bound
-        row = np.zeros_like(row)
-        row[index] = np.sign(bound - last.z[index]) or 1.0
-        expected = derivatives(curve, recent, arclength)
-        correction = _correct(curve, guess, row, settings, expected)
-        if not correction.converged:
-            return correction, None
-        correction.z[index] = bound  # exactly, whatever rounding did
-        held = _first_bound_beyond(recent, correction.z, bounds, target)
-    point = curve.point(correction, target)
-    return correction, replace(point, arclength=last.arclength + arc_between(last, point))
+            correction = self._correct(self._curve.aligned(guess, self._last.z), row, target)
+            if not correction.converged:
+                return correction, None
+            held = self._first_bound_beyond(correction.z, target)
+        # In a corner of the window, holding one bound may lead beyond another.
+        for _ in self._bounds:
+            if held is None:
+                break
+            index, bound = held
+            arclength = self._arclength_at(index, bound, target)
+            guess = self._curve.aligned(hermite(self._recent, arclength)[0], self._last.z)
+            guess[index] = bound
+            row = np.zeros_like(row)
+            row[index] = np.sign(bound - self._last.z[index]) or 1.0
+            correction = self._correct(guess, row, arclength)
+            if not correction.converged:
+                return correction, None
+            correction.z[index] = bound  # exactly, whatever rounding did
+            held = self._first_bound_beyond(correction.z, target)
+        point = self._curve.point(correction, target)
+        arclength = self._last.arclength + arc_between(self._last, point)
+        return correction, replace(point, arclength=arclength)
 
+    def _correct(self, guess: Array, row: Array, arclength: float) -> Correction:
+        newton, reach = self._settings.newton, REACH * self._settings.coarse
+        expected = derivatives(self._curve, self._recent, arclength)
+        given = newton.tolerance, newton.iterations, reach, expected
+        return correct(self._curve, guess, row, *given)
 
-def _first_bound_beyond(
-    recent: list[P],
-    z: Array,
-    bounds: Sequence[Bound],
-    target: float,
-    tolerance: float = 0.0,
-) -> tuple[int, float] | None:
-    """Return the component and the bound that the curve passes first before z, if any."""
-    passed = [
-        (index, low if z[index] < low else high)
-        for index, low, high in bounds
-        if not low - tolerance <= z[index] <= high + tolerance
-    ]
-    return min(
-        passed, key=lambda item: _arclength_at(recent, item[0], item[1], target), default=None
-    )
+    def _first_bound_beyond(
+        self, z: Array, target: float, tolerance: float = 0.0
+    ) -> tuple[int, float] | None:
+        """Return the component and the bound that the curve passes first before z, if any."""
+        passed = [
+            (index, low if z[index] < low else high)
+            for index, low, high in self._bounds
+            if not low - tolerance <= z[index] <= high + tolerance
+        ]
+        reached = [(self._arclength_at(*item, target), item) for item in passed]
+        return min(reached)[1] if reached else None
 
+    def _arclength_at(self, index: int, bound: float, beyond: float) -> float:
+        """Return the arclength at which a component of the prediction reaches a bound."""
 
-def _correct(
-    curve: Curve[P], guess: Array, row: Array, settings: Stepping, expected: Linearized | None
-) -> Correction:
-    tolerance, iterations = settings.newton.tolerance, settings.newton.iterations
-    reach = REACH * settings.coarse
-    return correct(curve, guess, row, tolerance, iterations, reach, expected)
+        def component(arclength: float) -> float:
+            return float(hermite(self._recent, arclength)[0][index])
 
+        rising, near = component(beyond) > bound, self._last.arclength
+        return float(arclength_of_bound(component, near, beyond, bound, rising))
 
-def _arclength_at(recent: list[P], index: int, bound: float, beyond: float) -> float:
-    """Return the arclength at which a component of the prediction reaches a bound."""
-
-    def component(arclength: float) -> float:
-        return float(hermite(recent, arclength)[0][index])
-
-    rising = component(beyond) > bound
-    return float(arclength_of_bound(component, recent[-1].arclength, beyond, bound, rising))
-
-
-def _measure(
-    curve: Curve[P], recent: list[P], point: P, correction: Correction, settings: Stepping
-) -> Measures:
-    values = np.array([item.values for item in recent])
-    weights = lagrange([item.arclength for item in recent], point.arclength)
-    errors, coarse = np.abs(point.values - weights @ values), settings.coarse
-    angle = angle_between(recent[-1].tangent, point.tangent)
-    given = values, point.values, curve.noise, coarse
-    drifted = (
-        0.0 if len(recent) == 1 else float(drift(errors, *given))
-    )  # nothing is extrapolated from one
-    measures = Measures.of(correction.distance, angle, drifted, settings.steps.turn, coarse)
-    if measures.follows_tests and measures.error < STRAIGHT:
-        errors = _without_jumps(errors, values, point.values)
-        measures = replace(measures, drift=float(drift(errors, *given)))
-    if not measures.follows_tests:
-        return measures
-    # Better predictions, and whether they matter, take longer to compute.
-    extrapolated = curve.extrapolated(recent, weights[None])
-    if extrapolated is not None:
-        errors = np.fmin(errors, np.abs(point.values - extrapolated[0]))
-        lines = LINES * min(1.0, measures.error / STRAIGHT)
-        drifted = max(float(drift(errors, *given)), lines * drifted)
-    return replace(measures, drift=min(drifted, contraction_drift(recent, point) / coarse))
+    def _measure(self, point: P, correction: Correction) -> Measures:
+        recent, curve, coarse = self._recent, self._curve, self._settings.coarse
+        values = np.array([item.values for item in recent])
+        weights = lagrange([item.arclength for item in recent], point.arclength)
+        errors = np.abs(point.values - weights @ values)
+        angle = angle_between(self._last.tangent, point.tangent)
+        given = values, point.values, curve.noise, coarse
+        # Nothing is extrapolated from one point.
+        drifted = 0.0 if len(recent) == 1 else float(drift(errors, *given))
+        turn = self._settings.steps.turn
+        measures = Measures.of(correction.distance, angle, drifted, turn, coarse)
+        if measures.follows_tests and measures.error < STRAIGHT:
+            errors = _without_jumps(errors, values, point.values)
+            measures = replace(measures, drift=float(drift(errors, *given)))
+        if not measures.follows_tests:
+            return measures
+        # Better predictions, and whether they matter, take longer to compute.
+        extrapolated = curve.extrapolated(recent, weights[None])
+        if extrapolated is not None:
+            errors = np.fmin(errors, np.abs(point.values - extrapolated[0]))
+            lines = LINES * min(1.0, measures.error / STRAIGHT)
+            drifted = max(float(drift(errors, *given)), lines * drifted)
+        return replace(measures, drift=min(drifted, contraction_drift(recent, point) / coarse))
 
 
 def _without_jumps(errors: Array, values: Array, actual: Array) -> Array:

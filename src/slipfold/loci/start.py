@@ -17,7 +17,7 @@ from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
-from slipfold.continuation.walk import Failure, walk
+from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.loci.locus_equations import LocusEquations
@@ -178,7 +178,7 @@ def _complex_side(start: LocusStart, settings: Settings) -> Iterator[LocusStart]
     """Return the direction in which a pair that meets on the real axis is complex."""
     sides = []
     for point in start.points:
-        first = next(iter(walk(start.curve, [point], BIRTH, (), settings)))
+        first = first_point(start.curve, point, BIRTH, settings)
         if not isinstance(first, Failure) and is_complex(first):
             sides.append(point)
     if sides:
@@ -262,7 +262,7 @@ def _born(
     if start is None:
         return
     for step in FIRST_STEPS:
-        after = next(iter(walk(curve, [start], step, (), settings)))
+        after = first_point(curve, start, step, settings)
         if isinstance(after, Failure):
             continue
         if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
@@ -284,7 +284,7 @@ def _leaving_along(
     start = _leaving(curve, point.z, tangent, point.monodromy, point.residual)
     if start is None:
         return
-    after = next(iter(walk(curve, [start], BIRTH, (), settings)))
+    after = first_point(curve, start, BIRTH, settings)
     if not isinstance(after, Failure) and abs(float((after.z - point.z) @ tangent)) > 0.5 * BIRTH:
         images = after.z, 2 * point.z - after.z
         yield LocusStart(curve, (start,), departs=True, crosses=crosses, beside=images)
