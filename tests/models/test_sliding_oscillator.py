@@ -33,11 +33,6 @@ def test_vertical_frequency_without_friction_of_the_design_page():
     assert SlidingOscillator(mu=0).modes().frequency == pytest.approx([6.59, 12.45965249], abs=1e-8)
 
 
-def test_friction_that_does_not_follow_the_motion_adds_no_damping():
-    model = SlidingOscillator()
-    assert model.modes(friction=False).damping_ratio[0] < model.modes().damping_ratio[0] / 6
-
-
 def test_static_point_balances_the_forces():
     for model in (MODEL, MODEL.replace(Ns=5.0, Vd=2.0), MODEL.replace(kext=0)):
         point = model.static_point()

@@ -146,11 +146,15 @@ class MechanicalModel(Model):
         Modes
             One a pair of eigenvalues, the lowest natural frequency first; friction laws with memory
             add modes in which the contact recovers without vibration.
+
+        Examples
+        --------
+        >>> from slipfold import SlidingOscillator
+        >>> [f"{value:.4f}" for value in SlidingOscillator().modes().frequency]
+        ['7.1383', '12.4607']
         """
         unforced = self if self.quiet is None else self.replace(**{self.quiet: 0.0})
-        return unforced._modes_at(self.static_point())
-
-    def _modes_at(self, state: Array) -> Modes:
         names = [item.name for item in self.states]
         displacements = tuple(name for name in names if f"v{name}" in names)
-        return find_modes(evaluation_of(self).jacobian(self, state), displacements)
+        jacobian = evaluation_of(unforced).jacobian(unforced, self.static_point())
+        return find_modes(jacobian, displacements)

@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.models.friction.contact import Contact, contact_outputs
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.without_memory import Coulomb
-from slipfold.models.linear_modes import MechanicalModel, Modes
+from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.output import (
     COLLAPSE_LIMIT,
     PULSATING_LIMIT,
@@ -380,30 +380,3 @@ class SlidingOscillator(MechanicalModel):
     def c2(self) -> float:
         """Horizontal damping in N s/m: 4 pi zeta2 m2 f2."""
         return 4 * math.pi * self._values["zeta2"] * self.m2 * self._values["f2"]
-
-    def modes(self, friction: bool = True) -> Modes:
-        """Return the linear modes about the loaded static point.
-
-        Parameters
-        ----------
-        friction
-            Whether friction follows the motion, which adds the damping
-            ``Ns (mu' e e^T + (mu/Vd)(I - e e^T))`` with the coefficient mu at the speed Vd and its
-            slope mu'; Coulomb's law has no slope. If not, it acts as a constant load: same point,
-            same stiffness. The modes of the structure without any load are those of
-            ``model.replace(mu=0)``.
-
-        Returns
-        -------
-        Modes
-            Two modes unless one is overdamped, and those of a law with memory.
-
-        Examples
-        --------
-        >>> modes = SlidingOscillator().modes()
-        >>> [f"{value:.4f}" for value in modes.frequency]
-        ['7.1383', '12.4607']
-        """
-        if friction:
-            return super().modes()
-        return self.replace(friction=None, mu=0.0, Nd=0.0)._modes_at(self.static_point()[:4])

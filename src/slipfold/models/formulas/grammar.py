@@ -17,7 +17,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from slipfold.models.formulas.functions import FUNCTIONS, explain_unknown_function
 
@@ -52,6 +52,8 @@ _HINTS = {
     "'": "for the derivative of a state write the name of its rate",
 }
 
+_MEANT = "formulas have numbers, names of ASCII letters, + - * / ^ and parentheses"
+
 
 class FormulaError(Exception):
     """What is wrong with a formula, and where; `Source.error` makes a sentence for users of it.
@@ -66,11 +68,10 @@ class FormulaError(Exception):
         self.length = length
 
 
-@dataclass(frozen=True, slots=True)
-class Token:
+class Token(NamedTuple):
     """A word of a formula."""
 
-    kind: str  # ``"number"``, ``"name"``, ``"sign"`` or, behind the last one, ``"end"``
+    kind: str  # ``"number"``, ``"name"``, ``"sign"`` or, after the last one, ``"end"``
     text: str  # as written
     place: int  # where it begins
 
@@ -92,31 +93,24 @@ def split_formula(text: str) -> list[Token]:
     while place < len(text):
         match = _TOKEN.match(text, place)
         if match is None:
-            raise _unknown_character(text[place], place)
-        token = Token(str(match.lastgroup), match.group(), place)
-        _check(token)
-        if token.kind != "space":
-            tokens.append(token)
+            raise FormulaError(
+                f"the character {text[place]!r} has no meaning in a formula; "
+                + _HINTS.get(text[place], _MEANT),
+                place,
+            )
+        kind, word = str(match.lastgroup), match.group()
+        if word == "**":
+            raise FormulaError("powers are written with ^, not with **; write e.g. q^3", place, 2)
+        if kind == "number" and not math.isfinite(float(word)):
+            raise FormulaError(
+                f"the number {word[:20]} is larger than the largest, 1.8e308; give a smaller one",
+                place,
+                len(word),
+            )
+        if kind != "space":
+            tokens.append(Token(kind, word, place))
         place = match.end()
     return [*tokens, Token("end", "", len(text.rstrip()))]
-
-
-def _check(token: Token) -> None:
-    if token.text == "**":
-        raise FormulaError("powers are written with ^, not with **; write e.g. q^3", token.place, 2)
-    if token.kind == "number" and not math.isfinite(float(token.text)):
-        raise FormulaError(
-            f"the number {token.text[:20]} is larger than the largest, 1.8e308; give a smaller one",
-            token.place,
-            len(token.text),
-        )
-
-
-def _unknown_character(character: str, place: int) -> FormulaError:
-    hint = _HINTS.get(
-        character, "formulas have numbers, names of ASCII letters, + - * / ^ and parentheses"
-    )
-    return FormulaError(f"the character {character!r} has no meaning in a formula; {hint}", place)
 
 
 T = TypeVar("T")
@@ -127,49 +121,50 @@ SUM, PRODUCT, SIGN, POWER, ATOM = range(1, 6)
 BINDING = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "^": POWER}
 
 
+def _position() -> Any:
+    """Return the field for where a node begins in the text; it plays no part in comparisons."""
+    return field(default=0, compare=False)
+
+
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A number that stands in the formula."""
+    """A finite number in the formula."""
 
-    value: float  # finite
+    value: float
 
 
 @dataclass(frozen=True, slots=True)
 class Name:
     """A state, parameter, formula, constant or the time."""
 
-    name: str  # as written
-    # Where it begins in the text; plays no part in comparisons
-    place: int = field(default=0, compare=False)
+    name: str
+    place: int = _position()
 
 
 @dataclass(frozen=True, slots=True)
 class Negative:
     """The argument with its sign changed."""
 
-    argument: Tree  # what stands behind the sign
+    argument: Tree
 
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Two operands and the operator between them."""
+    """Two operands and the operator between them, one of ``+ - * / ^``."""
 
-    operator: str  # one of ``+ - * / ^``
-    # The operands
+    operator: str
     left: Tree
     right: Tree
-    # Where the operator stands in the text; plays no part in comparisons
-    place: int = field(default=0, compare=False)
+    place: int = _position()
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """A function of arguments."""
+    """A function of as many arguments as it takes."""
 
-    function: str  # its name
-    arguments: tuple[Tree, ...]  # as many as the function takes
-    # Where the name begins in the text; plays no part in comparisons
-    place: int = field(default=0, compare=False)
+    function: str
+    arguments: tuple[Tree, ...]
+    place: int = _position()
 
 
 Tree = Number | Name | Negative | Binary | Call
@@ -247,15 +242,15 @@ def _written(node: Tree, parts: tuple[tuple[str, int], ...]) -> tuple[str, int]:
         return f"-{_enclosed(parts[0], SIGN)}", SIGN
     own = BINDING[node.operator]
     # Powers are read from the right, everything else from the left; an exponent may have a sign.
-    least = (own + 1, SIGN) if node.operator == "^" else (own, own + 1)
-    left, right = (_enclosed(part, need) for part, need in zip(parts, least, strict=True))
+    minima = (own + 1, SIGN) if node.operator == "^" else (own, own + 1)
+    left, right = (_enclosed(part, need) for part, need in zip(parts, minima, strict=True))
     space = " " if own == SUM else ""
     return f"{left}{space}{node.operator}{space}{right}", own
 
 
-def _enclosed(part: tuple[str, int], least: int) -> str:
+def _enclosed(part: tuple[str, int], minimum: int) -> str:
     text, binding = part
-    return text if binding >= least else f"({text})"
+    return text if binding >= minimum else f"({text})"
 
 
 DEEPEST = 60
@@ -292,12 +287,12 @@ class _Parser:
 
     def _take(self) -> Token:
         token = self.next
-        # Behind the last token there is nothing to take.
+        # After the last token there is nothing to take.
         self._index = min(self._index + 1, len(self._tokens) - 1)
         return token
 
-    def formula(self, least: int) -> Tree:
-        """Read operands and the operators that bind at least as tightly as `least`."""
+    def formula(self, minimum: int) -> Tree:
+        """Read operands and the operators that bind at least as tightly as `minimum`."""
         self._depth += 1
         if self._depth > DEEPEST:
             raise FormulaError(
@@ -306,7 +301,7 @@ class _Parser:
                 self.next.place,
             )
         tree = self._operand()
-        while (binding := self._operator()) >= max(least, 1):
+        while (binding := BINDING.get(self.next.text, 0)) >= max(minimum, 1):
             sign = self._take()
             # An equal operator to the right belongs to the right operand only for powers.
             right = self.formula(binding if sign.text == "^" else binding + 1)
@@ -314,16 +309,12 @@ class _Parser:
         self._depth -= 1
         return tree
 
-    def _operator(self) -> int:
-        return BINDING.get(self.next.text, 0) if self.next.kind == "sign" else 0
-
     def _operand(self) -> Tree:
         token = self._take()
         if token.kind == "number":
             return Number(float(token.text))
         if token.kind == "name":
-            follows = self.next.kind == "sign" and self.next.text == "("
-            return self._call(token) if follows else Name(token.text, token.place)
+            return self._call(token) if self.next.text == "(" else Name(token.text, token.place)
         if token.text == "-":
             return Negative(self.formula(SIGN))
         if token.text == "+":
@@ -332,16 +323,19 @@ class _Parser:
             tree = self.formula(0)
             self._close(token)
             return tree
-        raise self._missing_operand(token)
+        found = "the formula ends" if token.kind == "end" else f"{token.text!r} stands"
+        raise FormulaError(
+            f"{found} where a number, a name or a parenthesis should; complete the formula",
+            token.place,
+            max(len(token.text), 1),
+        )
 
     def _call(self, name: Token) -> Call:
         opening = self._take()
-        arguments = []
-        if self.next.text != ")":
+        arguments = [] if self.next.text == ")" else [self.formula(0)]
+        while arguments and self.next.text == ",":
+            self._take()
             arguments.append(self.formula(0))
-            while self.next.text == ",":
-                self._take()
-                arguments.append(self.formula(0))
         self._close(opening)
         if name.text not in FUNCTIONS:
             raise FormulaError(_unknown(name.text, arguments), name.place, len(name.text))
@@ -357,53 +351,40 @@ class _Parser:
         return Call(name.text, tuple(arguments), name.place)
 
     def _close(self, opening: Token) -> None:
-        if self.next.text == ")":
-            self._take()
-        elif self.next.kind == "end":
+        if self.next.kind == "end":
             raise FormulaError(
                 "this parenthesis is never closed; add a ) where it ends", opening.place
             )
-        else:
+        if self.next.text != ")":
             raise self.unexpected()
+        self._take()
 
     def unexpected(self) -> FormulaError:
-        """What to say about a token that cannot follow an operand."""
-        token = self.next
-        if token.text == ")":
-            return FormulaError(
-                "this parenthesis was never opened; leave it out or add a ( before", token.place
-            )
-        if token.text == ",":
-            return FormulaError(
-                "a comma stands between arguments of a function only; numbers have a point, e.g. "
-                "0.5",
-                token.place,
-            )
-        before = self._tokens[self._index - 1].text
-        return FormulaError(
-            f"there is no operator between {before[-20:]} and {token.text[:20]}; for a product "
-            f"write {before[-20:]}*{token.text[:20]}",
-            token.place,
-            len(token.text),
+        """Return the error about a token that cannot follow an operand."""
+        token, before = self.next, self._tokens[self._index - 1].text[-20:]
+        text = token.text[:20]
+        messages = {
+            ")": "this parenthesis was never opened; leave it out or add a ( before",
+            ",": "a comma stands between arguments of a function only; numbers have a point, e.g. "
+            "0.5",
+        }
+        message = messages.get(
+            token.text,
+            f"there is no operator between {before} and {text}; for a product write "
+            f"{before}*{text}",
         )
-
-    def _missing_operand(self, token: Token) -> FormulaError:
-        found = "the formula ends" if token.kind == "end" else f"{token.text!r} stands"
-        return FormulaError(
-            f"{found} where a number, a name or a parenthesis should; complete the formula",
-            token.place,
-            max(len(token.text), 1),
-        )
+        return FormulaError(message, token.place, len(token.text))
 
 
 def _unknown(name: str, arguments: list[Tree]) -> str:
-    """Return the sentence about a function that there is not, as if a state is taken at a time."""
+    """Return the sentence about an unknown function, which may be a state at a time."""
     time = arguments[0] if len(arguments) == 1 else None
     if isinstance(time, Binary) and time.operator == "-" and time.left == Name("t"):
         return f"{name}({format_tree(time)}) is a state at another time; delays are not supported"
+    message = explain_unknown_function(name)
     if isinstance(time, Number):
-        return (
-            f"{explain_unknown_function(name)}; if {name} is a state, its value at one time "
-            "belongs to a boundary-value problem, and these are not supported"
+        message += (
+            f"; if {name} is a state, its value at one time belongs to a boundary-value problem, "
+            "and these are not supported"
         )
-    return explain_unknown_function(name)
+    return message

@@ -283,9 +283,8 @@ class Assembly:
             inputs = self.over_mass(item.rows.T) / self.definition.length_scale
             forces = item.component.forces(self.local(item, q, c, phase))
             for force, column in zip(forces, inputs.T, strict=True):
-                if force is not None:
-                    for place in np.flatnonzero(column):
-                        terms[place] += weighted_sum([column[place]], [force])
+                for place in np.flatnonzero(column):
+                    terms[place] += weighted_sum([column[place]], [force])
         rates |= {f"v{name}": total(terms[place]) for place, name in enumerate(self.names)}
         accelerations = dict(rates)
         for item, component in self.rubbing:
@@ -409,20 +408,16 @@ class Assembly:
 
     def _energy(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         terms = [*self._form(self.mass / 2, q, "v"), *self._form(self.stiffness / 2, q, "")]
-        for item in self.placed:
-            stored = item.component.potential(self.local(item, q, c, phase))
-            terms += [] if stored is None else [stored]
-        return total(terms)
+        stored = (item.component.potential(self.local(item, q, c, phase)) for item in self.placed)
+        return total([*terms, *stored])
 
     def _damping_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         terms: list[Expression] = []
         for key, matrix in self.damping:
             form = self._form(matrix, q, "v")
             terms += form if key is None else [c[key] * total(form)]
-        for item in self.placed:
-            lost = item.component.dissipation(self.local(item, q, c, phase))
-            terms += [] if lost is None else [lost]
-        return total(terms)
+        lost = (item.component.dissipation(self.local(item, q, c, phase)) for item in self.placed)
+        return total([*terms, *lost])
 
     def _power(
         self, placed: tuple[Placed, ...], q: Symbols, c: Symbols, phase: Expression
@@ -432,7 +427,7 @@ class Assembly:
         for item in placed:
             local = self.local(item, q, c, phase)
             pairs = zip(item.component.forces(local), local.v, strict=True)
-            terms += [force * speed for force, speed in pairs if force is not None]
+            terms += [force * speed for force, speed in pairs]
         return total(terms)
 
 

@@ -163,8 +163,8 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
 """Names of degrees of freedom and components, so that they can be written anywhere."""
 
 
-Forces = tuple[Expression | None, ...]
-"""Forces along the directions of a component in N; None where there is none."""
+Forces = tuple[Expression, ...]
+"""Forces along the directions of a component in N."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ class Component(Parametric, ABC):
 
     @abstractmethod
     def forces(self, local: LocalState) -> Forces:
-        """Forces on the structure along the directions, in N; None where there is none.
+        """Forces on the structure along the directions, in N.
 
         Parameters
         ----------
@@ -246,25 +246,25 @@ class Component(Parametric, ABC):
         """Return the component's own states."""
         return ()
 
-    def potential(self, local: LocalState) -> Expression | None:
-        """Return the energy the component stores, in J; None if it stores none.
+    def potential(self, local: LocalState) -> Expression:
+        """Return the energy the component stores, in J.
 
         Parameters
         ----------
         local
             State of the structure there.
         """
-        return None
+        return hy.expression(0.0)
 
-    def dissipation(self, local: LocalState) -> Expression | None:
-        """Return the power an element takes out, in W; None if it takes none.
+    def dissipation(self, local: LocalState) -> Expression:
+        """Return the power that an element dissipates, in W.
 
         Parameters
         ----------
         local
             State of the structure there.
         """
-        return None
+        return hy.expression(0.0)
 
     def measures(self) -> tuple[Output, ...]:
         """Return quantities of interest; their expressions take a `LocalState` for the states."""

@@ -53,12 +53,12 @@ class LinearSpring(OneDirection):
         (u,), (v,), c = local.u, local.v, local.c
         return (-(c["k"] * u + c["c"] * v),)
 
-    def potential(self, local: LocalState) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression:
         """``k u^2/2``."""
         (u,), c = local.u, local.c
         return 0.5 * c["k"] * u * u
 
-    def dissipation(self, local: LocalState) -> Expression | None:
+    def dissipation(self, local: LocalState) -> Expression:
         """``c v^2``."""
         (v,), c = local.v, local.c
         return c["c"] * v * v
@@ -72,7 +72,7 @@ class _PowersSpring(OneDirection):
         (u,) = local.u
         return (-total([k * whole_power(u, int(key[1:])) for key, k in local.c.items()]),)
 
-    def potential(self, local: LocalState) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression:
         """``sum kn u^(n + 1)/(n + 1)``."""
         (u,), powers = local.u, [(int(key[1:]), k) for key, k in local.c.items()]
         return total([k * whole_power(u, n + 1) / (n + 1.0) for n, k in powers])
@@ -209,7 +209,7 @@ class GapSpring(OneDirection):
             parts.append(-sign * c["half"] * (depth + hy.sqrt(depth * depth + c["square"])))
         return (total(parts),)
 
-    def potential(self, local: LocalState) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression:
         """Return the work that pressing the stop takes, zero at the touch."""
         (u,), c = local.u, local.c
         parts = []
@@ -307,7 +307,7 @@ class GeometricSpring(Component):
         pull = local.c["force"] * (inverse_length - 1.0)
         return tuple(pull * part for part in arrow[: len(self.at)])
 
-    def potential(self, local: LocalState) -> Expression | None:
+    def potential(self, local: LocalState) -> Expression:
         """``k (l - L)^2/2``."""
         change = self._length(local) - 1.0
         return 0.5 * local.c["force"] * local.c["L"] * change * change
