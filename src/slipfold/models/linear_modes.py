@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.model import Model, evaluation_of
+from slipfold.models.parameter import Parameter
 from slipfold.models.unforced import Unforced
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
@@ -109,6 +111,20 @@ def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
 
 class MechanicalModel(Model):
     """A model of displacements ``x`` and their rates ``vx``, with its static point and modes."""
+
+    @property
+    def surface_speeds(self) -> Mapping[str, bool]:
+        """Names of the speeds of moving surfaces, and whether contacts stick to them at rest."""
+        return {}
+
+    @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """Those that may be varied; what may stick stays in slip, so above a speed of zero."""
+        speeds = self.surface_speeds
+        return tuple(
+            replace(item, lower_open=True) if speeds.get(item.name) else item
+            for item in super().variable_parameters
+        )
 
     def static_point(self) -> Array:
         """Return the state at rest under steady friction without forcing, shape (n_states,).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import heyoka as hy
@@ -188,12 +188,9 @@ class SlidingOscillator(MechanicalModel):
         )
 
     @property
-    def variable_parameters(self) -> tuple[Parameter, ...]:
-        """All; where the law sticks only a plate that moves is slid on steadily."""
-        return tuple(
-            replace(item, lower_open=self._law.sticks) if item.name == "Vd" else item
-            for item in super().variable_parameters
-        )
+    def surface_speeds(self) -> Mapping[str, bool]:
+        """``Vd``."""
+        return {"Vd": self._law.sticks}
 
     @property
     def structure(self) -> Mapping[str, Hashable]:

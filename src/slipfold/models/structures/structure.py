@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,7 +19,6 @@ from slipfold.models.definitions.source import (
 from slipfold.models.friction.contact import Contact
 from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.parameter import Parameter
 from slipfold.models.structures.assembly import Assembly, assemble
 from slipfold.models.structures.cost import Cost, estimate_cost
 from slipfold.models.structures.damping import Damping
@@ -366,13 +364,9 @@ class Structure(MechanicalModel):
         return self.quiet or next(iter(self._assembly.speeds), None)
 
     @property
-    def variable_parameters(self) -> tuple[Parameter, ...]:
-        """Those that may be varied; what slides stays in slip, so above a speed of zero."""
-        speeds = self._assembly.speeds
-        return tuple(
-            replace(item, lower_open=True) if speeds.get(item.name) else item
-            for item in super().variable_parameters
-        )
+    def surface_speeds(self) -> Mapping[str, bool]:
+        """Those of the contacts."""
+        return self._assembly.speeds
 
     @property
     def mass_matrix(self) -> Array:
