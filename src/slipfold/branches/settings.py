@@ -19,9 +19,9 @@ class Settings(Stepping):
     Parameters
     ----------
     newton
-        When an orbit counts as found.
+        Convergence criteria of Newton's method.
     steps
-        How far a branch goes from one point to the next.
+        Lengths of steps along a branch.
     largest_period
         Doubled branches are followed up to this period, in forcing periods. With zero no cycles
         of an autonomous model are followed, but equilibria alone.

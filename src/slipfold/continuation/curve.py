@@ -17,7 +17,7 @@ from slipfold.continuation.newton import Correction, Linearized, WholeMatrix, co
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted solution with what continuation needs to know of it."""
+    """An accepted solution with the data that continuation needs."""
 
     z: NDArray[np.float64]  # the unknown
     tangent: NDArray[np.float64]  # unit tangent of the curve, in the direction of travel
@@ -26,14 +26,14 @@ class Point:
     # Sign of the determinant of the Jacobian bordered by the tangent; it changes at a branch point
     # and not at a fold. Zero where it is not known.
     orientation: int
-    residual: float  # how far the solution fails to meet the equations
+    residual: float  # residual of the equations
     # Logarithm of that determinant's size; minus infinity where it is not known
     volume: float = -np.inf
-    # Derivatives of the equations there; None where they are not known any more
+    # Derivatives of the equations there; None if they are not stored
     linearization: Any = None
-    # On which smooth piece of a curve it lies; the same for all where the curve is smooth
+    # Label of the smooth piece of the curve on which it lies; the same for all of a smooth curve
     piece: Any = None
-    # Says what the unknown means, where that changes along a curve; None where it does not
+    # Equations that give the unknown its meaning, where that changes along a curve; else None
     curve: Any = None
 
     @cached_property
@@ -43,9 +43,9 @@ class Point:
 
     @property
     def growth(self) -> float:
-        """Upper bound of what is zero where something may happen; infinite where none is known.
+        """Upper bound of a function that is zero at bifurcations; infinite where none is known.
 
-        Where it is below zero nothing does.
+        Where it is below zero there is none.
         """
         return np.inf
 
@@ -55,17 +55,17 @@ P = TypeVar("P", bound=Point)
 
 
 class Curve(ABC, Generic[P]):
-    """A curve of solutions: equations, one less than unknowns, and what is noted at each point."""
+    """A curve of solutions: equations, one less than unknowns, and test functions."""
 
     odd: tuple[str, ...] = ()
     """Test functions that change their sign with the direction of travel."""
 
     noise = 1e-9
-    """Test functions below this are rounding: on a family of centers one of them is zero."""
+    """Test functions below this are rounding errors: on a family of centers one of them is zero."""
 
     @abstractmethod
     def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero."""
+        """Return the function that Newton's method brings to zero."""
 
     @abstractmethod
     def linearize(self, z: Array) -> Linearized:
@@ -76,30 +76,30 @@ class Curve(ABC, Generic[P]):
         """Return a converged correction as a point, with its test functions."""
 
     def blended(self, known: Sequence[Any], weights: Array) -> Linearized | None:
-        """Return a weighted sum of derivatives at several points, None if they are not kept."""
+        """Return a weighted sum of derivatives at several points, None if they are not stored."""
         return None
 
     def extrapolated(self, points: Sequence[P], weights: Array) -> Array | None:
-        """Return the test functions that weighted sums of the derivatives at points have.
+        """Return the test functions of weighted sums of the derivatives at points.
 
-        None where their values at the points tell as much.
+        None where interpolating their values is as good.
 
         Shapes: weights (t, points); returns (t, tests), NaN in what no derivatives give.
         """
         return None
 
     def residual(self, defect: Array) -> float:
-        """Return by how much an unknown fails, as tolerances are meant."""
+        """Return the residual of an unknown, in the norm that tolerances refer to."""
         return float(np.abs(defect).max())
 
     def aligned(self, guess: Array, known: Array) -> Array:
-        """Return a guess as near to a known solution as its freedom allows, if it has any."""
+        """Return the guess nearest to a known solution of those that symmetry makes equivalent."""
         return guess
 
     def renewed(self, points: Sequence[P]) -> tuple[Any, list[P]] | None:
-        """Return the last points of the curve as those of one that is better described from there.
+        """Return a better description of the curve from here on, with its last points.
 
-        None where its own description serves, as most do everywhere.
+        None if its own description is good enough, as most are.
         """
         return None
 

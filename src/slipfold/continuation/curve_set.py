@@ -1,4 +1,4 @@
-"""Queue of curves to follow: both directions of each, none twice, and which joins which."""
+"""Work queue of curves to follow: both directions of each, without duplicates."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from slipfold.continuation.traced_curve import Found, TracedCurve, joined
 
 @dataclass(frozen=True, eq=False)
 class Start(Generic[P]):
-    """Where a curve is to be followed from."""
+    """A point from which a curve is to be followed."""
 
     curve: Any  # its equations, a `Curve`
     # The first point; another with the opposite tangent where it continues in both directions
     points: tuple[P, ...]
-    # Its turn: the lowest is followed first, of equals the one that has waited longest
+    # Priority: the lowest is followed first, of equals the one that was added first
     rank: tuple[int, ...] = ()
-    departs: bool = False  # whether another curve passes there
-    parent: int | None = None  # number of the curve it was found on
+    departs: bool = False  # whether it is a point of another curve
+    parent: int | None = None  # number of the curve on which it was found
     found: Found[P] | None = None  # the special point at which it begins
 
 
@@ -42,7 +42,7 @@ class FollowedCurve(Generic[P]):
 
 
 class CurveSet(ABC, Generic[P]):
-    """Curves followed from starts, and from what is found on them, each of them once."""
+    """Curves followed from starts and from their special points, each of them once."""
 
     def __init__(self) -> None:
         self.curves: list[FollowedCurve[P]] = []
@@ -54,11 +54,11 @@ class CurveSet(ABC, Generic[P]):
 
     @abstractmethod
     def births(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
-        """Return where others begin on a curve that was followed."""
+        """Return the starts of other curves on one that was followed."""
 
     @abstractmethod
     def known(self, start: Start[P]) -> int | None:
-        """Return the number of the curve that a start lies on, if it was followed already."""
+        """Return the number of the curve through a start, if it was followed already."""
 
     @property
     def interrupted(self) -> bool:
@@ -66,12 +66,12 @@ class CurveSet(ABC, Generic[P]):
         return bool(self.curves) and self.curves[-1].interrupted
 
     def lead(self, found: Found[P] | None, number: int) -> None:
-        """Note which curve a special point leads to."""
+        """Store which curve a special point leads to."""
         if found is not None and number not in self.leads.setdefault(found, []):
             self.leads[found].append(number)
 
     def explore(self, start: Start[P]) -> None:
-        """Follow a curve and all that leave it."""
+        """Follow a curve and all that emanate from it."""
         waiting = [start]
         while waiting and not self.interrupted:
             start = min(waiting, key=lambda item: item.rank)
@@ -86,7 +86,7 @@ class CurveSet(ABC, Generic[P]):
             waiting += self.births_until_interrupted(followed)
 
     def births_until_interrupted(self, followed: FollowedCurve[P]) -> Sequence[Start[P]]:
-        """Return where others begin on a curve; none if the search is interrupted."""
+        """Return the starts of other curves on one; none if the search is interrupted."""
         try:
             return self.births(followed)
         except KeyboardInterrupt:
@@ -97,7 +97,7 @@ class CurveSet(ABC, Generic[P]):
             return ()
 
     def _follow(self, start: Start[P]) -> FollowedCurve[P]:
-        """Follow a curve in all its directions; round a closed one there is but one."""
+        """Follow a curve in all its directions; a closed one has only one."""
         traced, begun = self.trace(start, start.points[0]), None
         if traced.closes:
             begun = traced.end

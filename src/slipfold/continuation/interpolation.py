@@ -1,6 +1,6 @@
-"""Curves between and beyond their points: polynomials through values and tangents.
+"""Interpolation and extrapolation of curves: polynomials through values and tangents.
 
-Places are numbers of one curve, or arrays of them, one of each of many curves.
+Arclengths are numbers of one curve, or arrays with one of each of many curves.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.newton import Linearized, length_of
 
 POINTS = 3
-"""Points a curve is extrapolated from: more gain little and overshoot when steps change."""
+"""Points from which a curve is extrapolated: more gain little and overshoot if steps change."""
 
 
 SPACING = 0.2
-"""Least spacing of interpolated points, as a share of their distance from where it is used."""
+"""Minimum spacing of interpolated points, as a fraction of their distance from the target."""
 
 
 def arc_between(a: Point, b: Point) -> float:
@@ -30,7 +30,7 @@ def arc_between(a: Point, b: Point) -> float:
 
 
 def arcs(difference: Array, before: Array, after: Array) -> tuple[Array, Array]:
-    """Return these arclengths and angles between two points of each of many curves.
+    """Return arclengths and angles between two points of each of many curves.
 
     Shapes: differences and unit tangents (k, u); returns (k,), (k,).
     """
@@ -73,7 +73,7 @@ def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
 
 
 def hermite_each(where: Array, values: Array, slopes: Array, target: Array) -> tuple[Array, Array]:
-    """Evaluate those of many curves, and the unit vectors along them.
+    """Evaluate these polynomials of many curves, and the unit vectors along them.
 
     Shapes: where (k, c); values, slopes (k, c, u); target (k,); returns (k, u), (k, u).
     """
@@ -110,7 +110,7 @@ def _hermite_weights(where: Sequence[Any], target: Any) -> tuple[list[Any], list
 
 
 def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linearized | None:
-    """Return what the derivatives at points let expect in between or beyond."""
+    """Interpolate or extrapolate the derivatives at points."""
     known = [point for point in points if point.linearization is not None]
     if not known:
         return None

@@ -14,39 +14,39 @@ import numpy as np
 from slipfold.arrays import Array
 
 STILL = 1e-10
-"""Derivatives are those of the solution once it has moved by less than this since they were taken:
-multipliers, which may move a hundred times as far, are then right to 1e-8."""
+"""Distance from where derivatives were taken below which they count as those of the solution:
+multipliers, which may change a hundred times as much, are then right to 1e-8."""
 
 EXACT = 1e-12
-"""A solution at most this far away by estimate is met: what is left comes with new derivatives."""
+"""Estimated distance from the solution at which chord steps end; a Newton step follows."""
 
 GROWTH = 10.0
 """A correction this many times the one before means divergence."""
 
 CHORD = 0.03
-"""Corrections below this are followed by chord steps, or may be ones themselves."""
+"""Length of a correction below which chord steps follow, or may come first."""
 
 CHORD_STEPS = 8
 
 CHORD_GAIN = 0.5
-"""A chord step must be this much shorter than the one before, or derivatives are renewed."""
+"""Maximum ratio of a chord step to the one before; else derivatives are computed again."""
 
 HOPELESS = 100.0
-"""A first chord step this many times as long as a solution may be away tells that there is none."""
+"""Newton's method is aborted if the first chord step exceeds this multiple of the trust radius."""
 
 SINGULAR = "the equations met a singularity of the model"
 TOO_SHARP = "the curve turns too sharply"
 
 STALLED = 0.3
-"""A correction that is more than this times the one before no longer shrinks as Newton's do."""
+"""Ratio of a correction to the one before above which Newton's method no longer converges."""
 
 ROUNDING = 1e-5
-"""Corrections below this that no longer shrink are rounding errors, magnified by the multipliers:
-a solution with multipliers of 1e5 is known to 1e-10 at best, and its residual decides."""
+"""Length of a correction below which one that no longer shrinks is a rounding error. Multipliers
+magnify it: a solution with multipliers of 1e5 is known to 1e-10 at best. The residual decides."""
 
 FARTHEST = ROUNDING / np.finfo(float).eps
-"""Of an unknown this long the last digit is no longer rounding: there any equations are met, since
-what they add to it is lost."""
+"""Length of an unknown whose last digit is no longer rounding: corrections of it have no effect, so
+that it would meet any equations."""
 
 
 class Linearized(Protocol):
@@ -54,7 +54,7 @@ class Linearized(Protocol):
 
     @property
     def defect(self) -> Array:
-        """What Newton's method brings to zero."""
+        """The function that Newton's method brings to zero."""
 
     @property
     def is_finite(self) -> bool:
@@ -68,13 +68,13 @@ class Equations(Protocol):
     """Smooth equations, one less than there are unknowns."""
 
     def defect(self, z: Array) -> Array:
-        """Return what Newton's method brings to zero."""
+        """Return the function that Newton's method brings to zero."""
 
     def linearize(self, z: Array) -> Linearized:
         """Return the same with its derivatives."""
 
     def residual(self, defect: Array) -> float:
-        """Return by how much an unknown fails, as tolerances are meant."""
+        """Return the residual of an unknown, in the norm that tolerances refer to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +84,11 @@ class Correction:
     z: Array  # the last iterate
     linearization: Any  # derivatives within `moved` of `z`; None where there are none
     bordered: Any  # its Jacobian bordered by the constraint; None likewise
-    residual: float  # by how much `z` fails to meet the equations
-    distance: float  # distance from the guess
+    residual: float  # residual of `z`
+    distance: float  # distance of `z` from the guess
     moved: float  # distance from where the derivatives were taken
     iterations: int  # number of linearizations
-    failure: str  # empty, or why there is no solution
+    failure: str  # why there is no solution; empty if there is one
 
     @property
     def converged(self) -> bool:
@@ -107,8 +107,8 @@ def correct(
 ) -> Correction:
     """Find the solution nearest a guess in the hyperplane through it.
 
-    Where its derivatives are expected from those of its neighbors, they bring the guess so near to
-    it that new ones are taken once only.
+    If derivatives are interpolated from neighbors, chord steps with them come first, so that new
+    ones are computed once only.
 
     Shapes: guess, row (n,).
     """
@@ -169,7 +169,7 @@ def _linearized(equations: Equations, z: Array) -> Linearized | None:
     """Return the derivatives at an unknown, None where they are not finite."""
     try:
         linearization = equations.linearize(z)
-    except np.linalg.LinAlgError:  # conditions on matrices that are not finite
+    except np.linalg.LinAlgError:  # of matrices that are not finite
         return None
     return linearization if linearization.is_finite else None
 
@@ -181,11 +181,11 @@ def _chord_steps(
     constraint: float,
     moved: float,
 ) -> tuple[Array, float, float]:
-    """Go on with the old derivatives, which cost a third of new ones, while that gains digits.
+    """Take steps with the old derivatives, which cost a third of new ones, while these converge.
 
-    What each step tells of the true derivatives serves the next ones (Broyden's method, in the form
-    that keeps steps instead of matrices). The next derivatives are then taken so near the solution
-    that they are the last. Also return the length of the last step and what is left by estimate.
+    Each step updates the derivatives (Broyden's method, in the form that stores steps instead of
+    matrices). The next derivatives are then computed so near the solution that they are the last.
+    Also return the length of the last step and the estimated distance from the solution.
     """
     steps: list[Array] = []
     turned: list[Array] = []  # each step over the square of its length
@@ -199,7 +199,7 @@ def _chord_steps(
             step = step + (one @ step) * next_one
         if steps:
             gained = 1 - turned[-1] @ step
-            if gained == 0:  # the last step changed nothing: the updated matrix is singular
+            if gained == 0:  # the updated matrix is singular
                 break
             step = step / gained
         left = length = length_of(step)
@@ -231,7 +231,7 @@ def length_of(vector: Array) -> float:
 
 
 class SquareMatrix(ABC):
-    """A square matrix that serves solutions, tangent and determinant."""
+    """A Jacobian with one more row: its solutions, tangent and determinant."""
 
     @property
     @abstractmethod
@@ -263,7 +263,7 @@ class SquareMatrix(ABC):
 
     @property
     def volume(self) -> float:
-        """Logarithm of the determinant's size were the last row the tangent.
+        """Logarithm of the determinant's modulus if the tangent were the last row.
 
         A row r and the tangent t give determinants in the ratio r t, and the last column of the
         inverse is t/(r t).
@@ -310,7 +310,7 @@ class WholeMatrix(SquareMatrix):
 
 
 class FactoredMatrix(SquareMatrix):
-    """A full matrix of hundreds of unknowns, factored once, in a third of an inverse's time."""
+    """A full matrix of hundreds of unknowns, factored once: a third of the time of an inverse."""
 
     def __init__(self, matrix: Array) -> None:
         self._matrix = matrix
@@ -350,7 +350,7 @@ class FactoredMatrix(SquareMatrix):
 
 
 class LeastSquares(WholeMatrix):
-    """A full matrix of more equations than unknowns, all of which a solution meets.
+    """A full matrix of more equations than unknowns, which a solution meets nevertheless.
 
     Newton's method with the pseudo-inverse converges to it as with an inverse. There is no
     determinant.

@@ -1,4 +1,4 @@
-"""How a curve is followed: when a solution counts as found, and how far the next one lies."""
+"""Settings of continuation: tolerances of Newton's method, and lengths of steps."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from slipfold.text.one_line import call_text
 
 @dataclass(frozen=True, repr=False)
 class Newton:
-    """When an orbit counts as found.
+    """Convergence criteria of Newton's method.
 
     Parameters
     ----------
     tolerance
-        Largest residual of an accepted orbit, in scaled states.
+        Maximum residual of an accepted orbit, in scaled states.
     iterations
         Corrections before a step counts as failed.
     """
@@ -40,7 +40,7 @@ class Newton:
 
 @dataclass(frozen=True, repr=False)
 class Steps:
-    """How far a branch goes from one point to the next.
+    """Lengths of steps along a branch.
 
     Lengths are arclengths in scaled variables: displacements in their own scale, the parameter in
     units of the span.
@@ -48,15 +48,15 @@ class Steps:
     Parameters
     ----------
     largest
-        Cap on the step. Where an unknown is longer than 10, as at a resonance, it is a tenth of its
-        length times as much.
+        Maximum step. If an unknown is longer than 10, as at a resonance, the maximum is multiplied
+        by a tenth of its length.
     smallest
         A branch that needs a smaller step stops and says so.
     turn
-        Cap on the angle between neighboring tangents, in rad.
+        Maximum angle between neighboring tangents, in rad.
     points
-        Points after which a branch stops and says so. Of the branches that are tested the canards
-        of a neuron a thousand times as slow as it is fast take most, 2,500.
+        Number of points after which a branch stops and says so. Of all tested branches the canards
+        of a neuron with a ratio of times of 1000 need the most, 2,500.
     """
 
     largest: float = 1.0
@@ -82,21 +82,21 @@ class Steps:
 
 @dataclass(frozen=True, repr=False)
 class Stepping:
-    """What is needed to follow any curve.
+    """Settings that any curve needs.
 
     Parameters
     ----------
     newton
-        When a solution counts as found.
+        Convergence criteria.
     steps
-        How far the curve goes from one point to the next.
+        Lengths of steps.
     """
 
     newton: Newton = field(default_factory=Newton)
     steps: Steps = field(default_factory=Steps)
 
     coarse: ClassVar[float] = 1.0
-    """How much less well points may be foreseen than where what lies between them is searched."""
+    """Factor on the allowed errors of predictions, if nothing is located between points."""
 
     def __repr__(self) -> str:
         """What was given."""
@@ -104,6 +104,6 @@ class Stepping:
 
 
 class Coarse(Stepping):
-    """The same for a curve of which only the end matters."""
+    """The same for a curve of which only the last point matters."""
 
     coarse = 8.0
