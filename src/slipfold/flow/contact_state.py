@@ -169,7 +169,7 @@ class Undecided(ValueError):
 
 
 @dataclass(eq=False)
-class _Instant:
+class Instant:
     """Contacts at an instant, some of them at rest."""
 
     now: ContactsNow
@@ -243,6 +243,37 @@ class _Instant:
         ]
         return alone, [[column[row] - alone[row] for column in columns] for row in size]
 
+    def next_mode(self, wanted: Mapping[int, Status]) -> Mode:
+        """Return the mode in which contacts continue; `wanted` is what some are about to do.
+
+        Sticking goes before slipping back: a contact stops where friction can hold it.
+        """
+        seen = set[Mode]()
+        trial = _changed(self.moving, wanted)
+        while trial not in seen:
+            seen.add(trial)
+            wrong = self.violations(trial)
+            if not wrong:
+                return trial
+            # One at a time, the last first: where one lets go, what others bear changes.
+            worst = max(wrong)
+            trial = _changed(trial, {worst: wrong[worst]})
+        for candidate in self._all():
+            if candidate not in seen and not self.violations(candidate):
+                return candidate
+        raise Undecided("no state of its contacts agrees with the forces in them")
+
+    def _all(self) -> Iterator[Mode]:
+        """All modes, those that stick most first."""
+        if len(self.rest) > 7:  # too many combinations to try
+            return
+        planar = (Status.STICK, Status.SLOW)
+        straight = (Status.STICK, Status.FORTH, Status.BACK)
+        sizes = [self.places[item].stop - self.places[item].start for item in self.rest]
+        choices = product(*(planar if size == 2 else straight for size in sizes))
+        for chosen in sorted(choices, key=lambda some: -some.count(Status.STICK)):
+            yield _changed(self.moving, dict(zip(self.rest, chosen, strict=True)))
+
     def violations(self, mode: Mode) -> dict[int, Status]:
         """Return the contacts at rest that cannot stay as they are, and what they do next."""
         friction, rates = self.forces(mode)
@@ -305,63 +336,7 @@ def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
     return [float(part) for part in np.linalg.solve(matrix, right)]
 
 
-def friction_in(
-    now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int]
-) -> Numbers:
-    """Return friction if contacts, some of them at rest, continue in a mode."""
-    return _Instant(now, places, tuple(rest), mode).forces(mode)[0]
-
-
-def response(
-    now: ContactsNow, places: Sequence[slice], mode: Mode, rest: Sequence[int], contact: int
-) -> tuple[Numbers, list[Numbers]]:
-    """Return the rate of slip of a contact without its friction, and its change with that."""
-    return _Instant(now, places, tuple(rest), mode).response(mode, contact)
-
-
-def next_mode(
-    now: ContactsNow,
-    places: Sequence[slice],
-    mode: Mode,
-    rest: Sequence[int],
-    wanted: Mapping[int, Status],
-) -> Mode:
-    """Return the mode in which contacts continue.
-
-    Those at `rest` have no slip; `wanted` says what some of them are about to do.
-    Sticking goes before slipping back: a contact stops where friction can hold it.
-    """
-    instant = _Instant(now, places, tuple(rest), mode)
-    seen = set[Mode]()
-    trial = _changed(mode, wanted)
-    while trial not in seen:
-        seen.add(trial)
-        wrong = instant.violations(trial)
-        if not wrong:
-            return trial
-        # One at a time, the last first: where one lets go, what others bear changes.
-        worst = max(wrong)
-        trial = _changed(trial, {worst: wrong[worst]})
-    for candidate in _all(instant, mode):
-        if candidate not in seen and not instant.violations(candidate):
-            return candidate
-    raise Undecided("no state of its contacts agrees with the forces in them")
-
-
 def _changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
     if not changes:
         return mode
     return tuple(changes.get(place, status) for place, status in enumerate(mode))
-
-
-def _all(instant: _Instant, mode: Mode) -> Iterator[Mode]:
-    """All modes, those that stick most first."""
-    rest = instant.rest
-    if len(rest) > 7:  # too many combinations to try
-        return
-    planar = (Status.STICK, Status.SLOW)
-    straight = (Status.STICK, Status.FORTH, Status.BACK)
-    sizes = [instant.places[item].stop - instant.places[item].start for item in rest]
-    choices = product(*(planar if size == 2 else straight for size in sizes))
-    for chosen in sorted(choices, key=lambda some: -some.count(Status.STICK)):
-        yield _changed(mode, dict(zip(rest, chosen, strict=True)))

@@ -14,7 +14,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, ROUNDING
 from slipfold.flow.compiled_mode import STEPS
-from slipfold.flow.contact_state import Numbers, Undecided, next_mode
+from slipfold.flow.contact_state import Instant, Numbers, Undecided
 from slipfold.flow.guarded_flow import Stop
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
@@ -28,7 +28,7 @@ from slipfold.flow.modes import (
     shown,
     status_name,
 )
-from slipfold.flow.release import begins, release, released_at_limit
+from slipfold.flow.release import Release, released_at_limit
 
 
 class Interval(NamedTuple):
@@ -199,7 +199,7 @@ def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
             rest.append(contact)
         else:
             mode.append(_slipping(slip))
-    return next_mode(now, system.places, tuple(mode), rest, {})
+    return Instant(now, system.places, tuple(rest), tuple(mode)).next_mode({})
 
 
 def smooth_phases(
@@ -237,8 +237,8 @@ def smooth_phases(
             after, resting = _after(system, part)
             for contact, status in enumerate(after if flow.planar else ()):
                 if status is Status.SLOW and resting[contact] is Status.STICK:
-                    args = system, after, contact, part.state, part.end, end
-                    beginning = release(*args, dense=dense)
+                    new = Release(system, after, contact)
+                    beginning = new.phases(part.state, part.end, end, dense=dense)
         except Undecided as error:
             raise Broken(_undecided(error, part.end), part) from None
         except Undetermined as error:
@@ -277,8 +277,9 @@ def _begun(
                 (SmoothPhase(mode, phase, phase, state, system.flow.no_energies(), event), slips)
             )
         slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
-        if slow is not None and begins(system, slips, slow, state, phase):
-            pieces = release(system, slips, slow, state, phase, end, dense=dense)
+        new = None if slow is None else Release(system, slips, slow)
+        if new is not None and new.begins(state, phase):
+            pieces = new.phases(state, phase, end, dense=dense)
             first += [(piece, slips) for piece in pieces]
     except Undecided as error:
         raise Broken(_undecided(error, phase)) from None
@@ -333,7 +334,7 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
         # A change was missed.
         elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -1e-9:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
-    after = next_mode(now, places, mode, rest, wanted)
+    after = Instant(now, places, tuple(rest), mode).next_mode(wanted)
     after = _one_slow(released_at_limit(system, after, part.state, part.end, now), rest)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)

@@ -20,7 +20,7 @@ from slipfold.arrays import Array
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import Ending, Mode, Status, shown
 from slipfold.flow.polynomials import UNIT, SlowPolynomials
-from slipfold.flow.release import direction_of_release
+from slipfold.flow.release import Release
 
 SHORT = 1e-9
 """Fraction of a smooth phase of slow slip that is left out before it comes to rest: there the
@@ -98,7 +98,7 @@ class _Variations:
             return state
         for contact, status in enumerate(after):
             if status is Status.SLOW and _rests(part, contact):
-                along = direction_of_release(self._system, after, contact, state, part.end)
+                along = Release(self._system, after, contact).direction(state, part.end)
                 slip = SHORT / self._system.weights[contact] * along
                 return self._system.slipping(after, state, slip, part.end)
         return state

@@ -16,13 +16,11 @@ from slipfold.flow.batches import ROUNDING, TOLERANCE
 from slipfold.flow.contact_state import (
     SLACK,
     ContactsNow,
+    Instant,
     Undecided,
-    friction_in,
     largest,
     many,
-    next_mode,
     outward,
-    response,
 )
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.intervals import Field
@@ -36,14 +34,14 @@ SHORT = 1e-6
 still be beginning, and no onset is shorter."""
 
 
-def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> list[int]:
+def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ...]:
     """Return the closed contacts without slip."""
-    return [
+    return tuple(
         contact
         for contact, place in enumerate(system.places)
         if mode[contact] is not Status.OPEN
         and math.hypot(*now.slip[place]) * system.weights[contact] <= ROUNDING
-    ]
+    )
 
 
 def released_at_limit(
@@ -61,7 +59,8 @@ def released_at_limit(
     places = system.places
     now = system.at(state, phase) if now is None else now
     rest = at_rest(system, mode, now)
-    friction = friction_in(now, places, mode, rest)
+    instant = Instant(now, places, rest, mode)
+    friction = instant.forces(mode)[0]
     for contact, place in enumerate(places):
         most = now.holding[contact]
         if mode[contact] is not Status.STICK:
@@ -70,12 +69,12 @@ def released_at_limit(
             continue
         part = system.without_limit(contact).run(mode, state, phase, phase + SHORT)
         later = system.at(part.state, part.end)
-        ahead = friction_in(later, places, mode, rest)
+        ahead = Instant(later, places, rest, mode).forces(mode)[0]
         grown = math.hypot(*ahead[place]) - later.holding[contact]
         if grown - (math.hypot(*friction[place]) - most) > TOLERANCE * most:
             straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
             slips = Status.SLOW if place.stop - place.start == 2 else straight
-            return next_mode(now, places, mode, rest, {contact: slips})
+            return instant.next_mode({contact: slips})
     return mode
 
 
@@ -103,148 +102,133 @@ class _Growth:
     change: Array  # of the rate of slip with friction, shape (2, 2)
 
 
-def release(
-    system: HybridSystem,
-    mode: Mode,
-    contact: int,
-    state: Array,
-    phase: float,
-    end: float,
-    *,
-    dense: bool = False,
-) -> list[SmoothPhase]:
-    """Let a contact that is at rest go, or has just begun to; return the first pieces of its slip.
+class Release:
+    """How a contact that is at rest, or has just begun to slip, slips in the plane."""
 
-    None of them goes beyond the phase `end`. Shapes: state (n,).
-    """
-    flow, constants, weights = system.flow, system.constants, system.weights
-    first = _growth(system, mode, contact, state, phase)
-    before = _slip(system, contact, state, phase)
-    if first.rate > AT_ONCE * first.most:
-        speed = max(first.rate * INSTANT * constants.period, 20 * REST / weights[contact])
-        if np.linalg.norm(before) >= speed:  # it has begun already
-            return []
-        after = system.slipping(mode, state, speed * first.along, phase)
-        return [SmoothPhase(mode, phase, phase, after, flow.no_energies(), None, released=True)]
-    onset = _onset(system, mode, contact, state, phase, first, before)
-    until = min(end, onset.end)
-    known = many(onset.stages, onset.phases, constants)
-    powers = np.array(flow.mode(shown(mode)).powers(known)).T
-    powers[:, [contact, len(mode) + contact]] += _corrected(system, contact, onset, first)
-    energies = onset.integrals(until) @ powers
-    seen = _shown_onset(system, mode, contact, onset, first.along, until) if dense else None
-    after = system.held(mode, onset.at(until), until)
-    return [SmoothPhase(mode, phase, until, after, energies, None, True, onset, seen)]
+    def __init__(self, system: HybridSystem, mode: Mode, contact: int) -> None:
+        self._system, self._mode, self._contact = system, mode, contact
+        self._place = system.places[contact]
+        self._size = 1 / system.weights[contact]  # of slip
 
+    def phases(
+        self, state: Array, phase: float, end: float, *, dense: bool = False
+    ) -> list[SmoothPhase]:
+        """Return the first phases of slip, none of which goes beyond the phase `end`.
 
-def _onset(
-    system: HybridSystem,
-    mode: Mode,
-    contact: int,
-    state: Array,
-    phase: float,
-    first: _Growth,
-    before: Array,
-) -> SlipOnset:
-    """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
-    stuck = tuple(Status.STICK if i == contact else item for i, item in enumerate(mode))
-    flow, constants = system.flow, system.constants
-    field = Field(flow.of(mode), constants, constants.scales, [], LinearPart())
-    # Meanwhile the contact is held by more than friction: its limit weighs nothing.
-    held, length = system.without_limit(contact), FIRST
-    why = "slip begins against its own friction"
-    while length > SHORT:
-        part = held.run(stuck, state, phase, phase + length)
-        if part.event is not None:
-            why = "two contacts change while one of them begins to slip"
-            length = SHRINKS * (part.end - phase)
-            continue
-        growth = _growth(system, mode, contact, part.state, part.end)
-        time = length * constants.period
-        speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
-        if growth.rate > 0 and speed > 0:
-            fraction = min(1.0, growth.most * time / speed / TERMS)
-            fractions = fraction * POINTS.points
-            slips = _grown(before, first, growth, time, fractions)
-            polar = np.stack([np.log(np.hypot(*slips.T)), np.arctan2(*slips.T[::-1])], axis=1)
-            states = state + fractions[:, None] * (part.state - state)
-            guess = flow.mode(mode).hold_all(states, phase + length * fractions, constants, polar)
-            onset = solve_onset(field, state, phase, fraction * length, guess)
-            if onset is not None:
-                apart = _slip(system, contact, onset.stages[-1], onset.phases[-1]) - slips[-1]
-                if np.linalg.norm(apart) < 0.5 * np.linalg.norm(slips[-1]):
-                    return onset
-        length *= SHRINKS
-    raise Undecided(why)
+        Shapes: state (n,).
+        """
+        system, mode = self._system, self._mode
+        first = self._growth(state, phase)
+        before = self._slip(state, phase)
+        if first.rate > AT_ONCE * first.most:
+            period = system.constants.period
+            speed = max(first.rate * INSTANT * period, 20 * REST * self._size)
+            if np.linalg.norm(before) >= speed:  # it has begun already
+                return []
+            after = system.slipping(mode, state, speed * first.along, phase)
+            none = system.flow.no_energies()
+            return [SmoothPhase(mode, phase, phase, after, none, None, released=True)]
+        onset = self._onset(state, phase, first, before)
+        until = min(end, onset.end)
+        known = many(onset.stages, onset.phases, system.constants)
+        powers = np.array(system.flow.mode(shown(mode)).powers(known)).T
+        powers[:, [self._contact, len(mode) + self._contact]] += self._corrections(onset, first)
+        energies = onset.integrals(until) @ powers
+        seen = self._shown(onset, first.along, until) if dense else None
+        after = system.held(mode, onset.at(until), until)
+        return [SmoothPhase(mode, phase, until, after, energies, None, True, onset, seen)]
 
+    def begins(self, state: Array, phase: float) -> bool:
+        """Whether slow slip is still beginning. Shapes: state (n,)."""
+        if np.linalg.norm(self._slip(state, phase)) > SHORT * self._size:
+            return False
+        growth = self._growth(state, phase)
+        return growth.rate > -SLACK * growth.most
 
-def _corrected(system: HybridSystem, contact: int, onset: SlipOnset, first: _Growth) -> Array:
-    """Return what the powers of friction lack since slow slip has few digits for its direction.
+    def direction(self, state: Array, phase: float) -> Array:
+        """Return the direction in which slip begins, shape (2,). Shapes: state (n,)."""
+        return self._growth(state, phase).along
 
-    By how the trajectory continues friction is known better. Shapes: returns (s, 2).
-    """
-    flow, constants, place = system.flow, system.constants, system.places[contact]
-    nothing = np.empty((len(constants.values), 0))
-    slopes = flow.slips.at(onset.stages[-1], onset.phases[-1], constants, nothing)[0][place]
-    known = flow.quantities.along(onset.stages, onset.phases, constants)
-    slips, plates = (np.array([item[part] for item in known])[:, place] for part in (0, -1))
-    friction = np.linalg.solve(first.change, slopes @ onset.missing.T).T
-    return np.stack(
-        [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
-    )
+    def _onset(self, state: Array, phase: float, first: _Growth, before: Array) -> SlipOnset:
+        """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
+        contact, flow, constants = self._contact, self._system.flow, self._system.constants
+        stuck = tuple(
+            Status.STICK if i == contact else status for i, status in enumerate(self._mode)
+        )
+        field = Field(flow.of(self._mode), constants, constants.scales, [], LinearPart())
+        # Meanwhile the contact is held by more than friction: its limit weighs nothing.
+        held, length = self._system.without_limit(contact), FIRST
+        why = "slip begins against its own friction"
+        while length > SHORT:
+            part = held.run(stuck, state, phase, phase + length)
+            if part.event is not None:
+                why = "two contacts change while one of them begins to slip"
+                length = SHRINKS * (part.end - phase)
+                continue
+            growth = self._growth(part.state, part.end)
+            time = length * constants.period
+            speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
+            if growth.rate > 0 and speed > 0:
+                fraction = min(1.0, growth.most * time / speed / TERMS)
+                fractions = fraction * POINTS.points
+                slips = _grown(before, first, growth, time, fractions)
+                polar = np.stack([np.log(np.hypot(*slips.T)), np.arctan2(*slips.T[::-1])], axis=1)
+                states = state + fractions[:, None] * (part.state - state)
+                phases = phase + length * fractions
+                guess = flow.mode(self._mode).hold_all(states, phases, constants, polar)
+                onset = solve_onset(field, state, phase, fraction * length, guess)
+                if onset is not None:
+                    apart = self._slip(onset.stages[-1], onset.phases[-1]) - slips[-1]
+                    if np.linalg.norm(apart) < 0.5 * np.linalg.norm(slips[-1]):
+                        return onset
+            length *= SHRINKS
+        raise Undecided(why)
 
+    def _corrections(self, onset: SlipOnset, first: _Growth) -> Array:
+        """Return what the powers of friction lack since slow slip has few digits for its direction.
 
-def _grown(before: Array, first: _Growth, last: _Growth, time: float, shares: Array) -> Array:
-    """Return slip after fractions of a time by how it grows at both ends. Shapes: shares (p,)."""
-    shares = shares[:, None]
-    rates = first.rate * shares + (last.rate - first.rate) * shares**2 / 2
-    return np.asarray(before + time * rates * (first.along + shares * (last.along - first.along)))
+        The trajectory that follows tells friction better. Shapes: returns (s, 2).
+        """
+        flow, constants, place = self._system.flow, self._system.constants, self._place
+        nothing = np.empty((len(constants.values), 0))
+        slopes = flow.slips.at(onset.stages[-1], onset.phases[-1], constants, nothing)[0][place]
+        known = flow.quantities.along(onset.stages, onset.phases, constants)
+        slips, plates = (np.array([item[part] for item in known])[:, place] for part in (0, -1))
+        friction = np.linalg.solve(first.change, slopes @ onset.missing.T).T
+        return np.stack(
+            [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
+        )
 
+    def _shown(self, onset: SlipOnset, along: Array, end: float) -> BegunPolynomials:
+        """Return what is shown of slip that begins: at the very first it has no direction yet."""
+        scales, least = self._system.constants.scales, SLACK * self._size * along
 
-def _slip(system: HybridSystem, contact: int, state: Array, phase: float) -> Array:
-    return np.array(system.at(state, phase).slip[system.places[contact]])
+        def placed(scaled: Array, phase: float) -> Array:
+            state = scaled * scales
+            if np.linalg.norm(self._slip(state, phase)) > np.linalg.norm(least):
+                return scaled
+            return self._system.slipping(self._mode, state, least, phase) / scales
 
+        return BegunPolynomials(onset.polynomials(end), len(scales), placed)
 
-def _shown_onset(
-    system: HybridSystem, mode: Mode, contact: int, onset: SlipOnset, along: Array, end: float
-) -> BegunPolynomials:
-    """Return what is shown of slip that begins: at the very first it has no direction yet."""
-    scales = system.constants.scales
-    least = SLACK / system.weights[contact] * along
+    def _slip(self, state: Array, phase: float) -> Array:
+        return np.array(self._system.at(state, phase).slip[self._place])
 
-    def placed(scaled: Array, phase: float) -> Array:
-        state = scaled * scales
-        slip = _slip(system, contact, state, phase)
-        if np.linalg.norm(slip) > np.linalg.norm(least):
-            return scaled
-        return system.slipping(mode, state, least, phase) / scales
-
-    return BegunPolynomials(onset.polynomials(end), len(scales), placed)
-
-
-def begins(system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float) -> bool:
-    """Whether the slow slip of a contact is still beginning. Shapes: state (n,)."""
-    slip = system.at(state, phase).slip[system.places[contact]]
-    if math.hypot(*slip) * system.weights[contact] > SHORT:
-        return False
-    growth = _growth(system, mode, contact, state, phase)
-    return growth.rate > -SLACK * growth.most
+    def _growth(self, state: Array, phase: float) -> _Growth:
+        now = self._system.at(state, phase)
+        rest = tuple(
+            i for i, status in enumerate(self._mode) if status is Status.STICK or i == self._contact
+        )
+        instant = Instant(now, self._system.places, rest, self._mode)
+        alone, change = instant.response(self._mode, self._contact)
+        size = now.starting[self._contact]
+        along, rate = outward(alone, change, size)
+        return _Growth(np.array(along), rate, size * largest(change), np.array(change))
 
 
-def direction_of_release(
-    system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float
-) -> Array:
-    """Return the direction in which a contact at rest begins to slip, shape (2,).
-
-    Shapes: state (n,).
-    """
-    return _growth(system, mode, contact, state, phase).along
-
-
-def _growth(system: HybridSystem, mode: Mode, contact: int, state: Array, phase: float) -> _Growth:
-    now, places = system.at(state, phase), system.places
-    rest = [i for i, status in enumerate(mode) if status is Status.STICK or i == contact]
-    alone, change = response(now, places, mode, rest, contact)
-    size = now.starting[contact]
-    along, rate = outward(alone, change, size)
-    return _Growth(np.array(along), rate, size * largest(change), np.array(change))
+def _grown(before: Array, first: _Growth, last: _Growth, time: float, fractions: Array) -> Array:
+    """Return slip after fractions of a time by how it grows at both ends. Shapes: (p,)."""
+    fractions = fractions[:, None]
+    rates = first.rate * fractions + (last.rate - first.rate) * fractions**2 / 2
+    along = first.along + fractions * (last.along - first.along)
+    return np.asarray(before + time * rates * along)

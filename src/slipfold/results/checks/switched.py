@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.collocation_points import gauss_points
-from slipfold.flow.contact_state import ContactsNow, friction_in
+from slipfold.flow.contact_state import ContactsNow, Instant
 from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
@@ -100,7 +100,8 @@ def _forces(system: HybridSystem, part: SmoothPhase) -> float:
     for now in along:
         friction = list[float]()
         if Status.STICK in mode:
-            friction = friction_in(now, places, mode, at_rest(system, mode, now))
+            rest = at_rest(system, mode, now)
+            friction = Instant(now, places, rest, mode).forces(mode)[0]
         for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
             slip = now.slip[place]
             if status is Status.STICK:
@@ -124,7 +125,7 @@ def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
         return math.hypot(*now.slip[place]) * float(weights[which])
     if event.ending is Ending.YIELDS:
         rest = at_rest(system, part.seen, now)
-        friction = friction_in(now, system.places, part.seen, rest)
+        friction = Instant(now, system.places, rest, part.seen).forces(part.seen)[0]
         over = math.hypot(*friction[place]) - now.holding[which]
         return abs(over) * float(weights[count + which])
     if event.ending in (Ending.PARTS, Ending.MEETS):
