@@ -126,7 +126,7 @@ def _meet(
         return None
     part, defect, _ = linearized(z)
     residual = float(np.abs(defect).max())
-    if residual > MEETING.close:  # stops that are met at different places
+    if not residual <= MEETING.close:  # stops that are met at different places, or nowhere
         return None
     tangent /= np.linalg.norm(tangent)
     return curve.derived_point(z, tangent, point.arclength, part.monodromy, residual)
