@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.loci import fan
+from slipfold.loci import bifurcation_set, fan
 
 WHOLE = sf.Settings(largest_period=1)
 QUIET = sf.Settings(largest_period=1, largest_duration=1.2)
@@ -301,3 +301,29 @@ def test_zero_hopf_point_of_a_symmetry():
     assert ends[1] == pytest.approx((-0.6, 0.6), abs=1e-9)
     assert ends[0] == pytest.approx((-sqrt(0.6), sqrt(0.6)), abs=1e-6)
     assert [item.type for item in other.special][-1] == "BT"
+
+
+def test_folds_of_cycles_start_at_a_generalized_hopf_point_of_any_scale(monkeypatch):
+    # The neural mass model of Tsodyks and Markram, as in BifurcationKit's tutorial but with
+    # alpha = 1.5. Steps of 0.003 from the GH at J = 2.97 fail; 0.012 was tried and not taken.
+    def of_equilibria(plane, counts):
+        still = plane.settings.largest_period == 0
+        return fan.follow_fan(plane, counts) if still else iter(())
+
+    monkeypatch.setattr(bifurcation_set, "follow_fan", of_equilibria)
+    monkeypatch.setattr(bifurcation_set, "follow_settled", lambda plane: iter(()))
+    model = sf.System(
+        parameters={"E0": -2.0, "J": 3.07},
+        formulas={"S": "1.5*log(1 + exp((J*u*x*E + E0)/1.5))"},
+        states={
+            "E": {"rate": "(S - E)/0.013", "start": 0.238616},
+            "x": {"rate": "(1 - x)/0.2 - u*x*E", "start": 0.982747},
+            "u": {"rate": "(0.3 - u)/1.5 + 0.3*(1 - u)*E", "start": 0.367876},
+        },
+    )
+    window = (-2.2, -1.0), (2.5, 4.0)
+    found = bifurcation_set.find_bifurcation_set(model, ("E0", "J"), window, regions=False)
+    bautin = [point for locus in found.loci for point in locus.special if point.type == "GH"]
+    folds = [locus for locus in found.loci if locus.kind == "periodic"]
+    assert len(bautin) == len(folds) == 3
+    assert {locus.stopped.kind for locus in folds} == {"window"}

@@ -62,6 +62,11 @@ def trace_locus(
 ) -> TracedCurve[OrbitPoint]:
     """Follow a locus in the direction of its tangent, to its end."""
     orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
+
+    def cap(point: OrbitPoint) -> float:
+        """Return the longest step; the first one that leaves the parents was tried already."""
+        return first_step if born and point is start else step_beside_parent(point)
+
     return follow(
         curve,
         start,
@@ -73,7 +78,7 @@ def trace_locus(
         settings=settings,
         departs=born,
         first_step=first_step,
-        cap=step_beside_parent if has_copy(orbits) else None,
+        cap=cap if has_copy(orbits) else None,
         endings=_LocusEndings(window, settings),
         otherwise=change.otherwise,
         watch=watch,

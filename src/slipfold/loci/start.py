@@ -41,6 +41,7 @@ from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import PAIRED, floquet_multipliers
+from slipfold.orbits.uncertainty import recomputed
 
 UNDEFINED = 1e-9
 """Smallest singular value, over the largest, of a Jacobian that defines a curve."""
@@ -204,8 +205,12 @@ type of the point of codimension two; of cycles also the number of the critical 
 CROSSED = 1e-6
 """A branch point at which the other parameter parts the branches is farther from a crossing."""
 
-FIRST_STEPS = (BIRTH, 4 * BIRTH, 16 * BIRTH)
+FIRST_STEPS = (BIRTH, 4 * BIRTH, 16 * BIRTH, 64 * BIRTH)
 """First steps that are tried: equations of folds vanish with the third power of the amplitude."""
+
+RESOLVED = 0.1
+"""Fraction of the first step's change of parameters that a second computation may differ by: with
+a smaller amplitude that change, of fourth order, is rounding."""
 
 NEAR = 0.02
 """Distance between the halves of an orbit, in scaled states, below which its parent is looked at:
@@ -267,9 +272,20 @@ def _born(
             continue
         if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
             continue
+        if step < FIRST_STEPS[-1] and not _is_resolved(start, after):
+            continue
         if condition != "NS" or is_complex(after):
             yield LocusStart(curve, (start,), departs=True, doubled=True, step=step)
         return
+
+
+def _is_resolved(start: OrbitPoint, after: OrbitPoint) -> bool:
+    """Whether a second computation finds the same change of parameters along the first step."""
+    again, _ = recomputed(after.curve, after)
+    if again is None:
+        return False
+    change = float(np.linalg.norm(after.z[-2:] - start.z[-2:]))
+    return float(np.linalg.norm(again.z[-2:] - after.z[-2:])) < RESOLVED * change
 
 
 def _leaving_along(
