@@ -25,8 +25,7 @@ from slipfold.branches.batched_points import (
 from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchedBranch, Located, Step, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
-from slipfold.branches.describe import describe
-from slipfold.branches.make_branch import assemble
+from slipfold.branches.make_branch import assemble, describe
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import forced_orbits, measured_over, span_begin

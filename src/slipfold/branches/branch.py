@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated
@@ -63,10 +64,8 @@ class Branch(OrbitsAlong):
 
     @cached_property
     def extrema(self) -> Extrema:
-        """Extrema of every output over each continuous orbit; computed when first asked for."""
-        if self.stuck_fraction is not None:
-            return self._extrema_one_by_one()
-        return find_extrema(self.model, self.parameters, self.nodes, self.period)
+        """Extrema of every output over each continuous orbit; computed when first requested."""
+        return self._extrema_of(slice(None))
 
     def extrema_of(self, output: str) -> Extrema:
         """Return the extrema of one output over each orbit, which is quicker than of all.
@@ -83,32 +82,35 @@ class Branch(OrbitsAlong):
         """
         if "extrema" in vars(self) or self.stuck_fraction is not None:
             return self.extrema
-        return find_extrema(self.model, self.parameters, self.nodes, self.period, (output,))
-
-    def _extrema_one_by_one(self) -> Extrema:
-        """Extrema of orbits some of which stick."""
-        found = [self.orbit(index).extrema for index in range(len(self))]
-        low, high = (
-            np.concatenate([getattr(item, which) for item in found])
-            for which in ("minimum", "maximum")
-        )
-        return Extrema(found[0].names, low, high)
+        return self._extrema_of(slice(None), (output,))
 
     @cached_property
     def multiplier_uncertainty(self) -> Array:
         """Computed uncertainty of every multiplier, shape (n_points, n_states).
 
-        How much each moves when the monodromy matrix is integrated anew with other steps;
+        How much each moves when the monodromy matrix is integrated again with other steps;
         computed when first requested.
         """
+        return self._multiplier_uncertainty_of(slice(None))
+
+    def _extrema_of(self, rows: slice, outputs: Sequence[str] | None = None) -> Extrema:
+        """Compute the extrema of outputs over some of the orbits."""
+        if self.stuck_fraction is None:
+            given = self.model, self.parameters[rows], self.nodes[rows], self.period
+            return find_extrema(*given, outputs)
+        found = [self.orbit(index).extrema for index in range(len(self))[rows]]
+        low = np.concatenate([item.minimum for item in found])
+        return Extrema(found[0].names, low, np.concatenate([item.maximum for item in found]))
+
+    def _multiplier_uncertainty_of(self, rows: slice) -> Array:
+        """Compute the uncertainties of the multipliers of some of the orbits."""
         from slipfold.orbits.uncertainty import multiplier_uncertainty
 
-        if self.stuck_fraction is not None:
-            orbits = [self.orbit(index) for index in range(len(self))]
-            return np.array([orbit.multiplier_uncertainty for orbit in orbits])
-        return multiplier_uncertainty(
-            self.model, self.parameters, self.nodes, self.period, self.multipliers
-        )
+        if self.stuck_fraction is None:
+            given = self.model, self.parameters[rows], self.nodes[rows], self.period
+            return multiplier_uncertainty(*given, self.multipliers[rows])
+        orbits = (self.orbit(index) for index in range(len(self))[rows])
+        return np.array([orbit.multiplier_uncertainty for orbit in orbits])
 
     @cached_property
     def turns(self) -> dict[str, int]:

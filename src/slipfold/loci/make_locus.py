@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slipfold.branches.make_branch import evenly, stuck_fractions
+from slipfold.branches.make_branch import curve_fields, evenly, point_fields
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
@@ -46,18 +46,14 @@ def bare_point(curve: LocusEquations, found: Found) -> LocusPoint:
     point, orbits = found.point, curve.orbits
     kind, name = _named(orbits, found)
     return LocusPoint(
+        **point_fields(found, orbits),
         type=kind,
         name=name,
         kind=orbits.kind,
-        model=orbits.model_at(point.z),
         vary=plane_of(orbits),
         values=pair_of(curve, point),
         uncertainty=(np.nan, np.nan),
-        period=orbits.period,
         nodes=orbits.evenly(point.z),
-        multipliers=orbits.multipliers(point),
-        residual=point.residual,
-        arclength=point.arclength,
         coefficients={},
         stuck_fraction=orbits.stuck_fraction(point.z),
     )
@@ -179,34 +175,25 @@ def _as_locus(
             stopped = replace(stopped, kind="interrupted", reason=reason)
         bare = {found: bare_point(found.point.curve, found) for found in traced.found}
         described = Described([np.nan] * len(points), bare)
-    arclength = np.array([point.arclength for point in points])
-    durations = orbits.durations(points)
+    fields = curve_fields(followed, orbits, points)
+    start = fields["arclength"][0]
     locus = Locus(
-        id=followed.number,
+        **fields | {"arclength": fields["arclength"] - start},
         type=curve.condition,
-        kind=orbits.kind,
-        period=orbits.period,
-        parent=followed.start.parent,
-        model=orbits.model if durations is None else orbits.model.replace(duration=durations[0]),
         vary=plane_of(orbits),
         values=np.array([pair_of(point.curve, point) for point in points]),
         nodes=evenly(points),
-        multipliers=np.array([orbits.multipliers(point) for point in points]),
         coefficient=np.array(described.coefficients),
-        residual=np.array([point.residual for point in points]),
-        arclength=arclength - arclength[0],
         special=tuple(
             replace(
                 described.special[found],
-                arclength=found.point.arclength - arclength[0],
+                arclength=found.point.arclength - start,
                 leads_to=tuple(leads.get(found, ())),
             )
             for found in traced.found
         ),
         begun=followed.begun or _first_end(traced, followed.start.found),
         stopped=stopped,
-        durations=durations,
-        stuck_fraction=stuck_fractions(points),
     )
     judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)
     return replace(locus, special=tuple(judged))
