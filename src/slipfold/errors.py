@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 BREAKDOWNS = (ArithmeticError, ValueError, RuntimeError)
 """What linear algebra, SciPy and heyoka raise where numbers are beyond them."""
 
@@ -27,3 +30,24 @@ class InputError(ValueError):
     ...
     slipfold.errors.InputError: mu = -1 is below its bound 0; give mu >= 0
     """
+
+    entry: tuple[str, ...] = ()
+    """Keys that lead to the entry of a file that it is about, if it is known."""
+
+
+@contextmanager
+def about(*entry: str) -> Iterator[None]:
+    """Say of errors which entry they are about.
+
+    >>> try:
+    ...     with about("structure", "M"):
+    ...         raise InputError("M is singular")
+    ... except InputError as error:
+    ...     print(error.entry)
+    ('structure', 'M')
+    """
+    try:
+        yield
+    except InputError as error:
+        error.entry = (*entry, *error.entry)
+        raise

@@ -286,7 +286,7 @@ def _law_named(name: str) -> FrictionLaw:
 
     exact = {law.lower(): law for law in friction_laws()}
     value = exact.get(name.lower(), name)
-    return read_law(Source({}, "--friction"), ("--friction",), value)
+    return Source({}, "--friction").read(read_law, value, ("--friction",))
 
 
 def equations_file(given: str) -> Path | None:

@@ -196,11 +196,17 @@ class Model(ABC):
     def __init__(self, **values: float | str) -> None:
         known = {parameter.name: parameter for parameter in self.parameters}
         checked = {name: parameter.default for name, parameter in known.items()}
-        for key, value in values.items():
-            parameter = known.get(key) or self.parameter(key)
-            checked[key] = parameter.check(parse_quantity(value, parameter.unit, key))
-        self._take(_values=MappingProxyType(checked))
-        self.check(checked)
+        key = ""
+        try:
+            for key, value in values.items():
+                parameter = known.get(key) or self.parameter(key)
+                checked[key] = parameter.check(parse_quantity(value, parameter.unit, key))
+            self._take(_values=MappingProxyType(checked))
+            key = ""
+            self.check(checked)
+        except InputError as error:
+            error.entry = ("parameters", key) if key else ("parameters",)
+            raise
 
     # -- what a subclass gives -----------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from functools import cache, cached_property
 from textwrap import fill
 from typing import Any, ClassVar, Self
 
+from slipfold.errors import about
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
@@ -76,11 +77,14 @@ class Parametric:
         for item in _fields(type(self)):
             given, read = getattr(self, item.name), item.metadata.get("read")
             if read is not None and (given is not None or item.default is not None):
-                object.__setattr__(self, item.name, read(given, self.title))
+                with about(item.metadata.get("entry", item.name)):
+                    object.__setattr__(self, item.name, read(given, self.title))
         self.prepare()
         for parameter in declared(type(self)):
-            number = parse_quantity(getattr(self, parameter.name), parameter.unit, parameter.name)
-            object.__setattr__(self, parameter.name, parameter.check(number))
+            with about(parameter.name):
+                given = getattr(self, parameter.name)
+                number = parameter.check(parse_quantity(given, parameter.unit, parameter.name))
+            object.__setattr__(self, parameter.name, number)
         self.check(self.values)
 
     def prepare(self) -> None:

@@ -75,6 +75,8 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
     >>> parse_quantity("5mm", "m"), parse_quantity("9/4 kN", "N")
     (0.005, 2250.0)
     """
+    if isinstance(text, bool):
+        raise InputError(f"{name} = {text} is not a number; give a number")
     if not isinstance(text, str):
         try:
             return float(text)

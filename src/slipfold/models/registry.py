@@ -151,7 +151,7 @@ def model_of_case(
     if not isinstance(name, str) or not isinstance(values, dict):
         raise InputError(f"{given} does not say which model it is about; a case file has {FORM}")
     if law is None and "friction" in source.tables:
-        law = read_law(source, ("friction",), source.tables["friction"])
+        law = source.read(read_law, source.tables["friction"], ("friction",))
     try:
         make: Callable[..., Model] = partial(model_named, name)
         if name.endswith(".toml"):

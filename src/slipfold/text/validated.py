@@ -91,6 +91,8 @@ def _message(first: Mapping[str, Any]) -> tuple[str, ...]:
     context: Mapping[str, Any] = first.get("ctx", {})
     kind, value = first["type"], first["input"]
     expected = next((words for name, words in _EXPECTED.items() if kind.startswith(name)), None)
+    if kind == "list_type" and isinstance(value, Mapping):
+        return (f"is a table; give an array of tables, each headed [[{first['loc'][-1]}]]",)
     if kind == "missing":
         return ("is missing; give it",)
     if kind == "extra_forbidden":

@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import (
@@ -328,7 +329,9 @@ class Definition(Table):
 def read_definition(source: Source, default_name: str = "system") -> Definition:
     """Read a definition; formulas stay texts."""
     named = {"name": default_name} if source.tables.get("name", "") == "" else {}
-    definition = Definition.read(source, (), {**source.tables, **named})
+    definition: Definition = source.read(
+        partial(validate, Definition.model_validate), {**source.tables, **named}
+    )
     for parameter in definition.own_parameters():
         try:
             parameter.check(parameter.default)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from numbers import Real
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -18,10 +18,9 @@ from pydantic import (
     model_validator,
 )
 
-from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.parts import check_keys
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import not_supported, suggest
-from slipfold.text.validated import WrongEntry, type_name, validate
+from slipfold.text.validated import WrongEntry, type_name
 
 
 class Table(BaseModel):
@@ -34,20 +33,14 @@ class Table(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _check_keys(cls, given: Any) -> Any:
-        known = ", ".join(cls.model_fields)
-        if not isinstance(given, Mapping):
-            if cls.sole is None:
-                raise WrongEntry(f"is {type_name(given)}, not a table; give a table with {known}")
+        if not isinstance(given, Mapping) and cls.sole is not None:
             return {cls.sole: given}
-        for key in map(str, given):
-            if key not in cls.model_fields:
-                help_ = not_supported(key) or suggest(key[:80], cls.model_fields)
-                message = f"has no entry {key[:80]!r}; {help_}there are {known}"
-                raise WrongEntry(message, key, at_key=True)
-        for name, item in cls.model_fields.items():
-            if item.is_required() and name not in given:
-                example = f"e.g. {item.examples[0]}" if item.examples else "it"
-                raise WrongEntry(f"has no {name}; give {example}")
+        examples = {
+            name: (item.examples or [""])[0]
+            for name, item in cls.model_fields.items()
+            if item.is_required()
+        }
+        check_keys(given, list(cls.model_fields), examples)
         return given
 
     @model_serializer(mode="wrap")
@@ -58,17 +51,6 @@ class Table(BaseModel):
             return entries
         entries = {self.sole: entries[self.sole], **entries}
         return entries if len(entries) > 1 else entries[self.sole]
-
-    @classmethod
-    def read(cls, source: Source, path: Keys, given: Any, root: str = "a system") -> Self:
-        """Return the table that stands at a path of a source, or raise where it is wrong."""
-        try:
-            table: Self = validate(cls.model_validate, given)
-        except WrongEntry as wrong:
-            wrong = wrong.below(path)
-            place = wrong.path if wrong.part is None else (*wrong.path, wrong.part)
-            raise source.error(place, wrong.sentence(root), key=wrong.at_key) from None
-        return table
 
 
 def _one_line(text: str) -> str:

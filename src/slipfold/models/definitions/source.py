@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from slipfold.errors import InputError
 from slipfold.models.formulas.grammar import FormulaError
+from slipfold.text.validated import WrongEntry
+
+T = TypeVar("T")
 
 Keys = tuple[str, ...]
 
@@ -116,6 +119,22 @@ class Source:
     label: str = ""  # what messages call it, e.g. the name of the file
     text: str | None = None  # the text; None for tables made in Python
     places: Mapping[Keys, Place] | None = None  # where the entries stand in the text
+
+    def read(
+        self, read: Callable[[Any], T], given: Any, path: Keys = (), root: str = "a system"
+    ) -> T:
+        """Return what is made of the value at a path; raise `InputError` with the place.
+
+        `root` is what messages call the outermost table.
+        """
+        try:
+            return read(given)
+        except WrongEntry as wrong:
+            wrong = wrong.below(path)
+            place = wrong.path if wrong.part is None else (*wrong.path, wrong.part)
+            raise self.error(place, wrong.sentence(root), key=wrong.at_key) from None
+        except InputError as error:
+            raise self.error((*path, *error.entry), str(error)) from None
 
     def error(self, path: Keys, message: str, key: bool = False) -> InputError:
         """Return the error about an entry, or the table around it if its place is not known."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Keys, Source
-from slipfold.models.definitions.tables import part_table, read_part
+from slipfold.models.definitions.parts import part_table, read_part
+from slipfold.models.definitions.source import Source
 from slipfold.models.friction.jenkins import Iwan, Jenkins
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.with_memory import BoucWen, Dahl, LuGre
@@ -19,7 +19,7 @@ from slipfold.models.friction.without_memory import (
     Regularized,
     Stribeck,
 )
-from slipfold.text.validated import type_name
+from slipfold.text.validated import WrongEntry, type_name
 
 _LAWS: tuple[type[FrictionLaw], ...] = (
     Coulomb,
@@ -66,7 +66,7 @@ def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
     >>> law_from_record({"law": "RationalStribeck", "mu_s": 0.5, "d": 2.0})
     RationalStribeck(mu_s=0.5, d=2.0)
     """
-    return read_law(Source({}), ("friction",), record)
+    return Source({}).read(read_law, record, ("friction",))
 
 
 def _plain(value: Any) -> Any:
@@ -75,20 +75,22 @@ def _plain(value: Any) -> Any:
     return [_plain(item) for item in value] if isinstance(value, tuple) else value
 
 
-def read_law(source: Source, path: Keys, value: object) -> FrictionLaw:
-    """Make a friction law of what stands in a file.
+def read_law(given: Any) -> FrictionLaw:
+    """Make a friction law of what stands in a file; raise `WrongEntry` if it cannot be.
 
-    >>> from slipfold.models.definitions.source import Source
-    >>> table = {"law": "Regularized", "of": "Coulomb", "e": "1 mm/s"}
-    >>> read_law(Source({"friction": table}), ("friction",), table).law
+    >>> read_law({"law": "Regularized", "of": "Coulomb", "e": "1 mm/s"}).law
     Coulomb(mu_s=0.5, mu_k=0.5)
     """
-    readers = {"of": read_law, "elements": _laws}
-    law: FrictionLaw = read_part(source, path, value, friction_laws(), "law", readers)
-    return law
+    return read_part(given, friction_laws(), "law", {"of": read_law, "elements": _laws})
 
 
-def _laws(source: Source, path: Keys, value: Any) -> Any:
-    if not isinstance(value, list | tuple):
-        raise source.error(path, f"{path[-1]} is {type_name(value)}; give an array of laws")
-    return tuple(read_law(source, (*path, str(n)), item) for n, item in enumerate(value))
+def _laws(given: Any) -> tuple[FrictionLaw, ...]:
+    if not isinstance(given, list | tuple):
+        raise WrongEntry(f"is {type_name(given)}; give an array of laws")
+    laws = []
+    for number, item in enumerate(given):
+        try:
+            laws.append(read_law(item))
+        except WrongEntry as wrong:
+            raise wrong.below([str(number)]) from None
+    return tuple(laws)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, about
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import NAME, Component, Direction, as_direction, shown
-from slipfold.models.structures.contacts import FrictionContact
+from slipfold.models.structures.contacts import FrictionContact, NormalLoad
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.forcing import (
     BaseMotion,
@@ -88,31 +88,32 @@ def define(
     """Check the arguments of a structure, and part them from the values of their parameters."""
     if K is None:
         raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
-    half = checked_triangles(triangles)
-    mass, stiffness = as_matrix(M, "M", half), as_matrix(K, "K", half)
-    damping = C if C is None or isinstance(C, Damping) else as_matrix(C, "C", half)
-    checked_sizes(mass, C=damping, K=stiffness)
-    if isinstance(damping, Damping):
-        require_symmetric(
-            stiffness, "K", f"{damping.title} needs a symmetric one, so give C as a matrix instead"
-        )
+    mass, stiffness, damping = _matrices(M, C, K, triangles)
     if reduction is not None and not isinstance(reduction, Reduction):
         raise InputError(
             f"reduction = {shown(reduction)} is none; give ModalReduction(modes=5) or "
             'CraigBampton(["tip"], modes=5)'
         )
-    given_names = checked_names(names, mass.size)
+    with about("structure", "names"):
+        given_names = _checked_names(names, mass.size)
     if not isinstance(M, Matrix):  # a matrix that is frozen already was checked before
-        check_mass(mass, given_names)
-    several = [
-        _checked(items, classes, what)
-        for items, classes, what in zip(
-            components,
-            (ELEMENTS, CONTACTS, FORCING),
-            ("elements", "contacts", "forcing"),
-            strict=True,
-        )
-    ]
+        with about("structure", "M"):
+            check_mass(mass, given_names)
+    if reduction is not None:
+        with about("reduction"):
+            reduction.fits(mass, stiffness, given_names)
+    several = []
+    for what, classes, items in zip(
+        ("elements", "contacts", "forcing"), (ELEMENTS, CONTACTS, FORCING), components, strict=True
+    ):
+        several.append(_checked(items, classes, what))
+        for number, item in enumerate(several[-1]):
+            with about(what, str(number)):
+                _check_directions(item, given_names)
+    watched = _checked_watch(watch)
+    for name, direction in watched:
+        with about("watch", name):
+            direction.vector(given_names)
     several = _named_apart(several)
     values: dict[str, float] = dict(damping.values) if isinstance(damping, Damping) else {}
     for component in (item for items in several for item in items):
@@ -127,24 +128,55 @@ def define(
         kinds[0],
         kinds[1],
         kinds[2],
-        checked_length(length_scale),
-        checked_watch(watch),
+        _checked_length(length_scale),
+        watched,
         _checked_line(title[0], "name") or "structure",
         _checked_line(title[1], "title"),
     )
     return definition, values
 
 
-def checked_sizes(mass: Matrix, **others: Any) -> None:
-    """Raise unless matrices are of one size."""
-    for name, matrix in others.items():
-        if isinstance(matrix, Matrix) and matrix.size != mass.size:
-            raise InputError(
-                f"{name} has {matrix.size} rows and M has {mass.size}; give matrices of one size"
+def _matrices(M: Any, C: Any, K: Any, triangles: Any) -> tuple[Matrix, Matrix, Any]:
+    """Return mass, stiffness and damping, which fit each other."""
+    with about("structure", "triangles"):
+        half = _checked_triangles(triangles)
+    matrices: dict[str, Any] = {}
+    for key, value in (("M", M), ("K", K), ("C", C)):
+        with about("structure", key):
+            no_matrix = key == "C" and (value is None or isinstance(value, Damping))
+            matrices[key] = value if no_matrix else as_matrix(value, key, half)
+            _check_size(key, matrices[key], matrices["M"].size)
+    mass, stiffness, damping = (matrices[key] for key in ("M", "K", "C"))
+    if isinstance(damping, Damping):
+        with about("structure", "K"):
+            require_symmetric(
+                stiffness,
+                "K",
+                f"{damping.title} needs a symmetric one, so give C as a matrix instead",
             )
+    return mass, stiffness, damping
 
 
-def checked_triangles(triangles: Any) -> str | None:
+def _check_size(name: str, matrix: Any, size: int) -> None:
+    if isinstance(matrix, Matrix) and matrix.size != size:
+        raise InputError(
+            f"{name} has {matrix.size} rows and M has {size}; give matrices of one size"
+        )
+
+
+def _check_directions(part: Any, names: tuple[str, ...]) -> None:
+    """Refuse directions along degrees of freedom that the structure does not have."""
+    for item in fields(part):
+        value = getattr(part, item.name)
+        for direction in value if isinstance(value, tuple) else (value,):
+            with about(item.name):
+                if isinstance(direction, Direction):
+                    direction.vector(names)
+                elif isinstance(direction, NormalLoad):
+                    _check_directions(direction, names)
+
+
+def _checked_triangles(triangles: Any) -> str | None:
     """Return what a matrix stands for that has one entry of each mirrored pair."""
     if triangles is None or (isinstance(triangles, str) and triangles in TRIANGLES):
         return triangles
@@ -158,7 +190,7 @@ def _checked_line(value: Any, what: str) -> str:
     return value
 
 
-def checked_names(names: Any, size: int) -> tuple[str, ...]:
+def _checked_names(names: Any, size: int) -> tuple[str, ...]:
     """Return the names of the degrees of freedom."""
     if names is None:
         return tuple(f"q{place}" for place in range(1, size + 1))
@@ -212,17 +244,18 @@ def _iterated(items: Any) -> Iterable[Any]:
     return items if isinstance(items, Iterable) and not isinstance(items, str) else (items,)
 
 
-def checked_length(value: Any) -> float:
+def _checked_length(value: Any) -> float:
     """Return the unit of displacements in m."""
-    length = parse_quantity(value, "m", "length_scale")
-    if not 0 < length < float("inf"):
-        raise InputError(
-            f"length_scale = {length:g} m; give a finite length > 0, about that of the motion"
-        )
-    return length
+    with about("structure", "length_scale"):
+        length = parse_quantity(value, "m", "length_scale")
+        if not 0 < length < float("inf"):
+            raise InputError(
+                f"length_scale = {length:g} m; give a finite length > 0, about that of the motion"
+            )
+        return length
 
 
-def checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
+def _checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
     """Return the displacements that are outputs."""
     if isinstance(watch, tuple):
         return watch
@@ -233,9 +266,13 @@ def checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
             f"watch = {shown(watch)} is not a mapping; give directions by the name of the output, "
             'such as {"u_tip": "tip"}'
         )
-    for name in watch:
-        if not isinstance(name, str) or not NAME.fullmatch(name):
-            raise InputError(
-                f"{shown(name)} cannot name an output; give letters, digits and _, a letter first"
-            )
-    return tuple((name, as_direction(item, f"displacement {name}")) for name, item in watch.items())
+    result = []
+    for name, item in watch.items():
+        with about("watch", str(name)):
+            if not isinstance(name, str) or not NAME.fullmatch(name):
+                raise InputError(
+                    f"{shown(name)} cannot name an output; give letters, digits and _, a letter "
+                    "first"
+                )
+            result.append((name, as_direction(item, f"displacement {name}")))
+    return tuple(result)

@@ -228,10 +228,12 @@ class Reduction:
         """Return the positions of the boundary and of the other degrees of freedom."""
         for name in self.boundary:
             if name not in names:
-                raise InputError(
+                error = InputError(
                     f"the boundary has {shown(name)}, which is no degree of freedom of the "
                     f"structure; {suggest(str(name), names)}it has {listed(names)}"
                 )
+                error.entry = ("boundary",)
+                raise error
         held = np.array([names.index(name) for name in self.boundary], dtype=np.int64)
         free = np.setdiff1d(np.arange(len(names)), held)
         if not len(free):

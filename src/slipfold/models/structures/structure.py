@@ -23,7 +23,6 @@ from slipfold.models.structures.assembly import Assembly, assemble
 from slipfold.models.structures.cost import Cost, estimate_cost
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import define
-from slipfold.models.structures.files import read_structure, read_values, structure_tables
 from slipfold.models.structures.reduction import ReductionReport
 
 _PARTS = (
@@ -212,15 +211,11 @@ class Structure(MechanicalModel):
 
     @classmethod
     def _read(cls, source: Source, folder: Path | None, name: str) -> Self:
-        arguments = read_structure(source, folder, name)
-        try:
-            made = cls(**arguments)
-        except InputError as error:
-            # What is wrong with a matrix for a part of the structure begins with its name.
-            first = str(error).split(" ")[0]
-            place = ("structure", first) if first in ("M", "C", "K") else ()
-            raise source.error(place, str(error)) from None
-        return made.replace(**read_values(source, made))
+        # Only structures of files need pydantic, which takes a while to load.
+        from slipfold.models.structures.files import read_structure
+
+        arguments, values = read_structure(source, folder, name)
+        return source.read(lambda parts: cls(**parts, **values), arguments)
 
     def to_tables(self) -> dict[str, Any]:
         """Return the structure as tables of plain data, from which `from_tables` makes it again.
@@ -230,6 +225,8 @@ class Structure(MechanicalModel):
         InputError
             For a friction law of a user's own, which cannot be found again by its name.
         """
+        from slipfold.models.structures.files import structure_tables
+
         return {**structure_tables(self._assembly.definition), "parameters": dict(self._values)}
 
     # -- what a model gives --------------------------------------------------------------------
