@@ -168,7 +168,8 @@ def correct(
 def _linearized(equations: Equations, z: Array) -> Linearized | None:
     """Return the derivatives at an unknown, None where they are not finite."""
     try:
-        linearization = equations.linearize(z)
+        with np.errstate(all="ignore"):  # rates may overflow where a step went too far
+            linearization = equations.linearize(z)
     except np.linalg.LinAlgError:  # of matrices that are not finite
         return None
     return linearization if linearization.is_finite else None
