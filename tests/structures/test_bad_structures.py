@@ -151,7 +151,7 @@ BAD = {
     "parameter": (
         lambda: make(elements=CubicSpring("q1")).replace(K3=1), "did you mean k3?"
     ),
-    "too many": (lambda: make(M=np.eye(201), K=np.eye(201)), "keeps 201 degrees of freedom"),
+    "too many": (lambda: make(M=np.eye(201), K=np.eye(201)), "has 201 degrees of freedom"),
 }  # fmt: skip
 
 

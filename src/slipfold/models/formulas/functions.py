@@ -14,19 +14,19 @@ from slipfold.models.output import Expression
 from slipfold.models.suggestion import not_supported, suggest
 
 NEAR = 2.0
-"""Where the quotient takes over. From here a Taylor step cannot lead past zero, where its series
-is not known, and nothing cancels in its numerator."""
+"""Argument from which `exprel` is a quotient: no Taylor step from there passes zero, and nothing
+cancels in its numerator."""
 
 NODES = 10
-"""Of Gauss's quadrature: exact to rounding up to x = 5, farther than a step from `NEAR` leads."""
+"""Nodes of Gauss's quadrature, exact to rounding up to x = 5; a step from `NEAR` ends before."""
 
 
 def exprel(x: Expression) -> Expression:
-    """Return it with all derivatives exact to rounding, at and about zero too.
+    """Return ``(exp(x) - 1)/x`` with all derivatives exact to rounding, also near zero.
 
-    About zero it is the integral of exp(s x) over s from 0 to 1 by Gauss's quadrature: a sum of
-    exponentials, and so are its derivatives. What is not selected stays finite: it is multiplied
-    by zero in derivatives.
+    Near zero it is the integral of exp(s x) over s from 0 to 1 by Gauss's quadrature: a sum of
+    exponentials, and so are its derivatives. The branch that is not selected stays finite, since
+    derivatives multiply it by zero.
     """
     is_near = hy.lt(x * x, hy.expression(NEAR**2))
     near = hy.select(is_near, x, hy.expression(0.0))
@@ -38,7 +38,7 @@ def exprel(x: Expression) -> Expression:
 
 
 def exprel_value(x: float) -> float:
-    """Return it of a number.
+    """Return `exprel` of a number.
 
     >>> exprel_value(0.0), exprel_value(-700.0) * 700
     (1.0, 1.0)
@@ -67,13 +67,12 @@ def whole_power(base: Expression, exponent: int) -> Expression:
 
 
 def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expression]) -> Any:
-    """Compile functions of symbols, for one place or, shape (n, m), for many at once.
+    """Compile functions of n symbols, called with their values, shape (n,) or (n, m).
 
-    Little is optimized: that takes longer than what it would save in most programs, only
-    integrators run long enough. One place at a time, so that what is found at it does not depend
-    on how many others there are.
+    Little is optimized: only integrators run long enough to repay it. Batches have the size one, so
+    that a value does not depend on the number of others.
     """
-    # heyoka's own disk cache is unchecked and shared by all programs: keep out of it.
+    # heyoka's own disk cache is unchecked and shared by all programs.
     hy.llvm_state.set_diskcache_enabled(False)
     # At level 0, and without compact mode, sums and powers are rounded in another order.
     return hy.cfunc(
@@ -84,12 +83,12 @@ def compiled_function(expressions: Iterable[Expression], symbols: Sequence[Expre
 CONSTANTS = {"pi": math.pi}
 
 TIME = "t"
-"""The time in seconds, in formulas of forced systems."""
+"""Name of the time in seconds, in formulas of forced systems."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """A smooth function: its Taylor series and all its derivatives can be computed."""
+    """A smooth function, of which Taylor series and all derivatives can be computed."""
 
     count: int  # number of arguments
     symbolic: Callable[..., Expression]  # the function of symbols

@@ -1,6 +1,7 @@
-"""The grammar of formulas: text becomes a tree, or a message about a place in the text.
+"""The grammar of formulas: text becomes a tree, or a message about a position in the text.
 
-Nothing is evaluated. From the loosest to the tightest binding::
+Nothing is evaluated. The parser is not Python's: ``lambda`` may name a parameter, sums may have
+thousands of terms, and each message says what to write. From the loosest to the tightest binding::
 
     formula  = formula ("+" | "-") formula        from the left
              | formula ("*" | "/") formula        from the left
@@ -22,7 +23,7 @@ from typing import Any, NamedTuple, TypeVar
 from slipfold.models.formulas.functions import FUNCTIONS, explain_unknown_function
 
 LONGEST_FORMULA = 10_000
-"""Characters of the longest formula: twenty pages of text are no formula but an accident."""
+"""Maximum number of characters of a formula; longer ones are accidents."""
 
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
@@ -56,9 +57,9 @@ _MEANT = "formulas have numbers, names of ASCII letters, + - * / ^ and parenthes
 
 
 class FormulaError(Exception):
-    """What is wrong with a formula, and where; `Source.error` makes a sentence for users of it.
+    """An error in a formula, in `length` characters of its text from `place`.
 
-    It begins at `place` in the text of the formula and concerns `length` characters.
+    `Source.error` adds the place in the file.
     """
 
     def __init__(self, message: str, place: int, length: int = 1) -> None:
@@ -173,8 +174,7 @@ Tree = Number | Name | Negative | Binary | Call
 def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
     """Combine the values of all nodes, from the leaves to the root.
 
-    Works through a stack of its own: a sum of thousands of terms is a tree as deep as that, too
-    deep for functions that call themselves.
+    It has a stack of its own: the tree of a sum of thousands of terms is too deep for recursion.
 
     >>> fold(Binary("+", Name("q"), Number(1.0)), lambda node, values: 1 + sum(values))
     3
@@ -254,7 +254,7 @@ def _enclosed(part: tuple[str, int], minimum: int) -> str:
 
 
 DEEPEST = 60
-"""Nested parentheses, signs and powers: what people write stays below ten."""
+"""Maximum number of nested parentheses, signs and powers; formulas have fewer than ten."""
 
 
 def parse_formula(text: str) -> Tree:

@@ -1,13 +1,13 @@
-"""What a formula amounts to: a symbolic expression, or a float.
+"""The value of a formula: a symbolic expression, or a float.
 
-Where exp(x) or cosh(x) is infinite, so is what divides by it in a Taylor series, and their product
-with zero is not a number. 1/(b + exp(x)) and even powers of 1/cosh(x) become products of sigmoids.
+Where exp(x) or cosh(x) overflows, Taylor series of quotients by it are not finite. So 1/(b +
+exp(x)) and even powers of 1/cosh(x) become products of sigmoids.
 
-Coefficients, which depend on parameters alone, are taken out of formulas: they are evaluated once
-an orbit, the rest at every step of an integrator, and one compiled flow serves every value of the
-parameters. The largest parts without states and time are found; in products the factors are
-gathered first, so that ``2*q*F/m`` has the one coefficient ``2*F/m``. The time is the period times
-the phase; so ``W*t`` is ``W*(2*pi/W)``, one number, times the phase.
+Coefficients, the largest parts of a formula that depend on parameters alone, are separated from
+it: they are evaluated once an orbit, the remainder at every step of an integrator, and one
+compiled flow serves all parameter values. The factors of a product are gathered first, so that
+``2*q*F/m`` has the one coefficient ``2*F/m``. The time is the period times the phase; so ``W*t``
+is ``W*(2*pi/W)``, one number, times the phase.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from slipfold.models.output import Expression
 
 
 def without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:
-    """Rewrite a node whose children are.
+    """Rewrite a node, whose children are rewritten already, without overflow.
 
     >>> from slipfold.models.formulas.grammar import parse_formula
     >>> from slipfold.models.formulas.grammar import fold, format_tree
@@ -71,7 +71,7 @@ def _quotient(left: Tree, right: Tree) -> Tree | None:
 
 
 def _reciprocal(tree: Tree) -> Tree | None:
-    """One over a tree in what is bounded; None if there is no need or no such form."""
+    """Return one over a tree in bounded functions; None if there is no need or no such form."""
     match tree:
         case Binary("^", Call("cosh", (x,)), Number(n)) if n > 0 and n % 2 == 0:
             double = Binary("*", Number(2.0), x)
@@ -97,7 +97,7 @@ def _reciprocal(tree: Tree) -> Tree | None:
 
 
 def _offset(tree: Tree) -> tuple[float, Tree] | None:
-    """The number b > 0 and the argument of ``b + exp(x)``."""
+    """Return the number b > 0 and the argument of ``b + exp(x)``."""
     match tree:
         case Binary("+", Number(b), Call("exp", (x,))) if b > 0:
             return b, x
@@ -107,7 +107,7 @@ def _offset(tree: Tree) -> tuple[float, Tree] | None:
 
 
 LARGEST_POWER = 1000
-"""Whole exponents up to this one are written out as products; no formula needs larger ones."""
+"""Maximum whole exponent, up to which powers are products."""
 
 _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
     "+": operator.add,
@@ -118,7 +118,7 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def value_of(tree: Tree, names: Mapping[str, Expression]) -> Expression:
-    """Put values in the place of the names.
+    """Evaluate a tree with values or symbols for its names.
 
     >>> from slipfold.models.formulas.grammar import parse_formula
     >>> value_of(parse_formula("-q^2/4"), {"q": 6.0})
@@ -180,12 +180,12 @@ def as_symbol(value: Expression) -> Expression:
 
 
 PHASE = "@phase"
-"""The phase in trees that are taken apart; no name in a text begins like this."""
+"""Name of the phase in separated trees; no name in a text begins like this."""
 
 ONE = Number(1.0)
 
 WHOLE = frozenset(map(float, range(-9, 10)))
-"""Exponents that are taken with the factors of a product one by one."""
+"""Exponents that apply to each factor of a product."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +197,7 @@ class _Product:
 
 
 class CoefficientFinder:
-    """Takes formulas apart, and collects the coefficients of them all.
+    """Separates formulas from their coefficients, and collects these.
 
     `constant` names the parameters, and formulas of parameters alone.
 
@@ -247,7 +247,7 @@ class CoefficientFinder:
         return _Product(None, node)
 
     def _split(self, node: Binary, left: _Product, right: _Product) -> _Product | None:
-        """Gather the factors of a product, quotient or whole power."""
+        """Gather the factors of a product, a quotient or an integer power."""
         if node.operator in "*/":
             return _Product(
                 _joined(node, left.constant, right.constant),

@@ -29,8 +29,8 @@ from slipfold.models.parameter import State, positive
 from slipfold.models.parametric import described, structural
 
 _CREEP = 1e-4
-"""Share of the fading that is there at any deflection: with it alone does a contact on a body at
-rest have one point of rest, and not a line of them. It changes the energy of a cycle by less."""
+"""Fraction of the fading that acts at any deflection. With it a contact on a body at rest has one
+equilibrium, and not a line of them. It changes the energy of a cycle by less."""
 
 
 class ElasticContact(ABC):
@@ -107,7 +107,7 @@ class ElasticContact(ABC):
         return np.array([item.kt for item in self.sliders])
 
     def _slip_ratio(self, amplitude: float, normal: float) -> Array:
-        """Return the displacements at which the sliders give way over the amplitude."""
+        """Return the displacements at which the sliders begin to slip over the amplitude."""
         for name, value, unit in (("amplitude", amplitude, "m"), ("normal", normal, "N")):
             if not value > 0:
                 raise InputError(f"{name} = {value:g} {unit} is not positive; give {name} > 0")
@@ -136,13 +136,13 @@ class Jenkins(ElasticContact, MemoryLaw):
     with the stiffness of the spring. The maximum is rounded off as :math:`(x + \sqrt{x^2 +
     \delta^2})/2` with :math:`\delta = k_t \varepsilon/(N \mu_k)`. In the plane z and v are
     vectors. The law is that of Bouc and Wen with b = c, with the limit following the normal force;
-    as the exponent n grows it tends to the sharp element. At the knee the force is wrong by a share
-    of order 1/n, over a cycle by one of order :math:`1/n^2`: at an amplitude of four times that of
-    first slip and a small e the energy of a cycle is wrong by 0.34% for n = 8 and by 0.094% for
-    n = 16. In steady slip the force is wrong by the share :math:`(\varepsilon/v)^2/(4 n)` that the
-    rounding takes. A stiff contact and a large exponent take more time: the fastest rate is
-    :math:`n k_t v/(N \mu_k)`. A hundredth of the largest slip speed is a good value of `e`; smaller
-    ones make a sharp corner where the slip reverses, and there a branch may fail.
+    as the exponent n grows it tends to the sharp element. The relative error of the force is of
+    order 1/n at the knee and of order :math:`1/n^2` over a cycle: at an amplitude of four times
+    that of first slip and a small e the error of the energy of a cycle is 0.34% for n = 8 and
+    0.094% for n = 16. In steady slip it is :math:`(\varepsilon/v)^2/(4 n)`. A stiff contact and a
+    large exponent take more time: the fastest rate is :math:`n k_t v/(N \mu_k)`. A hundredth of the
+    largest slip speed is a good value of `e`; smaller ones make a sharp corner where the slip
+    reverses, and there a branch may fail.
 
     References
     ----------
@@ -202,10 +202,10 @@ class Jenkins(ElasticContact, MemoryLaw):
         return tuple(w - drop * z for w, z in zip(held, memory, strict=True))
 
     def steady_deflection(self, speed: float) -> float:
-        """One, less what the rounding takes: about ``e^2/(4 n v^2)`` for ``v`` well above ``e``."""
-        share, n, z = (self.e / speed) ** 2, self.exponent, 1.0
-        for _ in range(8):  # to rounding: every step gains a factor of the order of `share`
-            fading = (z ** (n - 2) + _CREEP) / (1 + _CREEP) * (z + math.sqrt(z * z + share)) / 2
+        """One, less about ``e^2/(4 n v^2)`` for ``v`` well above ``e`` by the rounding."""
+        ratio, n, z = (self.e / speed) ** 2, self.exponent, 1.0
+        for _ in range(8):  # to rounding: every step gains a factor of the order of `ratio`
+            fading = (z ** (n - 2) + _CREEP) / (1 + _CREEP) * (z + math.sqrt(z * z + ratio)) / 2
             z -= (z * fading - 1) / n
         return z
 
@@ -222,9 +222,9 @@ def _checked_elements(elements: Any, title: str) -> tuple[Jenkins, ...]:
 
 @dataclass(frozen=True)
 class Iwan(ElasticContact, FrictionLaw):
-    """Jenkins elements in parallel, which give way one after the other.
+    """Jenkins elements in parallel, which begin to slip one after the other.
 
-    Parameters and memory of the elements carry their numbers: ``mu_k1 kt1 e1 mu_k2 kt2 e2 ...``.
+    Parameters and memory of the elements have their numbers: ``mu_k1 kt1 e1 mu_k2 kt2 e2 ...``.
     In a model each has a knee in place of its corner, see `Jenkins`.
 
     References
@@ -272,7 +272,7 @@ class Iwan(ElasticContact, FrictionLaw):
         return sum(p[f"mu_k{place}"] for place in range(1, len(self.elements) + 1))
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Sum of those of the elements."""
+        """Sum of the forces of the elements."""
         size, numbers = len(contact.slip), range(len(self.elements))
         return tuple(
             contact.normal
@@ -281,7 +281,7 @@ class Iwan(ElasticContact, FrictionLaw):
         )
 
     def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Those of the elements."""
+        """The rates of the elements, one after the other."""
         size = len(contact.slip)
         rates: list[Expression] = []
         for n, element in enumerate(self.elements):

@@ -56,10 +56,10 @@ sqrt = _function(hy.sqrt, np.sqrt)
 
 @dataclass(frozen=True)
 class ContactState:
-    """The state of a contact in numbers, arrays or symbols."""
+    """State of a contact in numbers, arrays or symbols."""
 
     slip: tuple[Expression, ...]  # velocity of the moving surface relative to the body in m/s
-    memory: tuple[Expression, ...] = ()  # as many components, if the law has a memory
+    memory: tuple[Expression, ...] = ()  # states of the law, if it has a memory
     normal: Expression = 1.0  # normal force in N
     normal_rate: Expression = 0.0  # its rate in N/s
 
@@ -100,7 +100,7 @@ class FrictionLaw(Parametric, ABC):
 
     @abstractmethod
     def formula(self, speed: Expression, p: Symbols) -> Expression:
-        """Friction coefficient in steady slip.
+        """Return the friction coefficient in steady slip.
 
         Parameters
         ----------
@@ -134,13 +134,11 @@ class FrictionLaw(Parametric, ABC):
 
     @property
     def stiction(self) -> float:
-        """Friction coefficient up to which a contact at rest holds; 0 if it does not stick."""
+        """Friction coefficient up to which a contact sticks; 0 if it never does."""
         return float(self.holding(self.values)) if self.sticks else 0.0
 
     def holding(self, p: Symbols) -> Expression:
-        """Friction coefficient up to which a contact at rest holds, if the law sticks.
-
-        It is ``mu_s`` if the law has that parameter.
+        """Return the coefficient up to which a contact sticks: ``mu_s``, or that at no speed.
 
         Parameters
         ----------
@@ -150,7 +148,7 @@ class FrictionLaw(Parametric, ABC):
         return p["mu_s"] if "mu_s" in p else self.formula(0.0, p)
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Friction force in N, a component for each one of the slip.
+        """Return the friction force in N, as many components as the slip has.
 
         Parameters
         ----------
@@ -166,7 +164,7 @@ class FrictionLaw(Parametric, ABC):
     # -- memory: none unless a subclass says so --------------------------------------------------
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
-        """Return the states in which the contact remembers its past; none for most laws.
+        """Return the states of the law; none for most.
 
         Parameters
         ----------
@@ -177,11 +175,11 @@ class FrictionLaw(Parametric, ABC):
 
     @property
     def memory_scale(self) -> float:
-        """Typical size of the memory, in its unit."""
+        """Scale of the memory, in its unit."""
         return 1.0
 
     def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
-        """Time derivatives of the memory, per second.
+        """Return the time derivatives of the memory, per second.
 
         Parameters
         ----------

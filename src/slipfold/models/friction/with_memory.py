@@ -84,9 +84,8 @@ class Dahl(_Bristles):
 
     With a constant normal force this is :math:`\dot F = N \sigma_0 v (1 - F \operatorname{sgn}
     v/(N \mu_k))`. In the plane z and v are vectors and ``|v|`` is the modulus of v as a whole,
-    which treats all directions alike. It is rounded off to
-    :math:`\sqrt{v^2 + \varepsilon^2}`, so that slip may reverse; the price is a creep of the
-    bristles at rest with the rate
+    so that the law is isotropic. It is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that
+    slip may reverse; at rest the bristles therefore creep with the rate
     :math:`\sigma_0 \varepsilon/\mu_k`. A small e is a sharp corner where the slip passes through
     zero, and there a branch may fail.
 
@@ -130,11 +129,9 @@ class LuGre(_Bristles):
         g = \mu_k + (\mu_s - \mu_k) e^{-(v/v_s)^2}, \quad
         F = N (\sigma_0 z + \sigma_1 \dot z + \sigma_2 v)
 
-    In the plane z and v are vectors and ``|v|`` is the modulus of v as a whole, which treats all
-    directions alike. ``|v|`` is rounded off to :math:`\sqrt{v^2 + \varepsilon^2}`, so that slip may
-    reverse; the price is a creep of the bristles at rest with the rate
-    :math:`\sigma_0 \varepsilon/\mu_s`. A small e is a sharp corner where the slip passes through
-    zero, and there a branch may fail.
+    As in `Dahl`, ``|v|`` is the modulus of the vector v in the plane, rounded off to
+    :math:`\sqrt{v^2 + \varepsilon^2}`; the bristles creep with the rate
+    :math:`\sigma_0 \varepsilon/\mu_s` at rest.
 
     References
     ----------
@@ -205,7 +202,7 @@ class BoucWen(MemoryLaw):
 
         \dot z = A v - |z|^{n-2} z\, (b |v \cdot z| + c\, v \cdot z)
 
-    which is the same on a line and treats all directions alike. :math:`|v \cdot z|` is rounded off
+    which is the same on a line and isotropic. :math:`|v \cdot z|` is rounded off
     at :math:`\varepsilon \mu`, so that slip may reverse; speeds of interest are well above
     :math:`\varepsilon`. With b = c a contact unloads along a straight line, and as n grows the law
     tends to the elastic Coulomb contact of a Jenkins element under a constant normal force.
@@ -230,9 +227,9 @@ class BoucWen(MemoryLaw):
         positive("A", 1e4, "1/m", "stiffness of the contact over the normal force")
     )
     b: float = described(
-        nonnegative("b", 2e4, "1/m", "shape of the loop: share that depends on |v|")
+        nonnegative("b", 2e4, "1/m", "shape of the loop: part that depends on |v|")
     )
-    c: float = described(Parameter("c", 2e4, "1/m", "shape of the loop: share that depends on v"))
+    c: float = described(Parameter("c", 2e4, "1/m", "shape of the loop: part that depends on v"))
     e: float = described(REST_SPEED)
     exponent: int = structural("the exponent n, an even whole number", 2, checked_exponent)
 

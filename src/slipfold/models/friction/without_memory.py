@@ -1,4 +1,4 @@
-"""Friction laws without memory: Coulomb's, falling with the slip speed, made smooth at rest."""
+"""Friction laws without memory: Coulomb's, those that fall with the slip speed, smooth ones."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Coulomb(FrictionLaw):
 
         \mu(v) = \mu_k \quad (v > 0), \qquad |F| \le N \mu_s \quad (v = 0)
 
-    Where every motion slides, ``mu_k`` alone acts; ``mu_s`` says when a contact at rest lets go.
+    In slip ``mu_k`` alone acts; ``mu_s`` says when a contact begins to slip.
 
     References
     ----------
@@ -236,8 +236,8 @@ class Regularized(FrictionLaw):
         g(s) = \tanh s,\ \tfrac{2}{\pi} \arctan s\ \text{or}\ s/\sqrt{s^2 + 1}
 
     with the modulus v of the slip velocity, so that the force keeps its direction in the plane. The
-    contact never sticks: it creeps under any load. As e goes to 0 motion follows the law, but
-    slowly: the period of a stick-slip motion may still be wrong by 1% at a small e.
+    contact never sticks: it creeps under any load. As e goes to 0 trajectories converge to those of
+    the law, but slowly: the period of a stick-slip orbit may still be wrong by 1% at a small e.
 
     References
     ----------
@@ -288,7 +288,7 @@ class Regularized(FrictionLaw):
 
     @property
     def typical_speed(self) -> float:
-        """That of the law; no less than 5 e."""
+        """The maximum of that of the law and 5 e."""
         return max(self.law.typical_speed, 5 * self.e)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:

@@ -1,4 +1,4 @@
-"""A structure put together: reduced matrices, components at their places, equations, outputs."""
+"""An assembled structure: reduced matrices, located components, equations, outputs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from slipfold.models.structures.matrices import lowest_modes
 from slipfold.models.structures.reduction import Reduced, static_errors
 
 LARGEST = 200
-"""Most degrees of freedom of a model: beyond it a flow takes minutes to compile and to run."""
+"""Maximum degrees of freedom of a model; larger flows take minutes to compile and to run."""
 
 FREQUENCY = positive("f", 1.0, "Hz", "forcing frequency", "$f$")
 LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in time")
@@ -36,22 +36,22 @@ GENERAL = ("energy", "power_damping", "power_forcing", "power_contacts")
 """Outputs of the structure as a whole; the energy needs a symmetric stiffness matrix."""
 
 WIDE = 1e5
-"""Largest squared frequency over the smallest beyond which rounding of displacements is felt."""
+"""Ratio of the largest squared frequency to the smallest at which rounding errors matter."""
 
 MOST_MODES = 80
-"""Degrees of freedom up to which the equations are written with modes: compiling takes longer."""
+"""Maximum number of degrees of freedom of equations with modes, which take longer to compile."""
 
 ROUNDING = 1e-15
-"""Entry of the inverse mass times a matrix, over the largest of its row, that is rounding."""
+"""Relative size of entries of the inverse mass times a matrix that are rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A component at its place in the structure."""
+    """A component with the coordinates on which it acts."""
 
     component: Component
     prefix: str  # what its coefficients begin with
-    # Weights of the kept coordinates in each of its directions, shape (n_directions, n_kept)
+    # Weights of the retained coordinates in each of its directions, shape (n_directions, r)
     rows: Array
 
 
@@ -77,14 +77,14 @@ class Assembly:
     # -- matrices ------------------------------------------------------------------------------
 
     def _reduce(self) -> Reduced:
-        """Return the structure in the coordinates that are kept: all if it is not reduced."""
+        """Return the structure in the retained coordinates: all if it is not reduced."""
         item = self.definition
         if item.reduction is not None:
             reduced = item.reduction.apply(item.M, item.K, item.names)
         size = item.M.size if item.reduction is None else len(reduced.names)
         if size > LARGEST:
             raise InputError(
-                f"the structure keeps {size} degrees of freedom; orbits of more than "
+                f"the structure has {size} degrees of freedom; orbits of more than "
                 f"{LARGEST} take minutes each, so give reduction=CraigBampton(boundary, modes=10) "
                 "or ModalReduction(modes=20)"
             )
@@ -121,9 +121,9 @@ class Assembly:
         return np.asarray(row @ self.reduced.basis)
 
     def over_mass(self, matrix: Array) -> Array:
-        """Return the inverse mass matrix times a matrix; what is zero but for rounding is zero.
+        """Return the inverse mass matrix times a matrix, without entries that are rounding errors.
 
-        Shapes: matrix (n_kept, m).
+        Shapes: matrix (r, m).
         """
         if matrix is self.mass:
             return np.eye(self.size)
@@ -137,7 +137,7 @@ class Assembly:
 
     @cached_property
     def frequencies(self) -> Array:
-        """Natural frequencies of the linear structure without elements in Hz, shape (n_kept,)."""
+        """Natural frequencies of the linear structure without elements in Hz, shape (r,)."""
         squares = lowest_modes(self.stiffness, self.mass)[0]
         return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
 
@@ -151,7 +151,7 @@ class Assembly:
     @cached_property
     def _amplitudes(self) -> tuple[str, ...]:
         return tuple(
-            item.component.called(name)
+            item.component.full_name(name)
             for item in self.placed
             for name in item.component.amplitudes
         )
@@ -165,8 +165,8 @@ class Assembly:
 
     @property
     def speeds(self) -> dict[str, bool]:
-        """Names of the speeds of moving surfaces, and whether something sticks to a resting one."""
-        return {item.called("Vd"): item.law.sticks for item in self.definition.contacts}
+        """Names of the speeds of moving surfaces, and whether contacts stick to them at rest."""
+        return {item.full_name("Vd"): item.law.sticks for item in self.definition.contacts}
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -193,7 +193,7 @@ class Assembly:
         states = [replace(item, label=text) for item, text in zip(states, labels, strict=True)]
         for item in self.placed:
             states += [
-                replace(state, name=item.component.called(state.name))
+                replace(state, name=item.component.full_name(state.name))
                 for state in item.component.memory()
             ]
         return tuple(states)
@@ -203,11 +203,13 @@ class Assembly:
         """Limits of all components."""
         found = []
         for item in self.placed:
-            called, name = item.component.called, item.component.name
+            full_name, name = item.component.full_name, item.component.name
             for limit in item.component.limits():
                 reason = f"{name}: {limit.reason}" if name else limit.reason
                 found.append(
-                    Limit(_titled(item.component, limit), called(limit.output), limit.bound, reason)
+                    Limit(
+                        _titled(item.component, limit), full_name(limit.output), limit.bound, reason
+                    )
                 )
         return tuple(found)
 
@@ -236,7 +238,7 @@ class Assembly:
         self, item: Placed, q: Symbols, c: Symbols, phase: Expression, rates: Symbols | None = None
     ) -> LocalState:
         """Return the state where a component acts; with accelerations if rates are given."""
-        memory = tuple(q[item.component.called(one.name)] for one in item.component.memory())
+        memory = tuple(q[item.component.full_name(one.name)] for one in item.component.memory())
         start = item.prefix
         return LocalState(
             q,
@@ -249,8 +251,8 @@ class Assembly:
         )
 
     @property
-    def rubbing(self) -> list[tuple[Placed, FrictionContact]]:
-        """The friction contacts at their places."""
+    def friction_contacts(self) -> list[tuple[Placed, FrictionContact]]:
+        """The friction contacts and their components."""
         pairs = ((item, item.component) for item in self.placed)
         return [(item, one) for item, one in pairs if isinstance(one, FrictionContact)]
 
@@ -261,14 +263,14 @@ class Assembly:
                 component.contact(self.local(item, q, c, phase)),
                 limits=tuple(_titled(component, limit) for limit in component.passed()),
             )
-            for item, component in self.rubbing
+            for item, component in self.friction_contacts
             if component.law.sticks
         )
 
     def displacement(self, row: Array, q: Symbols, rate: str = "") -> Expression:
         """Return a weighted sum of displacements in m, or of velocities in m/s.
 
-        Shapes: row (n_kept,).
+        Shapes: row (r,).
         """
         symbols = [q[f"{rate}{name}"] for name in self.names]
         return total(weighted_sum(row * self.definition.length_scale, symbols))
@@ -287,8 +289,8 @@ class Assembly:
                     terms[place] += weighted_sum([column[place]], [force])
         rates |= {f"v{name}": total(terms[place]) for place, name in enumerate(self.names)}
         accelerations = dict(rates)
-        for item, component in self.rubbing:
-            names = [component.called(state.name) for state in component.memory()]
+        for item, component in self.friction_contacts:
+            names = [component.full_name(state.name) for state in component.memory()]
             if names:
                 contact = component.contact(self.local(item, q, c, phase, accelerations))
                 rates |= dict(zip(names, contact.memory_rates, strict=True))
@@ -296,11 +298,11 @@ class Assembly:
 
     @cached_property
     def modal(self) -> tuple[Array, Array, Array] | None:
-        """Squared circular frequencies, shapes and what makes modal coordinates of displacements.
+        """Squared circular frequencies, shapes, and the map from displacements to modes.
 
-        None where the stiffness is as well applied without them. The inverse mass times the
-        stiffness of a beam of many elements makes an acceleration of what rounding leaves of the
-        displacements that is no longer small compared with that of the slow modes.
+        None where the stiffness needs no modal coordinates. In a beam of many elements the inverse
+        mass times the stiffness amplifies rounding errors of displacements to accelerations as
+        large as those of the slow modes.
 
         Shapes: (n,), (n, n), (n, n).
         """
@@ -393,7 +395,9 @@ class Assembly:
             local = self.local(item, q, c, phase)
             return measure.expression(local, local.c, phase)
 
-        return replace(measure, name=component.called(measure.name), expression=expression, doc=doc)
+        return replace(
+            measure, name=component.full_name(measure.name), expression=expression, doc=doc
+        )
 
     def _form(self, matrix: Array, q: Symbols, rate: str) -> list[Expression]:
         """Return the terms of a quadratic form of displacements or velocities, in SI units."""
@@ -432,7 +436,7 @@ class Assembly:
 
 
 def _titled(component: Component, limit: Limit) -> str:
-    """Return what the structure calls a limit of a component."""
+    """Return the name of a limit of a component in the structure."""
     return f"{limit.name} of {component.name}" if component.name else limit.name
 
 
@@ -447,7 +451,7 @@ def assemble(definition: Definition) -> Assembly:
 def _refuse_doubles(assembly: Assembly) -> None:
     """Refuse names that stand for two things."""
     measured = [
-        item.component.called(measure.name)
+        item.component.full_name(measure.name)
         for item in assembly.placed
         for measure in item.component.measures()
     ]

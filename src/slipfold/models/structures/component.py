@@ -1,4 +1,4 @@
-"""What elements, contacts and forcing have in common: forces along directions of a structure."""
+"""Components of a structure: they exert forces along directions of it."""
 
 from __future__ import annotations
 
@@ -276,26 +276,26 @@ class Component(Parametric, ABC):
 
     # -- what follows --------------------------------------------------------------------------
 
-    def called(self, symbol: str) -> str:
-        """Return what the structure calls a parameter, state or measure of the component.
+    def full_name(self, symbol: str) -> str:
+        """Return the name of a parameter, state or measure of the component in the structure.
 
         Parameters
         ----------
         symbol
-            The component's own name for it.
+            Its name in the component.
         """
         return f"{symbol}_{self.name}" if self.name else symbol
 
     @property
     def public_names(self) -> list[str]:
-        """What the structure calls the parameters, states and measures of the component."""
+        """Names of the parameters, states and measures of the component in the structure."""
         own = [item.name for item in self.parameters]
         own += [item.name for item in self.memory()]
         own += [item.name for item in self.measures()]
-        return [self.called(name) for name in own]
+        return [self.full_name(name) for name in own]
 
     @property
-    def place(self) -> str:
+    def location(self) -> str:
         """The degrees of freedom on which the component acts, as a name; empty for all of them."""
         weights = [item.weights for item in self.directions if item is not None]
         joined = "_".join(name for pairs in weights for name, _ in pairs)
@@ -305,14 +305,14 @@ class Component(Parametric, ABC):
     def named_parameters(self) -> tuple[Parameter, ...]:
         """The parameters by the names that the structure gives them."""
         return tuple(
-            replace(item, name=self.called(item.name), symbol=self._symbol(item))
+            replace(item, name=self.full_name(item.name), symbol=self._symbol(item))
             for item in self.parameters
         )
 
     @property
     def named_values(self) -> dict[str, float]:
         """Parameter values by the names that the structure gives them, in SI units."""
-        return {self.called(name): value for name, value in self.values.items()}
+        return {self.full_name(name): value for name, value in self.values.items()}
 
     def own(self, p: Mapping[str, Any]) -> dict[str, Any]:
         """Return the component's parameters by their own names.
@@ -322,7 +322,7 @@ class Component(Parametric, ABC):
         p
             The structure's parameters by name, numbers or symbols.
         """
-        return {item.name: p[self.called(item.name)] for item in self.parameters}
+        return {item.name: p[self.full_name(item.name)] for item in self.parameters}
 
     def _symbol(self, parameter: Parameter) -> str:
         if not self.name or not parameter.symbol:

@@ -1,4 +1,4 @@
-"""Friction contacts of a structure, and what presses them."""
+"""Friction contacts of a structure and their normal forces."""
 
 from __future__ import annotations
 

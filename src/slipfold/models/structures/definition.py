@@ -231,7 +231,7 @@ def _named_apart(several: list[tuple[Component, ...]]) -> list[tuple[Component, 
     counts = Counter(name for items in several for item in items for name in item.public_names)
     return [
         tuple(
-            replace(item, name=item.place)
+            replace(item, name=item.location)
             if not item.name and any(counts[name] > 1 for name in item.public_names)
             else item
             for item in items

@@ -24,20 +24,20 @@ FREE = 1e-6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReductionReport(OneLine):
-    """What a reduction leaves of the natural frequencies.
+    """Natural frequencies before and after a reduction.
 
     Parameters
     ----------
     frequencies
-        Of the reduced structure in Hz, shape (n_kept,).
+        Of the reduced structure in Hz, shape (r,).
     exact
-        The lowest of the whole structure in Hz, shape (n_kept,).
+        The lowest of the full structure in Hz, shape (r,).
     band
         Highest frequency in Hz that the reduction is meant for.
     whole
         Number of degrees of freedom before the reduction.
     static_errors
-        Share of the static compliance that is lost where components act: direction, as text, and
+        Relative loss of static compliance where components act: direction, as text, and
         ``1 - u_reduced/u_exact`` under a static force along it. Empty if the structure is free.
 
     Examples
@@ -59,7 +59,7 @@ class ReductionReport(OneLine):
 
     @property
     def errors(self) -> Array:
-        """Relative errors of the natural frequencies, shape (n_kept,)."""
+        """Relative errors of the natural frequencies, shape (r,)."""
         free = self.exact <= FREE * self.exact.max(initial=0.0)
         return np.abs(self.frequencies - self.exact) / np.where(free, np.inf, self.exact)
 
@@ -95,7 +95,7 @@ class ReductionReport(OneLine):
 def static_errors(
     stiffness: Matrix, reduced: Reduced, names: tuple[str, ...], directions: Iterable[Direction]
 ) -> tuple[tuple[str, float], ...]:
-    """Return the share of the static compliance that a reduction loses along directions."""
+    """Return the relative loss of static compliance along directions."""
     try:
         solve = solver(stiffness.array(), "free")
         solve_reduced = solver(reduced.stiffness, "free")
@@ -266,7 +266,7 @@ class ModalReduction(Reduction):
     """The lowest undamped modes as coordinates ``mode1 mode2 ...``; they are exact.
 
     Each mode is scaled so that its largest displacement is 1; a coordinate is a displacement in m.
-    What is cut off is the compliance of the higher modes at forces that act at a point.
+    The compliance of the higher modes at forces that act at a point is lost.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ class ModalReduction(Reduction):
 
 @dataclass(frozen=True)
 class CraigBampton(Reduction):
-    """Boundary degrees of freedom as they are, the rest by modes with the boundary held.
+    """Boundary degrees of freedom, and modes of the others with the boundary held.
 
     The coordinates are the boundary's displacements by their names, then ``mode1 mode2 ...``.
     Static loads at the boundary are exact; without modes it is Guyan's condensation.

@@ -143,7 +143,7 @@ class PolynomialSpring(_PowersSpring):
 
 
 _SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}
-"""Signs of the displacements at which the spring is touched."""
+"""Signs of the displacements at which there is contact."""
 
 
 _ROUNDING = positive(

@@ -275,15 +275,15 @@ class Structure(MechanicalModel):
         return 1.0 / p["f"] if self.forced else p["duration"]
 
     def outputs(self) -> tuple[Output, ...]:
-        """Return displacements that are watched, measures of components, energy and powers."""
+        """Return watched displacements, measures of components, energy and powers."""
         return self._assembly.outputs()
 
     @property
     def start(self) -> Array:
-        """Zero, with the memories that contacts have after a long slip on what moves under them."""
+        """Zero, with the memories that contacts have after a long slip on their surfaces."""
         memories = [
             value
-            for _, contact in self._assembly.rubbing
+            for _, contact in self._assembly.friction_contacts
             for value in contact.steady_memory(contact.own(self._values))
         ]
         return np.array([0.0] * (2 * self._assembly.size) + memories)
@@ -304,7 +304,7 @@ class Structure(MechanicalModel):
         assembly = self._assembly
         length = 1.0 if assembly.definition.length_scale != 1 else math.nan
         scales = [length] * assembly.size + [2 * math.pi * frequency * length] * assembly.size
-        for _, contact in assembly.rubbing:
+        for _, contact in assembly.friction_contacts:
             if states := contact.memory():
                 law = contact.law_with(contact.own(self._values))
                 scales += [law.memory_scale] * len(states)
@@ -336,7 +336,7 @@ class Structure(MechanicalModel):
         return other.replace(**{**kept, **changes})
 
     def _values_of(self, parts: Mapping[str, Any]) -> set[str]:
-        """Return the names of the parameters that belong to parts that are replaced."""
+        """Return the names of the parameters of replaced parts."""
         definition = self._assembly.definition
         replaced = [
             item for name in ("elements", "contacts", "forcing") if name in parts
@@ -357,7 +357,7 @@ class Structure(MechanicalModel):
 
     @property
     def varied_first(self) -> str | None:
-        """What switches the forcing off; where nothing does, the speed of a moving surface."""
+        """The parameter that switches the forcing off, or the speed of a moving surface."""
         return self.quiet or next(iter(self._assembly.speeds), None)
 
     @property
@@ -367,17 +367,17 @@ class Structure(MechanicalModel):
 
     @property
     def mass_matrix(self) -> Array:
-        """Mass matrix of the kept coordinates in kg, shape (n_kept, n_kept)."""
+        """Mass matrix of the retained coordinates in kg, shape (r, r)."""
         return self._assembly.mass.copy()
 
     @property
     def stiffness_matrix(self) -> Array:
-        """Stiffness matrix of the kept coordinates without elements in N/m."""
+        """Stiffness matrix of the retained coordinates without elements in N/m."""
         return self._assembly.stiffness.copy()
 
     @property
     def damping_matrix(self) -> Array:
-        """Damping matrix of the kept coordinates without elements in N s/m."""
+        """Damping matrix of the retained coordinates without elements in N s/m."""
         result = np.zeros_like(self._assembly.mass)
         for key, matrix in self._assembly.damping:
             result += matrix if key is None else self._values[key] * matrix
@@ -390,12 +390,12 @@ class Structure(MechanicalModel):
 
     @property
     def reduction_report(self) -> ReductionReport | None:
-        """How well the reduction keeps the natural frequencies; None without one."""
+        """Natural frequencies before and after the reduction; None without one."""
         return self._assembly.reduced.report
 
     @property
     def basis(self) -> Array:
-        """Displacements of all n degrees of freedom by kept coordinate, shape (n, n_kept)."""
+        """Displacements of all n degrees of freedom by retained coordinate, shape (n, r)."""
         return self._assembly.reduced.basis.copy()
 
     def cost(self) -> Cost:
