@@ -164,6 +164,37 @@ def test_both_halves_of_an_orbit_change_at_one_place(friction, phase, span):
     assert point.uncertainty < 1e-11
 
 
+@pytest.mark.parametrize("span", [(0.05, 0.09), (0.09, 0.06)])
+def test_orbits_that_static_friction_only_just_holds_end_there(span):
+    # More than kinetic, it holds the mass at a stop, or lets it slip back at once, for good.
+    model = den_hartog(0.5, 0.3, 0.35).replace(f=span[0])
+    orbit = sf.periodic_orbit(model)
+    *_, branch = sf.response(orbit, vary="f", span=span, settings=SINGLE).branches
+    ends = [end for end in (branch.begun, branch.stopped) if end.kind == "limit"]
+    assert ends
+    points = [item for item in branch.special if item.value in [end.value for end in ends]]
+    for point in points:
+        assert point.type == "STICK"
+        assert point.uncertainty < 1e-12
+        settled = sf.simulate(point.model, 2, point.nodes[0])
+        places = settled.at(
+            np.array([item.end / point.value for item in settled.sticking.intervals])
+        )
+        phases = np.array([item.end for item in settled.sticking.intervals])
+        pulls = np.abs(np.cos(2 * math.pi * phases) - places[:, 0])
+        assert np.abs(pulls[np.abs(places[:, 1]) < 1e-9] - 0.35).min() < 1e-8
+
+
+@pytest.mark.parametrize("span", [(0.14, 0.2), (0.18, 0.14)])
+def test_without_damping_the_orbit_runs_away_at_resonance(span):
+    # Friction below pi/4 of the force takes less than the force puts in.
+    orbit = sf.periodic_orbit(den_hartog(0.5, 0.3, 0.35).replace(f=span[0]))
+    (branch,) = sf.response(orbit, vary="f", span=span, settings=SINGLE).branches
+    assert branch.stopped.kind == "failed"
+    assert branch.stopped.value == pytest.approx(0.5 / math.pi, abs=1e-5)
+    assert "the orbit runs away" in branch.stopped.reason
+
+
 def test_a_mass_shaken_across_its_belt_lifts():
     # It slips along the belt; across, a linear oscillator swings about Ns/(k + kn).
     load, stiffness, damping, rate = 0.5, 4.0, 0.1, 0.4 * math.pi

@@ -61,6 +61,13 @@ CLOSE_TO_LIMIT = 5.0
 of another one, within as many times less one what is far from it."""
 
 
+RUNS_AWAY = 1e4
+"""States, in their scales, that no orbit reaches but one without a bound, as at a resonance."""
+
+SENSITIVE = 1e3
+"""A multiplier beyond which a step of 1e-9 is as good as one to another orbit."""
+
+
 class BranchEndings(Endings[OrbitPoint]):
     """The ends of branches in words."""
 
@@ -131,10 +138,18 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         ahead = limit_ahead(orbits, last)
         if ahead is not None:
             return "limit", ahead
+        if float(np.abs(orbits.nodes(last.z) / orbits.scales).max()) > RUNS_AWAY:
+            return failure.kind, far_away(orbits, last, "")
+        largest = float(np.abs(last.multipliers).max(initial=0.0))
+        if largest > SENSITIVE:
+            why = f"changes of contacts multiply perturbations by {largest:.1e} in a period"
+        else:
+            why = (
+                "a stuck interval that vanishes, or a change of contacts that the orbit cannot be "
+                "continued through"
+            )
         reason = (
-            "the orbit sticks, and comes to where none was found that goes on: a stuck interval "
-            "that vanishes, or a change of contacts that the motion cannot be carried through "
-            f"({failure.reason}); simulate shows what motions do beyond"
+            f"no orbit was found beyond: {why} ({failure.reason}); simulate shows what motions do"
         )
         return failure.kind, reason
     try:

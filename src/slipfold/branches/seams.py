@@ -30,6 +30,7 @@ from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 SEAM = "seam"
@@ -75,6 +76,17 @@ CAUGHT = (
     "the orbit sticks, and no other was found beyond: a contact only just comes to rest there, "
     "and static friction that is more than kinetic catches it for good or not at all; simulate "
     "shows what motions do"
+)
+
+
+BARELY = 0.02
+"""Growth a phase of what friction lacks, in what it had: released half a thousandth of a phase
+later, the contact would be held. Perturbations are multiplied by fifty or more."""
+
+RELEASED = (
+    "friction only just lets a contact go that sticks, and ever less of a change does not: "
+    "perturbations grow without bound on the way to where it holds the contact, and no orbit goes "
+    "on beyond; simulate shows what motions do"
 )
 
 
@@ -201,7 +213,7 @@ def _fold(traced: TracedCurve[OrbitPoint]) -> None:
         seam = None
     if seam is None:
         with suppress(*BREAKDOWNS):
-            _last_touch(traced)
+            _last_change(traced)
         return
     kind = _kind(seam.before.piece, seam.after.piece)
     traced.found.append(Found(kind, seam.met, float("inf")))
@@ -209,26 +221,40 @@ def _fold(traced: TracedCurve[OrbitPoint]) -> None:
     traced.end = _end(kind, last.curve, seam.before)
 
 
-def _last_touch(traced: TracedCurve[OrbitPoint]) -> None:
-    """Note where the branch ends since slip that touches zero there is caught for good."""
+def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
+    """Note a change of contacts after which no orbit is near: static friction is more than kinetic.
+
+    Slip that touches zero, or stops where friction only just holds it, is then caught, or not, for
+    good.
+    """
     last = traced.points[-1]
     orbits = last.curve.orbits
-    nodes, constants = orbits.nodes(last.z), orbits.constants(last.z)
-    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MarginalShooting):
+    by, nodes, constants = orbits.by, orbits.nodes(last.z), orbits.constants(last.z)
+    if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
-    by = GrazingShooting.at(orbits.by, nodes, constants, "GRAZE")
-    if by is None or by.met.level:  # slip in the plane vanishes in its own way
-        return
-    curve = last.curve.described_by(by)
-    again = curve.converted(last)
-    if again is None:
-        return
-    value, *slopes = by.condition(curve.orbits.nodes(again.z), curve.orbits.constants(again.z))
-    left = -value / float(np.concatenate(slopes) @ again.tangent)
-    if 0 <= left <= NEARLY:
-        point = replace(again, z=again.z + left * again.tangent, arclength=last.arclength + left)
-        traced.found.append(Found("GRAZE", point, float("inf")))
-        traced.end = _end("GRAZE", curve, point)
+    changes: list[tuple[str, MarginalShooting | None]] = [
+        ("GRAZE", GrazingShooting.at(by, nodes, constants, "GRAZE")),
+        *(("STICK", stop) for _, stop in ReversalShooting.of(by, nodes, constants)[:1]),
+    ]
+    for kind, change in changes:
+        if change is None or change.level:  # slip in the plane vanishes in its own way
+            continue
+        curve = last.curve.described_by(change)
+        again = curve.converted(last)
+        if again is None:
+            continue
+        at = curve.orbits.nodes(again.z), curve.orbits.constants(again.z)
+        value, *slopes = change.condition(*at)
+        left = -value / float(np.concatenate(slopes) @ again.tangent)
+        if 0 <= left <= NEARLY:
+            z = again.z + left * again.tangent
+            point = replace(again, z=z, arclength=last.arclength + left)
+            traced.found.append(Found(kind, point, float("inf")))
+            traced.end = _end(kind, curve, point)
+            return
+    release = by.slowest_release(nodes, constants)
+    if release is not None and release < BARELY:
+        traced.end = End("limit", RELEASED, last.curve.place(last.z))
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:

@@ -180,13 +180,14 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
 
 
 def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
-    """Say which state of an equilibrium has become large."""
+    """Say which state has become large."""
     state = orbits.nodes(point.z)[0]
     farthest = int(np.abs(state / orbits.model.state_scales()).argmax())
     name = orbits.flow.output_names[farthest]
+    what = orbits.kind if orbits.kind == "equilibrium" else "orbit"
     return (
-        f"the equilibrium runs away to {name} = {state[farthest]:.4g}{where}; a limit of {name} "
-        "ends the branch earlier"
+        f"the {what} runs away to {name} = {state[farthest]:.4g}{where}; a limit of {name} ends "
+        "the branch earlier"
     )
 
 

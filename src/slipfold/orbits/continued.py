@@ -86,7 +86,8 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     nodes, constants = orbits.nodes(point.z), orbits.constants(point.z)
-    stops = ReversalShooting.of(by, nodes, constants, sticks=True)
+    sticks = by.sticks if isinstance(by, ReversalShooting) else True
+    stops = ReversalShooting.of(by, nodes, constants, sticks=sticks)
     found = [stop for near, stop in stops if near < MARGINAL]
     for some in (found, found[:1]) if len(found) > 1 else (found,):
         met = _meet(orbits, point, some) if some else None

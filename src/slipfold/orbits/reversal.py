@@ -52,11 +52,11 @@ def _reversals(
     flow: HybridFlow,
     smooth_phases: list[tuple[SmoothPhase, Mode]],
     constants: Constants,
-    sticks: bool,
+    sticks: bool | None,
 ) -> Iterator[tuple[float, Reversal]]:
     """Yield stops after which contacts slip back, or stick, with how near friction is to its limit.
 
-    What lasts a short time only before that is passed over.
+    What lasts a short time only before that is passed over; nothing is where `sticks` is None.
     """
     for place in range(1, len(smooth_phases) - 2):
         leg, after = smooth_phases[place]
@@ -65,7 +65,7 @@ def _reversals(
             continue
         contact, (follows, later) = stops.which, smooth_phases[place + 1]
         back = Status(-int(leg.mode[contact]))
-        expected = Status.STICK if sticks else back
+        expected = Status.STICK if sticks or (sticks is None and after[contact] != back) else back
         end = follows.end
         if after[contact] is not expected and end - follows.begin <= SHORT:
             after, end = later, smooth_phases[place + 2][0].end
@@ -114,11 +114,12 @@ class ReversalShooting(MarginalShooting):
 
     @classmethod
     def of(
-        cls, by: SwitchedShooting, nodes: Array, constants: Constants, *, sticks: bool
+        cls, by: SwitchedShooting, nodes: Array, constants: Constants, *, sticks: bool | None = None
     ) -> list[tuple[float, Self]]:
         """Return what passes each reversal, or each stop, with how near its hold is to its end.
 
-        Nearest first. Shapes: nodes (1, n).
+        Nearest first. Of an orbit whose static friction is more than kinetic either may be all that
+        exists: without `sticks` it is passed as it is. Shapes: nodes (1, n).
         """
         begin, period = float(by.start[0]), by.period
         passed = by.passed(nodes[0], begin, begin + 2 * period, constants)
@@ -202,8 +203,13 @@ class ReversalShooting(MarginalShooting):
 
     def again(self, nodes: Array, constants: Constants) -> Self | None:
         """Return the same for the reversal as it is found again, None if it is not."""
-        sticks = self.met.after[self.met.contact] is Status.STICK
-        return next((item for _, item in self.of(self, nodes, constants, sticks=sticks)), None)
+        stops = self.of(self, nodes, constants, sticks=self.sticks)
+        return next((item for _, item in stops), None)
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the contact sticks after its stop."""
+        return self.met.after[self.met.contact] is Status.STICK
 
     def phase_of_event(self, nodes: Array, constants: Constants) -> float | None:
         """Return the phase in the window at which slip is zero, None if it is nowhere."""

@@ -12,7 +12,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.linearized_trajectory import left_to_touch, linearized_trajectory
-from slipfold.flow.modes import Mode, Status, Undetermined, shown
+from slipfold.flow.modes import Ending, Mode, Status, Undetermined, shown
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -93,6 +93,29 @@ class SwitchedShooting(Shooting):
         for node, begin, end in zip(nodes, self.start, self.end, strict=True):
             system = self.switched.system(node, constants)
             found += left_to_touch(system, node, self.passed(node, begin, end, constants))
+        return min(found, default=None)
+
+    def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
+        """Return how fast, at least, what friction lacks to hold a contact grows where it lets go.
+
+        In what it has at the beginning of the stop, a phase. None where none lets go along a line.
+        Shapes: nodes (m, n).
+        """
+        found, none = list[float](), np.empty((len(constants.values), 0))
+        for node, begin, end in zip(nodes, self.start, self.end, strict=True):
+            before = node
+            for leg, _ in self.passed(node, begin, end, constants):
+                event = leg.event
+                if event is not None and event.ending is Ending.YIELDS and not event.scaled:
+                    mode = self.switched.mode(shown(leg.mode))
+                    slopes, which = mode.slopes_of(event)
+                    phase = np.array([leg.end])
+                    size = slopes.values(before[None], np.array([leg.begin]), constants)[0, which]
+                    rates = mode.flow.rates(leg.state[None], phase, constants)[0]
+                    by_state, by_phase, _ = slopes.at(leg.state, leg.end, constants, none)
+                    rate = float(by_state[which] @ rates + by_phase[which])
+                    found.append(abs(rate) / float(abs(size)))
+                before = leg.state
         return min(found, default=None)
 
     def better(self, nodes: Array, constants: Constants) -> SwitchedShooting | None:
