@@ -32,8 +32,9 @@ Number = float | str
 """A number in the SI unit, or text with a unit."""
 
 Kind = Literal[
-    "whole", "number", "text", "flag", "texts", "grid", "intervals", "states", "values", "spans"
-]
+    "text", "texts", "flag", "whole", "wholes", "number", "numbers", "pair", "grid",
+    "intervals", "bounds", "states", "values", "spans",
+]  # fmt: skip
 
 
 class HasPoint(Protocol):
@@ -54,6 +55,7 @@ class Option:
     minimum: int = 1  # of a whole number
     flags: tuple[str, ...] = ()  # names on the command line, if not that of the parameter
     command_help: str = ""  # what a command says instead
+    choices: Mapping[str, Any] | None = None  # values by the words of a command
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
         """Give a whole number in a file its bound."""
@@ -206,6 +208,7 @@ Runs = Annotated[
         "Sweeps up, down, both or none, in which each value continues from the last state of the "
         "one before.",
         metavar="both|up|down|none",
+        choices={"both": ("up", "down"), "up": ("up",), "down": ("down",), "none": ()},
     ),
 ]
 Window = Annotated[
@@ -388,7 +391,7 @@ Choose = Annotated[
     "Mapping[str, tuple[Number, Number]]",
     Option(
         "Parameters to choose, by name, each with its lowest and highest value.",
-        "intervals",
+        "bounds",
         "NAME=LEAST:LARGEST",
     ),
 ]
@@ -412,7 +415,8 @@ Outside = Annotated[
     "tuple[Number, Number] | None",
     Option(
         "A window that the threshold is to leave, on whichever side vibrates less.",
-        metavar="FROM:TO",
+        "pair",
+        "FROM:TO",
     ),
 ]
 Keep = Annotated[
@@ -453,7 +457,7 @@ Errors = Annotated[
     Option(
         "Standard deviation of the measurements, one for all quantities or one for each, in their "
         "units.",
-        "texts",
+        "numbers",
         "R",
         flags=("--error",),
     ),
@@ -471,9 +475,10 @@ Bounds = Annotated[
     Option(
         "Lower and upper bound of each fitted parameter, by name: numbers in SI units or text with "
         "a unit.",
-        "texts",
+        "bounds",
         "NAME=LEAST:GREATEST",
         flags=("--fit",),
+        command_help="A parameter to be fitted, and its bounds, e.g. mu=0.3:0.7.",
     ),
 ]
 Fitted = Annotated[
@@ -545,9 +550,9 @@ def documented(function: Function) -> Function:
     True
     """
     lines = ["Parameters", "----------"]
-    for item in inspect.signature(function).parameters.values():
+    for item in resolved(function).parameters.values():
         name = "**" * (item.kind is item.VAR_KEYWORD) + item.name
-        option = declared(item.annotation, function.__globals__)
+        option = declared(item.annotation)
         text = USUAL[name] if option is None else option.help
         lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
     before, after = inspect.cleandoc(function.__doc__ or "").split("\nReturns\n", 1)
@@ -555,7 +560,18 @@ def documented(function: Function) -> Function:
     return function
 
 
-def declared(annotation: Any, names: Mapping[str, Any]) -> Option | None:
-    """Return the declaration of a parameter by its annotation, None if there is none."""
-    found = get_args(names.get(annotation) if isinstance(annotation, str) else annotation)
-    return next((item for item in found if isinstance(item, Option)), None)
+def resolved(function: Callable[..., Any]) -> inspect.Signature:
+    """Return a signature with the types that its annotations name, where they are imported."""
+    names, signature = inspect.unwrap(function).__globals__, inspect.signature(function)
+    parameters = [
+        item.replace(annotation=names.get(item.annotation, item.annotation))
+        if isinstance(item.annotation, str)
+        else item
+        for item in signature.parameters.values()
+    ]
+    return signature.replace(parameters=parameters)
+
+
+def declared(annotation: Any) -> Option | None:
+    """Return the declaration of a parameter by its type, None if there is none."""
+    return next((item for item in get_args(annotation) if isinstance(item, Option)), None)

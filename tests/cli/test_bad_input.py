@@ -2,6 +2,7 @@
 
 import importlib
 import os
+from functools import wraps
 
 import pytest
 
@@ -126,7 +127,8 @@ PLACES = [
 )
 def test_places_are_checked_before_computing(command, name, option, tmp_path, monkeypatch):
     module, _, function = name.rpartition(".")
-    monkeypatch.setattr(importlib.import_module(f"slipfold.{module}"), function, None)
+    home = importlib.import_module(f"slipfold.{module}")
+    monkeypatch.setattr(home, function, wraps(getattr(home, function))(pytest.fail))
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "folder.png").mkdir()
     (tmp_path / "kept.png").write_bytes(b"")

@@ -3,6 +3,7 @@
 import csv
 import importlib
 import json
+from functools import wraps
 
 import pytest
 
@@ -19,7 +20,7 @@ def replace_result(monkeypatch, diagram, name="response"):
     """Let the command hand over this diagram instead of computing one."""
     home = "response" if name == "response" else "loci"
     module = importlib.import_module(f"slipfold.computations.{home}")
-    monkeypatch.setattr(module, name, lambda *_, **__: diagram)
+    monkeypatch.setattr(module, name, wraps(getattr(module, name))(lambda *_, **__: diagram))
 
 
 # -- response ----------------------------------------------------------------------------------

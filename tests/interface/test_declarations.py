@@ -3,50 +3,57 @@
 import inspect
 
 import pytest
+from typer.main import get_command
 
 import slipfold
-from slipfold.cli.app import COMMANDS
-from slipfold.options import Option, declared
+from slipfold.cli.app import COMMANDS, app
+from slipfold.options import declared, resolved
 
-EMPTY = inspect.Parameter.empty
-
-OTHERWISE = {
-    ("locus", "regions"),  # those of a saved response have none
-    ("measure", "error"),
-    ("sweep", "runs"),  # one word for both
-    ("measure", "seed"),  # another noise than that of a first try in Python
+FUNCTIONS = {
+    name: getattr(slipfold, command.home.split(":")[1])
+    for name, command in COMMANDS.items()
+    if command.home.startswith("slipfold.computations.")
 }
-"""Defaults that differ on purpose."""
+
+ARGUMENTS = ("model", "measurement", "vary", "span", "values")
+"""Parameters that are arguments of a command, or parts of ``--vary``."""
 
 
-def commands():
-    """Yield the commands of which the package has a function of the same name."""
-    for command in COMMANDS:
-        name = {"plan": "plan_measurement"}.get(command.__name__, command.__name__)
-        if inspect.isfunction(getattr(slipfold, name, None)):
-            yield pytest.param(command.__wrapped__, getattr(slipfold, name), id=command.__name__)
+def options_of(name):
+    """Return the options of a command by the flags that they have."""
+    program = get_command(app).resolve_command(None, [name])[1]
+    return {flag: item for item in program.params for flag in item.opts}
 
 
-@pytest.mark.parametrize(("command", "function"), [*commands()])
-def test_shared_parameters_have_one_declaration_and_one_default(command, function):
-    known = inspect.signature(function).parameters
-    shared = [item for item in inspect.signature(command).parameters.values() if item.name in known]
-    for item in shared:
-        own = declared(item.annotation, command.__globals__)
-        if not isinstance(own, Option) or own.kind == "spans":
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_parameter_of_a_function_is_an_option_of_its_command(name):
+    options, command = options_of(name), COMMANDS[name]
+    for item in resolved(FUNCTIONS[name]).parameters.values():
+        declaration = declared(item.annotation)
+        if declaration is None or item.name in ARGUMENTS:
             continue
-        if (command.__name__, item.name) in OTHERWISE:
-            continue
-        there = known[item.name]
-        assert own is declared(there.annotation, function.__globals__), item.name
-        assert item.default == there.default or EMPTY in (item.default, there.default), item.name
+        flag = (declaration.flags or (f"--{item.name.replace('_', '-')}",))[0]
+        assert flag in options, item.name
+        default = options[flag].default
+        expected = command.defaults.get(item.name, item.default)
+        if isinstance(expected, int | float) and default is not None:
+            assert float(default) == expected
+
+
+def test_a_value_that_is_not_given_is_the_default_of_the_function():
+    program = COMMANDS["sweep"].program()
+    texts = {
+        item.name: None if item.default is inspect.Parameter.empty else item.default
+        for item in inspect.signature(program).parameters.values()
+    }
+    assert (texts["runs"], texts["points"], texts["box"]) == ("both", "200", None)
 
 
 @pytest.mark.parametrize("name", ["simulate", "basins", "response", "uncertainty"])
 def test_the_declaration_is_in_the_docstring(name):
     function = getattr(slipfold, name)
     text = " ".join(inspect.getdoc(function).split())
-    for item in inspect.signature(function).parameters.values():
-        option = declared(item.annotation, function.__globals__)
+    for item in resolved(function).parameters.values():
+        option = declared(item.annotation)
         if option is not None:
             assert " ".join(option.help.split()) in text

@@ -9,18 +9,126 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from slipfold.cli import long_term, measured, thresholds
-from slipfold.cli.explore import explore
-from slipfold.cli.locus import locus
-from slipfold.cli.models import models
-from slipfold.cli.plot import plot
-from slipfold.cli.response import response
+from slipfold.cli import explore, locus, measured, models, plot, study
+from slipfold.cli.commands import LOCUS_SETTINGS, PLANE, VALUES, Command
 from slipfold.cli.running import BAD_INPUT, DONE, INTERRUPTED, note, say
-from slipfold.cli.study import paper, study
 from slipfold.errors import InputError
 
 # The base of typer's own errors about arguments; where it lives depends on the version of typer.
 UsageError: Any = typer.BadParameter.__mro__[1]
+
+
+KEEPS = "Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, "
+
+STATUS = "Exit status: 0 done, 2 bad input, 130 interrupted; what was known by then is kept."
+
+COMMANDS = {
+    "response": Command(
+        "slipfold.computations.response:response",
+        "Follow the periodic response over a parameter, with all bifurcations and doubled "
+        f"branches.\n\n{KEEPS}3 a branch could not be followed to its end, 130 interrupted.",
+    ),
+    "locus": Command(
+        "slipfold.cli.locus:locus",
+        "Find all bifurcations in a window of two parameters, and follow them through it.\n\n"
+        "With a saved response, follow those that pass its special points, and what starts on "
+        f"them.\n\n{KEEPS}3 a locus could not be followed to its end, 130 interrupted.",
+        {"given": locus.GIVEN, "settings": LOCUS_SETTINGS},
+    ),
+    "simulate": Command(
+        "slipfold.computations.long_term:simulate",
+        "Integrate from the model's own or a given state; say whether and on what the solution "
+        f"becomes steady.\n\n{KEEPS}3 the solution became singular, 130 interrupted.",
+    ),
+    "lyapunov": Command(
+        "slipfold.computations.long_term:lyapunov",
+        "Tell periodic, quasi-periodic and chaotic solutions apart by their Lyapunov exponents."
+        f"\n\n{STATUS}",
+    ),
+    "attractors": Command(
+        "slipfold.computations.long_term:attractors",
+        "Find all responses, cycles, equilibria, tori and chaos that a box of starts leads to."
+        f"\n\n{STATUS}",
+    ),
+    "basins": Command(
+        "slipfold.computations.long_term:basins",
+        "Compute which response, cycle, equilibrium, torus or chaos each start leads to.\n\n"
+        f"Draw the result with slipfold plot. {STATUS}",
+    ),
+    "basin-fractions": Command(
+        "slipfold.computations.long_term:basin_fractions",
+        "Compute the fraction of starts that each response, torus or chaos attracts over a "
+        f"parameter.\n\nDraw the result with slipfold plot. {STATUS}",
+    ),
+    "sweep": Command(
+        "slipfold.computations.long_term:sweep",
+        "Sweep a parameter up and down, and start again at each value; store a state each period."
+        f"\n\n{STATUS}",
+    ),
+    "regimes": Command(
+        "slipfold.computations.long_term:regimes",
+        f"Map where solutions repeat and how soon, are tori or chaotic, or stick.\n\n{STATUS}",
+        {"vary": PLANE},
+    ),
+    "study": Command(
+        "slipfold.cli.study:study",
+        "Compute the same thing for many cases, on all cores or a cluster; lose none.\n\n"
+        "Each finished case is stored at once: after Ctrl-C, a crash or a full disk, --resume "
+        "continues. A case that fails is stored with its reason and stops no others. Exit status: "
+        "0 done, 2 bad input or a store that cannot be written, 130 interrupted.",
+        study.READERS,
+    ),
+    "uncertainty": Command(
+        "slipfold.cli.thresholds:uncertainty",
+        f"Compute the distribution of a threshold, by its gradients and by samples.\n\n{STATUS}",
+    ),
+    "design": Command(
+        "slipfold.cli.thresholds:design",
+        "Choose parameters for a threshold where it is wanted, at the lowest vibration.\n\n"
+        "Exit status: 0 done, 2 bad input, 3 nothing found, 130 interrupted; what was known is "
+        "kept.",
+    ),
+    "measure": Command(
+        "slipfold.computations.measured:measure",
+        "Measure a response as a test stand would: sweep a parameter, with jumps and with noise."
+        "\n\nExit status: 0 done, 2 bad input, 3 the solution ended at a limit, 130 interrupted; "
+        "what was measured by then is kept.",
+        {"vary": VALUES, "outputs": measured.MEASUREMENT_FILE},
+        {"seed": 1},
+    ),
+    "fit": Command(
+        "slipfold.computations.measured:fit",
+        "Fit parameters to a measured response, with intervals of confidence.\n\n"
+        "Exit status: 0 done, 2 bad input, 130 interrupted.",
+        {"measurement": measured.MEASUREMENT},
+    ),
+    "plan": Command(
+        "slipfold.computations.measured:plan_measurement",
+        "Compute how accurately a planned measurement determines parameters, and the best "
+        "readings.\n\nExit status: 0 done, 2 bad input.",
+        {"vary": VALUES, "outputs": measured.PLAN_FILES},
+    ),
+    "paper": Command(
+        "slipfold.cli.study:paper",
+        "Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets."
+        f"\n\n{KEEPS}3 a branch could not be followed to its end, 130 interrupted.",
+    ),
+    "models": Command(
+        "slipfold.cli.models:models",
+        "List the built-in models, or parameters, states, outputs and limits of one of them.",
+        models.READERS,
+    ),
+    "plot": Command("slipfold.cli.plot:plot", "Draw a saved result.", plot.READERS),
+    "explore": Command(
+        "slipfold.cli.explore:explore",
+        "Open a page on which the analysis is live, for this machine alone; Ctrl-C ends it.",
+        explore.READERS,
+    ),
+}
+"""The commands in the order in which they are listed."""
+
+
+HELP = {"help_option_names": ["-h", "--help"]}
 
 
 class Commands(TyperGroup):
@@ -60,6 +168,15 @@ class Commands(TyperGroup):
         named = [program or "slipfold", *(name for name in given[:1] if name in self.commands)]
         return " ".join(named)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """Return the command that is run, with its options: others are not imported."""
+        name, listed, others = super().resolve_command(ctx, args)
+        if name is None or listed is None:
+            return name, listed, others
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(name, context_settings=HELP)(COMMANDS[name].program())
+        return name, typer.main.get_command(alone), others
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
@@ -85,7 +202,7 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=HELP,
 )
 
 Version = Annotated[bool, typer.Option("--version", help="Show the version and exit.")]
@@ -104,27 +221,5 @@ def start(context: typer.Context, version: Version = False) -> None:
         raise typer.Exit
 
 
-COMMANDS = (
-    response,
-    locus,
-    long_term.simulate,
-    long_term.lyapunov,
-    long_term.attractors,
-    long_term.basins,
-    long_term.basin_fractions,
-    long_term.sweep,
-    long_term.regimes,
-    study,
-    thresholds.uncertainty,
-    thresholds.design,
-    measured.measure,
-    measured.fit,
-    measured.plan,
-    paper,
-    models,
-    plot,
-    explore,
-)
-
-for command in COMMANDS:
-    app.command()(command)
+for name, listed in COMMANDS.items():
+    app.command(name, help=listed.help)(lambda: None)

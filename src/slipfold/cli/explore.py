@@ -5,7 +5,8 @@ from __future__ import annotations
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated
 
-from slipfold.cli.reading import argument, command, equations_file, find_model, given_text
+from slipfold.cli.commands import argument, given_text
+from slipfold.cli.reading import equations_file, find_model
 from slipfold.cli.running import note, say
 from slipfold.errors import InputError
 from slipfold.options import Option
@@ -17,13 +18,16 @@ NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
 
 MOST_WORKERS = 64
 
-FILE = argument(
-    "[FILE]",
-    "A model of your own to offer first, e.g. case.toml, or a study, e.g. study.nc.",
-    "file",
-    None,
-)
-File = Annotated[str | None, given_text(FILE)]
+READERS = {
+    "file": given_text(
+        argument(
+            "[FILE]",
+            "A model of your own to offer first, e.g. case.toml, or a study, e.g. study.nc.",
+            "file",
+            None,
+        )
+    )
+}
 Port = Annotated[str, Option("Port to listen on; 0 is any free one.", metavar="N")]
 Browser = Annotated[bool, Option("Do not open the page.", "flag")]
 Workers = Annotated[
@@ -40,9 +44,8 @@ Public = Annotated[
 ]
 
 
-@command
 def explore(
-    file: File,
+    file: str | None,
     port: Port = "0",
     no_browser: Browser = False,
     workers: Workers = None,

@@ -3,50 +3,56 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
+from slipfold.cli.commands import FRICTION, SET, Reader, argument
 from slipfold.cli.reading import (
-    FRICTION,
-    SET,
-    LocusSettings,
-    OutputFiles,
-    Reader,
-    argument,
-    command,
     find_model,
     parse_assignments,
     parse_whole,
     parse_window,
     refuse_varied,
-    vary_option,
 )
-from slipfold.cli.running import DONE, FAILED, INTERRUPTED, Outputs, note
 from slipfold.errors import InputError
 from slipfold.options import Option, Regimes, Regions, Types
 
 if TYPE_CHECKING:
+    from slipfold.branches.settings import Settings
     from slipfold.branches.special_point import SpecialPoint
+    from slipfold.progress import Observer
     from slipfold.results.diagram import Diagram
     from slipfold.results.locus_diagram import LocusDiagram
 
-GIVEN = argument(
-    "MODEL|RESPONSE.nc",
-    "Name of a built-in model (see slipfold models), or a case file, e.g. case.toml: all "
-    "bifurcations in the window. Or a file that slipfold response --out wrote: those that pass "
-    "its special points.",
+GIVEN = Reader(
+    (
+        argument(
+            "MODEL|RESPONSE.nc",
+            "Name of a built-in model (see slipfold models), or a case file, e.g. case.toml: all "
+            "bifurcations in the window. Or a file that slipfold response --out wrote: those that "
+            "pass its special points.",
+        ),
+        SET,
+        FRICTION,
+    ),
+    lambda texts, _: {"given": texts},
 )
-Given = Annotated[dict[str, Any], Reader((GIVEN, SET, FRICTION), lambda given, _: dict(given))]
-Vary = Annotated[
+"""A model, or a saved response."""
+
+Window = Annotated[
     list[str],
-    vary_option("One of the two parameters and its range, e.g. f=11.5:13.5Hz; give it twice."),
+    Option(
+        "One of the two parameters and its range, e.g. f=11.5:13.5Hz; give it twice.",
+        "spans",
+        "NAME=FIRST:LAST",
+        flags=("--vary",),
+    ),
 ]
 Periods = Annotated[
-    list[str] | None,
+    list[int] | None,
     Option(
         "Period of the orbits in forcing periods; both by default. With RESPONSE.nc, any period of "
         "its points to start from; all by default.",
-        "texts",
+        "wholes",
         "1|2",
         flags=("--period",),
     ),
@@ -71,56 +77,56 @@ Only = Annotated[
 ]
 
 
-@command
 def locus(
-    given: Given,
-    vary: Vary,
-    outputs: OutputFiles,
-    settings: LocusSettings,
+    given: dict[str, Any],
+    window: Window,
+    *,
     label: Labels = None,
     only: Only = False,
     type_: Types = None,
     period: Periods = None,
     regions: Regions = False,
     regimes: Regimes = None,
-) -> int:
-    """Find all bifurcations in a window of two parameters, and follow them through it.
-
-    With a saved response, follow those that pass its special points, and what starts on them.
-
-    Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a locus could not be followed
-    to its end, 130 interrupted.
-    """
-    from slipfold.loci.bifurcation_set import PERIODS
-
+    settings: Settings,
+    on_progress: Observer,
+) -> LocusDiagram:
+    """Follow the loci in a window of a model, or those from the points of a saved response."""
     model = given["model"]
-    types = [text.upper() for text in type_] if type_ else None
-    periods = [parse_whole(text, "--period") for text in period] if period else None
-    compute: partial[LocusDiagram]
+    types = [text.upper() for text in type_ or ()] or None
     if model.lower().endswith(".nc"):
         from slipfold.computations.loci import locus as follow
 
         changes = [f"--set {item}" for item in given["set_"] or ()]
         changes += [] if given["friction"] is None else [f"--friction {given['friction']}"]
-        _refuse(model, changes, regions or regimes is not None, bool(label and (types or periods)))
+        _refuse(model, changes, regions or regimes is not None, bool(label and (types or period)))
         response = load_response(model)
-        plane, window = parse_window(vary, response.model)
+        plane, spans = parse_window(window, response.model)
         if label:
             points = labeled_points(response, model, label)
         else:
-            points = matching_points(response, model, (plane, window), types, periods)
-        compute = partial(follow, points, plane, window, switch=not only)
-    else:
-        from slipfold.computations.loci import bifurcation_set
+            points = matching_points(response, model, (plane, spans), types, period)
+        return follow(
+            points, plane, spans, switch=not only, settings=settings, on_progress=on_progress
+        )
+    from slipfold.computations.loci import bifurcation_set
+    from slipfold.loci.bifurcation_set import PERIODS
 
-        _refuse_of_model(model, label, only, regimes if not regions else None)
-        values = parse_assignments(given["set_"])
-        chosen = find_model(model, values, given["friction"])
-        plane, window = parse_window(vary, chosen, "a bifurcation set")
-        refuse_varied(values, plane)
-        compute = partial(bifurcation_set, chosen, plane, window, types=types, regions=regions)
-        compute = partial(compute, periods=periods or PERIODS, regimes=regimes)
-    return _conclude(outputs.of(partial(compute, settings=settings)), outputs)
+    _refuse_of_model(model, label, only, regimes if not regions else None)
+    values = parse_assignments(given["set_"])
+    chosen = find_model(model, values, given["friction"])
+    plane, spans = parse_window(window, chosen, "a bifurcation set")
+    refuse_varied(values, plane)
+    return bifurcation_set(
+        chosen,
+        plane,
+        spans,
+        types=types,
+        periods=period or PERIODS,
+        regions=regions,
+        regimes=regimes,
+        settings=settings,
+        on_progress=on_progress,
+    )
 
 
 def _refuse_of_model(
@@ -157,20 +163,6 @@ def _refuse(path: str, given: Sequence[str], regions: bool, both: bool) -> None:
         raise InputError(
             "--label says already which special points are meant; leave out --type and --period"
         )
-
-
-def _conclude(diagram: LocusDiagram, outputs: Outputs) -> int:
-    if diagram.interrupted:
-        points = sum(len(item) for item in diagram.loci)
-        number = len(diagram.loci)
-        loci = "1 locus" if number == 1 else f"{number} loci"
-        note(f"interrupted after {points} points on {loci}; {outputs.kept}")
-        return INTERRUPTED
-    for item in diagram.loci:
-        for end in (item.begun, item.stopped):
-            if end.early:
-                note(f"locus {item.id} stopped early: {end.reason}")
-    return FAILED if diagram.failed else DONE
 
 
 def load_response(path: str) -> Diagram:

@@ -1,190 +1,121 @@
-"""``slipfold measure``, ``fit`` and ``plan``: measured responses."""
+"""What ``slipfold measure``, ``fit`` and ``plan`` read and write in their own way."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
+from slipfold.cli.commands import FILES, Reader, argument, option
 from slipfold.cli.interruption import deferred_interrupts
-from slipfold.cli.reading import (
-    GivenModel,
-    OutputFiles,
-    Reader,
-    argument,
-    command,
-    option,
-    parse_bounds,
-    parse_number,
-    varied,
-)
-from slipfold.cli.running import (
-    DONE,
-    FAILED,
-    INTERRUPTED,
-    live_line,
-    note,
-    reporter,
-    say,
-)
-from slipfold.errors import InputError
-from slipfold.options import Errors, Fitted, Option, Quantities, Seed, Sweeping
+from slipfold.cli.reading import parse_whole
+from slipfold.cli.running import DONE, FAILED, INTERRUPTED, Outputs, live_line, note, reporter, say
+from slipfold.options import Option
 from slipfold.progress import Progress
 
-if TYPE_CHECKING:
-    from slipfold.parameter_space.measurement import Measurement
 
-Varied = Annotated[
-    tuple[str, tuple[float, float]], varied("The parameter that is swept, e.g. f=11:14.")
-]
-Points = Annotated[int, Option("Equidistant values of it, from first to last.", "whole", "N")]
-File = Annotated[
-    str | None,
-    Option(
-        "Write the measurements there, else they are printed.", metavar="FILE", flags=("--csv",)
+def _read_data(texts: Any, values: Any) -> dict[str, Any]:
+    from slipfold.parameter_space.measurement import read_measurement
+
+    return {"measurement": read_measurement(texts["data"], values["model"])}
+
+
+MEASUREMENT = Reader(
+    (
+        argument(
+            "DATA.csv",
+            "Measurements with units in the head, e.g. 'Nd [N], max y [mm]'; also 'error of max y "
+            "[mm]' and sweep.",
+            "data",
+        ),
     ),
-]
-DATA = argument(
-    "DATA.csv",
-    "Measurements with units in the head, e.g. 'Nd [N], max y [mm]'; also 'error of max y [mm]' "
-    "and sweep.",
-    "data",
+    _read_data,
 )
 
 
-def _read_data(given: Any, values: Any) -> Measurement:
-    from slipfold.parameter_space.measurement import read_measurement
+class MeasurementFile(Outputs):
+    """The file of a measurement; standard output if there is none."""
 
-    return read_measurement(given["data"], values["model"])
+    def status_of(self, compute: Callable[..., Any]) -> int:
+        """Measure, write what there is and return the exit status."""
+        from slipfold.parameter_space.measurement import csv_of
+        from slipfold.results.writing import write_file
 
+        total = 0
+        with live_line() as show, deferred_interrupts() as check:
+            report = reporter(show, check)
 
-Data = Annotated["Measurement", Reader((DATA,), _read_data)]
-FittedBounds = Annotated[
-    dict[str, tuple[float, float]],
-    Reader(
-        (
-            option(
-                "bounds",
-                Option(
-                    "A parameter to be fitted, and its bounds, e.g. mu=0.3:0.7.",
-                    "texts",
-                    "NAME=LEAST:GREATEST",
-                    flags=("--fit",),
-                ),
-            ),
-        ),
-        lambda given, values: parse_bounds(given["bounds"], values["model"]),
-    ),
-]
-Best = Annotated[
-    int | None,
-    Option("Choose the N most informative values, and plan these alone.", "whole", "N"),
-]
+            def observe(progress: Progress) -> None:
+                nonlocal total
+                total = progress.total or 0
+                report(progress)
 
-
-@command
-def measure(
-    model: GivenModel,
-    varied: Varied,
-    quantity: Quantities,
-    points: Points = 21,
-    sweep: Sweeping = "up",
-    error: Errors = (),
-    seed: Seed = 1,
-    csv: File = None,
-) -> int:
-    """Measure a response as a test stand would: sweep a parameter, with jumps and with noise.
-
-    Exit status: 0 done, 2 bad input, 3 the solution ended at a limit, 130 interrupted; what was
-    measured by then is kept.
-    """
-    from slipfold.computations.measured import measure as compute
-    from slipfold.parameter_space.measurement import csv_of
-    from slipfold.results.writing import check_writable, write_file
-
-    if csv is not None:
-        check_writable(csv)
-    name, values = _values(varied, points)
-    total = 0
-    with live_line() as show, deferred_interrupts() as check:
-        report = reporter(show, check)
-
-        def observe(progress: Progress) -> None:
-            nonlocal total
-            total = progress.total or 0
-            report(progress)
-
-        errors = _errors(error) or 0.0
-        compute = partial(compute, sweep=sweep, errors=errors, seed=seed, on_progress=observe)
-        result = compute(model, name, values, quantity)
-        remarks = [repr(model), f"swept {sweep} over {name}"]
+            result = compute(on_progress=observe)
+            given = compute.keywords if isinstance(compute, partial) else {}
+            remarks = [repr(given["model"]), f"swept {given['sweep']} over {given['vary']}"]
+            if result.stopped is not None:
+                remarks.append(f"stopped early: {result.stopped}")
+            text = csv_of(result, remarks)
+            if self.csv is None:
+                say(text.rstrip())
+            else:
+                write_file(self.csv, text.encode())
+                note(f"wrote {self.csv}")
         if result.stopped is not None:
-            remarks.append(f"stopped early: {result.stopped}")
-        text = csv_of(result, remarks)
-        if csv is None:
-            say(text.rstrip())
-        else:
-            write_file(csv, text.encode())
-            note(f"wrote {csv}")
-    if result.stopped is not None:
-        note(f"stopped early: {result.stopped}; {len(result)} of {total} readings are kept")
-        return FAILED
-    if len(result) < total:
-        note(f"interrupted after {len(result)} of {total} readings, which are kept")
-        return INTERRUPTED
-    return DONE
+            note(f"stopped early: {result.stopped}; {len(result)} of {total} readings are kept")
+            return FAILED
+        if len(result) < total:
+            note(f"interrupted after {len(result)} of {total} readings, which are kept")
+            return INTERRUPTED
+        return DONE
 
 
-@command
-def fit(model: GivenModel, data: Data, bounds: FittedBounds, outputs: OutputFiles) -> int:
-    """Fit parameters to a measured response, with intervals of confidence.
-
-    Exit status: 0 done, 2 bad input, 130 interrupted.
-    """
-    from slipfold.computations.measured import fit as compute
-
-    outputs.of(partial(compute, model, data, bounds))
-    return DONE
-
-
-@command
-def plan(
-    model: GivenModel,
-    varied: Varied,
-    outputs: OutputFiles,
-    quantity: Quantities,
-    names: Fitted,
-    error: Errors = (),
-    points: Points = 21,
-    best: Best = None,
-) -> int:
-    """Compute how accurately a planned measurement determines parameters, and the best readings.
-
-    Exit status: 0 done, 2 bad input.
-    """
-    from slipfold.computations.measured import plan_measurement as compute
-
-    errors = _errors(error)
-    if errors is None:
-        raise InputError("no --error is given; give what readings scatter by, e.g. --error 1e-4")
-    name, values = _values(varied, points)
-    with live_line():
-        result = compute(model, name, values, quantity, names, errors=errors)
-    if best is not None:
-        result = result.some(result.best(best))
-    outputs.write(result)
-    if best is not None and outputs.json != "-":
-        say(f"best at {name} = {', '.join(f'{value:.6g}' for value in result.values)}")
-    return DONE
+MEASUREMENT_FILE = Reader(
+    (
+        option(
+            "csv",
+            Option("Write the measurements there, else they are printed.", metavar="FILE"),
+            None,
+        ),
+    ),
+    lambda texts, _: {"outputs": MeasurementFile(csv=texts["csv"]).checked()},
+)
 
 
-def _values(varied: tuple[str, tuple[float, float]], count: int) -> tuple[str, list[float]]:
-    """Return the parameter that is swept, and its values."""
-    name, (first, last) = varied
-    step = (last - first) / max(count - 1, 1)
-    return name, [first + k * step for k in range(count - 1)] + [last]
+@dataclass(frozen=True)
+class PlanFiles(Outputs):
+    """The files of a plan of measurements, and how many of its values are chosen."""
+
+    best: int | None = None
+
+    def status_of(self, compute: Callable[..., Any]) -> int:
+        """Plan, choose the best values, write the result and return the exit status."""
+        with live_line():
+            result = compute()
+        if self.best is None:
+            self.write(result)
+            return DONE
+        result = result.some(result.best(self.best))
+        self.write(result)
+        if self.json != "-":
+            say(f"best at {result.vary} = {', '.join(f'{value:.6g}' for value in result.values)}")
+        return DONE
 
 
-def _errors(texts: Any) -> float | list[float] | None:
-    """Return the standard deviations given, None if there are none."""
-    result = [parse_number(text, "--error") for text in texts or ()]
-    return result[0] if len(result) == 1 else result or None
+def _read_plan_files(texts: Any, values: Any) -> dict[str, Any]:
+    best = None if texts["best"] is None else parse_whole(texts["best"], "--best")
+    return {"outputs": PlanFiles(texts["json"], texts["out"], texts["csv"], best).checked()}
+
+
+PLAN_FILES = Reader(
+    (
+        *FILES,
+        option(
+            "best",
+            Option("Choose the N most informative values, and plan these alone.", "whole", "N"),
+            None,
+        ),
+    ),
+    _read_plan_files,
+)

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from slipfold.cli.reading import FILES, FRICTION, argument, command, find_model, given_text
+from slipfold.cli.commands import FILES, FRICTION, argument, given_text
+from slipfold.cli.reading import find_model
 from slipfold.cli.running import say, write_json
 from slipfold.errors import InputError
 from slipfold.options import Option
@@ -15,23 +16,21 @@ if TYPE_CHECKING:
     from slipfold.models.model import Model
     from slipfold.models.parameter import Parameter
 
-Name = Annotated[
-    str | None,
-    given_text(
+READERS = {
+    "model": given_text(
         argument("[MODEL]", "Show one model in detail, built-in or from a file.", default=None)
     ),
-]
+    "friction": given_text(FRICTION),
+    "json": given_text(FILES[0]),
+}
 Show = Annotated[
     str | None,
     Option("Print the equations of a built-in model as a file to start from.", metavar="NAME"),
 ]
-Friction = Annotated[str | None, given_text(FRICTION)]
-Json = Annotated[str | None, given_text(FILES[0])]
 
 
-@command
-def models(model: Name, friction: Friction, json: Json, show: Show = None) -> None:
-    """List the built-in models, or parameters, states, outputs and limits of one of them."""
+def models(model: str | None, friction: str | None, json: str | None, show: Show = None) -> None:
+    """List the built-in models, or print one of them."""
     from slipfold.models.registry import built_in_models, built_in_text
 
     if friction is not None and model is None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from slipfold.cli.reading import argument, command, given_text
+from slipfold.cli.commands import argument, given_text
 from slipfold.cli.running import note
 from slipfold.errors import InputError
 from slipfold.options import Option
@@ -45,8 +45,7 @@ OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Name of each kind of result, and its options."""
 
-RESULT = argument("RESULT.nc", "A file written by --out.", "result")
-Result = Annotated[str, given_text(RESULT)]
+READERS = {"result": given_text(argument("RESULT.nc", "A file written by --out.", "result"))}
 Output = Annotated[
     str | None,
     Option(
@@ -92,9 +91,8 @@ Out = Annotated[
 ]
 
 
-@command
 def plot(
-    result: Result,
+    result: str,
     output: Output = None,
     measure: Measure = None,
     kind: PlotKind = None,

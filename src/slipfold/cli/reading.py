@@ -1,266 +1,23 @@
-"""What commands read: models, values and options, as they are declared in `slipfold.options`."""
+"""Texts of the command line, read as models, numbers, intervals and events."""
 
 from __future__ import annotations
 
-import inspect
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING
 
-import typer
-
-from slipfold.cli.running import Outputs
 from slipfold.errors import InputError
-from slipfold.options import Option
 
 if TYPE_CHECKING:
-    from slipfold.branches.settings import Event, Settings
+    from slipfold.branches.settings import Event
     from slipfold.models.friction.law import FrictionLaw
     from slipfold.models.model import Model
 
 _EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
 
 _NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
-
-REPEATABLE = ("texts", "intervals", "states", "values", "spans")
-"""Kinds of options that may be given several times."""
-
-Values = Mapping[str, Any]
-
-
-# -- commands ----------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Reader:
-    """A parameter of a command: its options on the command line, and how its value is read."""
-
-    options: tuple[inspect.Parameter, ...]
-    read: Callable[[Values, Values], Any]  # from the texts given, and the values read before
-    rank: int = 2  # the lowest is read first
-
-
-def command(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a command of a function of values: its options follow from the parameters' types."""
-    readers: dict[str, Reader] = {}
-    for item in inspect.signature(function).parameters.values():
-        declared = get_args(function.__globals__.get(item.annotation))[1:]
-        (result,) = (each for each in declared if isinstance(each, Option | Reader))
-        readers[item.name] = (
-            result if isinstance(result, Reader) else _reader(item.name, result, item.default)
-        )
-
-    def run(**given: Any) -> Any:
-        values: dict[str, Any] = {}
-        for name, reader in sorted(readers.items(), key=lambda pair: pair[1].rank):
-            values[name] = reader.read(given, values)
-        return function(**values)
-
-    options = [option for reader in readers.values() for option in reader.options]
-    options.sort(key=lambda option: option.default is not inspect.Parameter.empty)
-    run.__name__, run.__doc__ = function.__name__, function.__doc__
-    run.__annotations__ = {option.name: option.annotation for option in options}
-    run.__wrapped__ = function  # type: ignore[attr-defined]
-    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-    return run
-
-
-def option(
-    name: str, declared: Option, default: Any = inspect.Parameter.empty
-) -> inspect.Parameter:
-    """Return an option of the command line."""
-    several, flag = declared.kind in REPEATABLE, declared.kind == "flag"
-    help_ = re.sub(r"(?<!`)`(\w+)`(?!`)", r"--\1", declared.command_help or declared.help)
-    help_ = help_.replace("`", "") + " Repeatable." * (several and declared.kind != "spans")
-    flags = declared.flags or (f"--{name.replace('_', '-')}",)
-    how = typer.Option(*flags, metavar=declared.metavar, help=help_)
-    kind: Any = bool if flag else list[str] if several else str
-    if not flag and default is not inspect.Parameter.empty:
-        several_or_none = several or default is None
-        default = None if several_or_none else _as_text(default)
-        kind = kind | None if several_or_none else kind
-    annotation = Annotated[kind, how]
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
-    )
-
-
-def _as_text(default: Any) -> str:
-    return "x".join(map(str, default)) if isinstance(default, tuple) else str(default)
-
-
-def _reader(name: str, declared: Option, default: Any) -> Reader:
-    flag = (declared.flags or (f"--{name.replace('_', '-')}",))[0]
-
-    def read(given: Values, values: Values) -> Any:
-        text = given[name]
-        if text is None or declared.kind in ("text", "texts", "flag", "spans"):
-            return text
-        if declared.kind == "whole":
-            return parse_whole(text, flag, declared.minimum)
-        if declared.kind == "number":
-            return parse_number(text, flag)
-        if declared.kind == "grid":
-            return parse_points(text, flag, declared.minimum)
-        if declared.kind == "intervals":
-            return parse_box(text, flag)
-        if declared.kind == "states":
-            return parse_states(text, values["model"])
-        return parse_assignments(text, flag)
-
-    return Reader((option(name, declared, default),), read)
-
-
-def argument(
-    metavar: str, help_: str, name: str = "model", default: Any = inspect.Parameter.empty
-) -> inspect.Parameter:
-    """Return an argument of the command line, by default the model."""
-    kind: Any = str if default is inspect.Parameter.empty else str | None
-    annotation = Annotated[kind, typer.Argument(metavar=metavar, help=help_)]
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
-    )
-
-
-def given_text(item: inspect.Parameter) -> Reader:
-    """Return a parameter that is read as it is given."""
-    return Reader((item,), lambda given, _: given[item.name])
-
-
-SET = option(
-    "set_",
-    Option(
-        "Value of a parameter: in SI units, or with a unit, e.g. alpha=60deg.",
-        "texts",
-        "NAME=VALUE",
-        flags=("--set",),
-    ),
-    None,
-)
-
-FRICTION = option(
-    "friction",
-    Option(
-        "Friction law of the sliding oscillator, e.g. stribeck; its parameters are then set and "
-        "varied like others, see slipfold models sliding --friction LAW.",
-        metavar="LAW",
-    ),
-    None,
-)
-
-MODEL_ARGUMENT = argument(
-    "MODEL", "Name of a built-in model (see slipfold models), or a case file, e.g. case.toml."
-)
-
-MODEL = (MODEL_ARGUMENT, SET, FRICTION)
-
-
-def _read_model(given: Values, values: Values) -> Model:
-    return find_model(given["model"], parse_assignments(given["set_"]), given["friction"])
-
-
-def _read_span(given: Values, values: Values) -> tuple[str, tuple[float, float]]:
-    """Read ``--vary`` for the model that was read before."""
-    name, span = parse_span(given["vary"], values["model"])
-    refuse_varied(parse_assignments(given["set_"]), (name,))
-    return name, span
-
-
-def vary_option(help_: str) -> Option:
-    """Return the declaration of ``--vary``."""
-    return Option(help_, "spans", "NAME=FIRST:LAST", flags=("--vary",))
-
-
-def varied(help_: str) -> Reader:
-    """Return a parameter that is read as the name of a model's parameter and its ends."""
-    return Reader((option("vary", vary_option(help_)),), _read_span)
-
-
-GivenModel = Annotated["Model", Reader(MODEL, _read_model, 1)]
-"""A model by its name or file, with ``--set`` and ``--friction``."""
-
-Varied = Annotated[tuple[str, tuple[float, float]], varied("Parameter and its ends.")]
-
-FILES = (
-    option(
-        "json",
-        Option(
-            "Write the result as JSON; - is standard output, where nothing else is printed then.",
-            metavar="FILE",
-        ),
-        None,
-    ),
-    option("out", Option("Write everything as netCDF.", metavar="FILE.nc"), None),
-    option("csv", Option("Write all points as comma-separated values.", metavar="FILE"), None),
-)
-
-OutputFiles = Annotated[
-    Outputs,
-    Reader(FILES, lambda given, _: Outputs(given["json"], given["out"], given["csv"]).checked(), 0),
-]
-"""The files that a result is written to; they are checked first."""
-
-STEPS = (
-    option(
-        "max_step",
-        Option("Largest step from point to point, in scaled arclength.", metavar="S"),
-        None,
-    ),
-    option(
-        "tolerance", Option("Largest residual of an orbit, in scaled states.", metavar="R"), None
-    ),
-    option("max_points", Option("Points after which a branch or locus stops.", metavar="N"), None),
-)
-
-
-def _read_settings(given: Values, values: Values) -> Settings:
-    from slipfold.branches.settings import Settings
-    from slipfold.continuation.settings import Newton, Steps
-
-    newton, steps, settings = Newton(), Steps(), Settings()
-    if given["tolerance"] is not None:
-        newton = replace(newton, tolerance=parse_number(given["tolerance"], "--tolerance"))
-    if given["max_step"] is not None:
-        steps = replace(steps, largest=parse_number(given["max_step"], "--max-step"))
-    if given["max_points"] is not None:
-        steps = replace(steps, points=parse_whole(given["max_points"], "--max-points"))
-    if given.get("largest_period") is not None:
-        period = parse_whole(given["largest_period"], "--largest-period", least=0)
-        settings = replace(settings, largest_period=period, snaking_period=period)
-    if given.get("discretization") is not None:
-        settings = replace(settings, discretization=given["discretization"])
-    return replace(settings, newton=newton, steps=steps)
-
-
-LocusSettings = Annotated["Settings", Reader(STEPS, _read_settings)]
-
-ResponseSettings = Annotated[
-    "Settings",
-    Reader(
-        (
-            *STEPS,
-            option(
-                "largest_period",
-                Option("Follow doubled branches up to this many forcing periods.", metavar="K"),
-                None,
-            ),
-            option(
-                "discretization",
-                Option(
-                    "Compute orbits by shooting, by collocation, or (automatic) by collocation "
-                    "where shooting fails.",
-                    metavar="NAME",
-                ),
-                None,
-            ),
-        ),
-        _read_settings,
-    ),
-]
-
 
 # -- models ------------------------------------------------------------------------------------
 
@@ -367,6 +124,29 @@ def parse_points(text: str, option: str = "--points", least: int = 2) -> tuple[i
     return count, parse_whole(second, option, least) if times else count
 
 
+def parse_pair(text: str, option: str) -> tuple[str, str]:
+    """Read ``FROM:TO``.
+
+    >>> parse_pair("40mN:60mN", "--outside")
+    ('40mN', '60mN')
+    """
+    first, colon, last = text.partition(":")
+    if not colon:
+        raise InputError(f"{option}={text} has no two ends; give FROM:TO")
+    return first, last
+
+
+def equidistant(span: tuple[float, float], count: int) -> list[float]:
+    """Return values spread evenly over a span, in its order.
+
+    >>> equidistant((1.0, 2.0), 3)
+    [1.0, 1.5, 2.0]
+    """
+    first, last = span
+    step = (last - first) / max(count - 1, 1)
+    return [first + k * step for k in range(count - 1)] + [last]
+
+
 def parse_number(text: str, option: str) -> float:
     """Read a finite number."""
     try:
@@ -439,18 +219,18 @@ def refuse_varied(given: Mapping[str, str], varied: Sequence[str]) -> None:
             )
 
 
-def parse_bounds(texts: Sequence[str] | None, model: Model) -> dict[str, tuple[float, float]]:
+def parse_bounds(texts: Sequence[str], model: Model, option: str) -> dict[str, tuple[float, float]]:
     """Read every ``NAME=LEAST:GREATEST``.
 
     >>> from slipfold.models import SlidingOscillator
-    >>> parse_bounds(["mu=0.3:0.7", "L=40:60mm"], SlidingOscillator())
+    >>> parse_bounds(["mu=0.3:0.7", "L=40:60mm"], SlidingOscillator(), "--fit")
     {'mu': (0.3, 0.7), 'L': (0.04, 0.06)}
     """
     result: dict[str, tuple[float, float]] = {}
-    for text in texts or ():
-        name, ends = _parse_interval(text, model, "--fit mu=0.3:0.7")
+    for text in texts:
+        name, ends = _parse_interval(text, model, f"{option} mu=0.3:0.7")
         if name in result:
-            raise InputError(f"{name} has bounds twice; give --fit {name}= once")
+            raise InputError(f"{name} has bounds twice; give {option} {name}= once")
         result[name] = ends
     return result
 

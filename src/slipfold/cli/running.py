@@ -9,16 +9,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self
 
+from slipfold.cli.endings import failed, interrupted_at, stopped_early
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.errors import InputError
 from slipfold.progress import Observer, Progress, duration_text
 
 if TYPE_CHECKING:
     from slipfold.results.result import Result
-
-AnyResult = TypeVar("AnyResult", bound="Result")
 
 DONE = 0
 BAD_INPUT = 2
@@ -111,7 +110,7 @@ class Outputs:
     csv: str | None = None  # file for comma-separated values
 
     @property
-    def kept(self) -> str:
+    def stored(self) -> str:
         """Where to find what an interrupted computation had finished."""
         files = [path for path in (self.out, self.csv, self.json) if path not in (None, "-")]
         if not files:
@@ -134,27 +133,39 @@ class Outputs:
             seen.add(real)
         return self
 
-    def of(self, compute: Callable[..., AnyResult]) -> AnyResult:
-        """Compute, showing progress and stopping at Ctrl-C, and write the result.
+    def status_of(self, compute: Callable[..., Result]) -> int:
+        """Compute, write the result and return the exit status.
 
-        Ctrl-C during writing has no effect and loses nothing.
+        Ctrl-C stops the computation at the next point; during writing it has no effect.
         """
         with deferred_interrupts() as check:
             with live_line() as show:
                 result = compute(on_progress=reporter(show, check))
+                complete = self._completed(result, show, check)
             self.write(result)
-        return result
-
-    def status_of(self, compute: Callable[..., Any]) -> int:
-        """Compute, write the result and return the exit status."""
-        return self.status(self.of(compute).interrupted)
-
-    def status(self, interrupted: bool, failed: bool = False) -> int:
-        """Return the exit status; say so if Ctrl-C ended the computation."""
-        if interrupted:
-            note(f"interrupted; {self.kept}")
+        if not complete or getattr(result, "interrupted", False):
+            note(
+                f"{' '.join(filter(None, ['interrupted', interrupted_at(result)]))}; {self.stored}"
+            )
             return INTERRUPTED
-        return FAILED if failed else DONE
+        for sentence in stopped_early(result):
+            note(sentence)
+        return FAILED if failed(result) else DONE
+
+    def _completed(
+        self, result: Any, show: Callable[[str], None], check: Callable[[], None]
+    ) -> bool:
+        """Compute what the tables of a response have beyond its summary; return whether all is."""
+        if type(result).__name__ != "Diagram" or (self.out is None and self.csv is None):
+            return True
+        from slipfold.branches.make_branch import complete_branches
+
+        def report(done: int, total: int) -> None:
+            show(str(Progress("extrema and uncertainties", done, total)))
+            if not result.interrupted:
+                check()
+
+        return complete_branches(result.branches, report)
 
     def write(self, result: Result) -> None:
         """Write the files; print the summary, or the JSON if that is requested."""

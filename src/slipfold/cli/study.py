@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from slipfold.cli.reading import FILES, Reader, argument, command, given_text, option
+from slipfold.cli.commands import FILES, Reader, argument, given_text, option
 from slipfold.cli.running import (
     DONE,
     FAILED,
@@ -24,7 +24,6 @@ from slipfold.threads import cores
 CASE = argument(
     "CASE.toml", "The study: a case file with the tables [compute] and [cases].", "case"
 )
-CaseFile = Annotated[str, given_text(CASE)]
 Out = option(
     "out",
     Option(
@@ -34,13 +33,13 @@ Out = option(
     ),
     None,
 )
-Files = Annotated[
-    Outputs,
-    Reader(
+READERS = {
+    "case": given_text(CASE),
+    "files": Reader(
         (FILES[0], Out, FILES[2]),
-        lambda given, _: Outputs(given["json"], given["out"], given["csv"]),
+        lambda texts, _: {"files": Outputs(texts["json"], texts["out"], texts["csv"])},
     ),
-]
+}
 Check = Annotated[bool, Option("Print what would be computed, and how long it may take.", "flag")]
 Workers = Annotated[
     int | None,
@@ -52,22 +51,16 @@ Scheduler = Annotated[
 ]
 
 
-@command
 def study(
-    case: CaseFile,
-    files: Files,
+    case: str,
+    files: Outputs,
     check: Check = False,
     resume: Resume = False,
     retry_failed: RetryFailed = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> int:
-    """Compute the same thing for many cases, on all cores or a cluster; lose none.
-
-    Each finished case is stored at once: after Ctrl-C, a crash or a full disk, --resume continues.
-    A case that fails is stored with its reason and stops no others. Exit status: 0 done, 2 bad
-    input or a store that cannot be written, 130 interrupted.
-    """
+    """Compute the cases that a store lacks, or say what would be computed."""
     from slipfold.cli.interruption import deferred_interrupts
     from slipfold.computations.study import study as compute
 
@@ -149,18 +142,13 @@ WithMotions = Annotated[
 ]
 
 
-@command
 def paper(
     out: Folder = "paper-output",
     processes: Processes = None,
     tori: WithTori = False,
     motions: WithMotions = False,
 ) -> int:
-    """Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets.
-
-    Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, 3 a branch could not be
-    followed to its end, 130 interrupted.
-    """
+    """Compute and draw what the source paper shows."""
     from slipfold.paper.reproduce import reproduce
 
     with live_line() as show:
