@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from slipfold.loci.locus import locus_curve
-from slipfold.parameter_space.optimum import PlacedOrbit, PlacedPoint
+from slipfold.parameter_space.optimum import ParameterizedOrbit, ParameterizedPoint
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import COLUMN, figure_style, settle
 
@@ -63,8 +63,8 @@ def draw_designs(ax, model, doubling, found):
     """Draw what alpha and Vd can do, and the designs that vibrate least; return what to name."""
     labels = []
     state = [item.name for item in model.states].index(found.state)
-    placed = PlacedPoint.at(doubling, ("alpha", "Vd"))
-    orbit = PlacedOrbit.at(model.replace(Nd=LOAD), ("alpha", "Vd"))
+    placed = ParameterizedPoint.at(doubling, ("alpha", "Vd"))
+    orbit = ParameterizedOrbit.at(model.replace(Nd=LOAD), ("alpha", "Vd"))
     reached = np.empty((len(ANGLES), len(SPEEDS), 2))
     for row, alpha in enumerate(ANGLES):
         for column, speed in enumerate(SPEEDS):

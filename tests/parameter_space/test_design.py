@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from slipfold.parameter_space import optimum as confirmed
-from slipfold.parameter_space.optimum import PlacedOrbit, PlacedPoint
+from slipfold.parameter_space.optimum import ParameterizedOrbit, ParameterizedPoint
 
 CHOOSE = {"alpha": ("75deg", "85deg"), "Vd": (0.3, 1.0)}
 LOAD = 0.02
@@ -26,7 +26,7 @@ def found(sliding):
 
 def test_derivatives_of_the_vibration():
     model = sf.SlidingOscillator(f=12.5, Nd=0.04)
-    orbit = PlacedOrbit.at(model, ("alpha", "Vd", "f", "L"))
+    orbit = ParameterizedOrbit.at(model, ("alpha", "Vd", "f", "L"))
     level, slopes = orbit.level(1)
     samples = sf.periodic_orbit(model).nodes[:, 1]  # eight phases: exact up to the third harmonic
     assert level == pytest.approx(samples.std(), rel=0.01)
@@ -41,8 +41,8 @@ def test_derivatives_of_the_vibration():
 
 
 def test_the_least_vibration_is_that_of_a_grid(sliding, found):
-    placed = PlacedPoint.at(sliding[0].point, ("alpha", "Vd"))
-    orbit = PlacedOrbit.at(sf.SlidingOscillator(f=12.5, Nd=LOAD), ("alpha", "Vd"))
+    placed = ParameterizedPoint.at(sliding[0].point, ("alpha", "Vd"))
+    orbit = ParameterizedOrbit.at(sf.SlidingOscillator(f=12.5, Nd=LOAD), ("alpha", "Vd"))
     known = []
     for alpha in np.radians(np.linspace(75, 85, 5)):
         for speed in np.linspace(0.3, 1, 15):

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 import slipfold as sf
 from helpers.command_line import run
 from slipfold import Scatter
-from slipfold.parameter_space.optimum import Lost, PlacedPoint
+from slipfold.parameter_space.optimum import NoSolutionError, ParameterizedPoint
 from slipfold.parameter_space.sampling import drawn, index_design, indices_of, names_of
 from slipfold.parameter_space.scatter import parse_scatter
 
@@ -45,13 +45,13 @@ def test_bands_by_both_ways_agree_where_scatter_is_small(small):
 
 def test_a_point_that_vanishes_is_lost(sliding):
     # The two NS points of the period-2 branch meet at alpha = 58.576197729 deg (beyond.md).
-    placed = PlacedPoint.at(sliding[2].point, ("alpha",))
+    placed = ParameterizedPoint.at(sliding[2].point, ("alpha",))
     # Beside a fold of the locus slopes go with the inverse root of the distance.
     angles = [58.577, 58.5763]
     found = [placed.moved_to({"alpha": np.radians(angle)}).gradient[0] ** 2 for angle in angles]
     meeting = np.dot(angles, np.array(found) * [-1, 1]) / (found[1] - found[0])
     assert meeting == pytest.approx(58.576197729, abs=2e-5)
-    with pytest.raises(Lost):
+    with pytest.raises(NoSolutionError):
         placed.moved_to({"alpha": np.radians(58.57)})
     found = sf.uncertainty(sliding[2], {"alpha": "normal 2deg"}, samples=4, seed=1)
     gone = found.samples[:, 0] < np.radians(58.5)
@@ -60,7 +60,7 @@ def test_a_point_that_vanishes_is_lost(sliding):
     assert f"No threshold at {found.lost} of 4 samples" in found.summary()
     assert "which bands and probabilities leave out" in found.summary()
     assert found.quiet(0.0) == 1.0
-    # Lost samples may be loud or quiet.
+    # Samples without a threshold may be loud or quiet.
     low, high = found.quiet_between(0.0)
     assert low < 1 - found.lost / 4
     assert high == 1.0

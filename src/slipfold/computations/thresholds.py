@@ -164,7 +164,7 @@ def uncertainty(
     >>> [round(end, 4) for end in found.band(0.95)]
     [0.0431, 0.0442]
     """
-    from slipfold.parameter_space.optimum import PlacedPoint
+    from slipfold.parameter_space.optimum import ParameterizedPoint
     from slipfold.parameter_space.sampling import (
         INTERRUPTED,
         drawn,
@@ -189,7 +189,7 @@ def uncertainty(
             "indices"
         )
     started = perf_counter()
-    placed = PlacedPoint.at(point, tuple(item.name for item in scatters))
+    placed = ParameterizedPoint.at(point, tuple(item.name for item in scatters))
     places = drawn("sobol", count, start, scatters, correlation=matrix)
     more = index_design(scatters, count, start) if indices else np.empty((0, len(scatters)))
     total = len(places) + len(more)
@@ -307,10 +307,10 @@ def design(
     """
     from slipfold.parameter_space.optimum import (
         Choice,
-        Demand,
-        PlacedOrbit,
-        PlacedPoint,
-        choose_least,
+        ParameterizedOrbit,
+        ParameterizedPoint,
+        Requirement,
+        minimize_level,
     )
     from slipfold.results.thresholds import Design
 
@@ -328,13 +328,16 @@ def design(
     at = _number(load, parameter)
     watched = _state(point, state)
     started = perf_counter()
-    orbit = PlacedOrbit.at(model.replace(**{vary: at}), names)
-    placed = PlacedPoint.at(point, names)
-    stay = [Demand(PlacedPoint.at(other, names), "above", least) for other, least in kept.values()]
+    orbit = ParameterizedOrbit.at(model.replace(**{vary: at}), names)
+    placed = ParameterizedPoint.at(point, names)
+    stay = [
+        Requirement(ParameterizedPoint.at(other, names), "above", least)
+        for other, least in kept.values()
+    ]
 
     def find(side: str, bound: float, start: Array) -> Choice:
-        demands = [Demand(placed, side, bound), *stay]
-        return choose_least(orbit, watched, demands, bounds, start)
+        requirements = [Requirement(placed, side, bound), *stay]
+        return minimize_level(orbit, watched, requirements, bounds, start)
 
     nothing = Choice.none(len(names), 1 + len(kept), INTERRUPTED)
     choices, settled = _searched(find, sides, _starts(model, bounds), nothing, on_progress)
@@ -456,7 +459,7 @@ def _searched(
     nothing: Choice,
     on_progress: Observer | None,
 ) -> tuple[list[Choice], bool]:
-    """Return the best choice for each demand, and whether all searches are done."""
+    """Return the best choice for each requirement, and whether all searches are done."""
     choices, total, done = [nothing for _ in sides], len(sides) * len(starts), 0
     try:
         for row, (side, bound) in enumerate(sides):

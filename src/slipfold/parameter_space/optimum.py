@@ -1,4 +1,4 @@
-"""Bifurcations and orbits at chosen parameters, and the best choice of them."""
+"""Bifurcations and orbits as functions of parameters, and the optimal parameters."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import PAIRED, critical_pair
 
 FAR = 0.1
-"""Correction of a guess, in scaled variables, beyond which it may have led to another solution."""
+"""Maximum correction of a guess, in scaled variables; a longer one may lead to another solution."""
 
 HALVINGS = 6
-"""How often the way is halved before a solution is given up."""
+"""Maximum number of times that a parameter step is halved."""
 
 
-class Lost(Exception):
-    """There is no such solution at some parameter values; says why."""
+class NoSolutionError(Exception):
+    """There is no such solution at the parameter values; says why."""
 
 
-class Placed(ABC):
-    """An orbit that solves some equations, at some values of the parameters.
+class ParameterizedSolution(ABC):
+    """An orbit that solves equations, as a function of parameters.
 
-    `names` are the parameters that may change. One of them is among the unknowns, held: it comes
-    first of what varies.
+    `names` are the parameters that may change. One of them is among the unknowns and held: it is
+    the first of the varied parameters.
     """
 
     def __init__(
@@ -54,19 +54,19 @@ class Placed(ABC):
 
     @abstractmethod
     def _curve(self, orbits: Orbits) -> OrbitCurve:
-        """Return the equations that are solved."""
+        """Return the equations."""
 
     @abstractmethod
     def _placed(self, orbits: Orbits, found: Correction, model: Model) -> Self:
-        """Return the same elsewhere; may raise `Lost`."""
+        """Return the same at other values; may raise `NoSolutionError`."""
 
     @property
     def _held(self) -> int:
-        """Place of the parameter that is held."""
+        """Index of the parameter that is held."""
         return -len(self.orbits.varied)
 
-    def beside(self, name: str) -> tuple[Orbits, Array]:
-        """Return the same orbit where another parameter is the one that is held."""
+    def holding(self, name: str) -> tuple[Orbits, Array]:
+        """Return the same orbit with another parameter held."""
         scale = abs(self.model.values[name]) or 1.0
         others = list(self.orbits.varied.items())[1:]
         z = self.z.copy()
@@ -77,43 +77,43 @@ class Placed(ABC):
     def rates(self) -> Array:
         """Derivatives of the unknown by each parameter in its own unit, shape (d, u).
 
-        All from one factorization; what is held is left out.
+        One factorization gives all of them.
         """
         rows = []
         for name in self.names:
-            orbits, z = self.beside(name)
+            orbits, z = self.holding(name)
             column = column_of(self._curve(orbits).linearize(z), self._held)
             right = -column / orbits.varied[name]
             rows.append(self._found.bordered.solve(np.append(right, 0.0)))
         return np.array(rows)
 
     def moved_to(self, values: Mapping[str, float]) -> Self:
-        """Return the same at other values of the parameters, in steps where one leads too far.
+        """Return the same at other values of the parameters, in several steps if necessary.
 
-        Raises `Lost`.
+        Raises `NoSolutionError`.
         """
         here, done, step = self, 0.0, 1.0
         first = {name: self.model.values[name] for name in self.names}
         while done < 1.0:
-            share = min(done + step, 1.0)
+            fraction = min(done + step, 1.0)
             there = {
-                name: first[name] + share * (values.get(name, first[name]) - first[name])
+                name: first[name] + fraction * (values.get(name, first[name]) - first[name])
                 for name in self.names
             }
             try:
-                here, done = here._nearby(there), share
-            except Lost:
+                here, done = here._nearby(there), fraction
+            except NoSolutionError:
                 step /= 2
                 if step < 0.5**HALVINGS:
                     raise
         return here
 
     def _nearby(self, values: Mapping[str, float]) -> Self:
-        """Return the same nearby, in one step."""
+        """Return the same at nearby values, in one step."""
         try:
             model = self.model.replace(**values)
         except InputError as error:
-            raise Lost(str(error)) from None
+            raise NoSolutionError(str(error)) from None
         orbits = self.orbits.at_values_of(model)
         change = np.array([model.values[name] - self.model.values[name] for name in self.names])
         guess = self.z + change @ self.rates
@@ -122,20 +122,20 @@ class Placed(ABC):
         try:
             found = corrected(self._curve(orbits), guess, self._held, Settings())
         except BREAKDOWNS as error:
-            raise Lost(breakdown(error)) from None
+            raise NoSolutionError(breakdown(error)) from None
         if not found.converged:
-            raise Lost(found.failure)
+            raise NoSolutionError(found.failure)
         if found.distance > FAR:
-            raise Lost("the equations lead to another solution")
+            raise NoSolutionError("the equations lead to another solution")
         return self._placed(orbits, found, model)
 
 
 PHASES = 64
-"""Equidistant phases a forcing period over which a trajectory is averaged: of a smooth periodic one
-that is exact but for harmonics above the 32nd."""
+"""Equidistant phases of a forcing period over which an orbit is averaged. For a smooth orbit that
+is exact up to the 32nd harmonic."""
 
 
-class PlacedOrbit(Placed):
+class ParameterizedOrbit(ParameterizedSolution):
     """A forced response at some values of the parameters."""
 
     @classmethod
@@ -150,14 +150,14 @@ class PlacedOrbit(Placed):
         return cls(names, orbits, found, model)
 
     def level(self, state: int) -> tuple[float, Array]:
-        """Return how much a state vibrates, root mean square about its mean, and derivatives.
+        """Return the root mean square of a state about its mean, and its derivatives.
 
         Shapes: returns (), (d,).
         """
         phases = np.arange(PHASES) / PHASES
         slopes, moving = [], np.empty(0)
         for name, rate in zip(self.names, self.rates, strict=True):
-            orbits, z = self.beside(name)
+            orbits, z = self.holding(name)
             nodes, constants = orbits.nodes(z), orbits.constants(z)
             which, states, matrices, vectors = orbits.by.carried_to(nodes, constants, phases)
             nodes_rate = self.orbits.nodes(rate)[which]
@@ -174,7 +174,7 @@ class PlacedOrbit(Placed):
         return type(self)(self.names, orbits, found, model)
 
 
-class PlacedPoint(Placed):
+class ParameterizedPoint(ParameterizedSolution):
     """A special point as a solution of its equations, at some values of the parameters."""
 
     def __init__(
@@ -185,10 +185,10 @@ class PlacedPoint(Placed):
 
     @classmethod
     def at(cls, point: SpecialPoint, names: tuple[str, ...]) -> Self:
-        """Return the point where it was found."""
+        """Return a special point at its own parameter values."""
         if point.type == "BP":
             raise InputError(
-                "a branch point goes nowhere where a parameter parts its branches; give a special "
+                "a branch point vanishes where a parameter separates its branches; give a special "
                 "point of another type"
             )
         try:
@@ -198,7 +198,7 @@ class PlacedPoint(Placed):
         except BREAKDOWNS as error:
             raise InputError(
                 f"the {point.type} at {point.vary} = {point.value:.6g} is not found again "
-                f"({breakdown(error)}); compute it anew"
+                f"({breakdown(error)}); compute it again"
             ) from None
         return cls(point.type, names, orbits, found, point.model)
 
@@ -216,13 +216,13 @@ class PlacedPoint(Placed):
         return Critical(orbits, self.kind)
 
     def _placed(self, orbits: Orbits, found: Correction, model: Model) -> Self:
-        if self.kind in PAIRED and not _turns(found):
-            raise Lost("the pair that was critical no longer turns: it is no bifurcation there")
+        if self.kind in PAIRED and not _is_complex(found):
+            raise NoSolutionError("the critical pair is no longer complex: there is no bifurcation")
         placed = model.replace(**{orbits.vary: float(orbits.value(found.z))})
         return type(self)(self.kind, self.names, orbits.at_values_of(placed), found, placed)
 
 
-def _turns(found: Correction) -> bool:
+def _is_complex(found: Correction) -> bool:
     """Whether the critical pair is complex."""
     multipliers = np.linalg.eigvals(found.linearization.monodromy).astype(complex)
     pair = critical_pair(multipliers)
@@ -230,10 +230,10 @@ def _turns(found: Correction) -> bool:
 
 
 BEYOND = 0.05
-"""Fraction of the threshold by which the response is followed past it."""
+"""Fraction of the threshold by which the response is followed beyond it."""
 
 SAME = 1e-8
-"""Difference of thresholds, over their size, that are the same."""
+"""Relative difference of equal thresholds."""
 
 
 def is_confirmed(
@@ -241,10 +241,9 @@ def is_confirmed(
 ) -> bool:
     """Return whether the response from a load on first loses its stability at a threshold.
 
-    Of a point of a longer period, whether the orbits of that period do to which doublings lead, one
-    after the other, each of which begins stable. Where contacts begin or cease to do something
-    nothing need be lost: that is to come before the loss. If it is interrupted it raises
-    `KeyboardInterrupt`.
+    For a point of a longer period: whether the orbits of that period do, to which a sequence of
+    period doublings leads. Where contacts begin or cease to stick, stability need not be lost, but
+    must not be lost before. An interruption raises `KeyboardInterrupt`.
     """
     end = threshold + BEYOND * abs(threshold)
     if not load < threshold:
@@ -273,7 +272,7 @@ def is_confirmed(
 
 
 def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
-    """Return the branch of a period to which losses by doubling lead from the first one."""
+    """Return the branch of a period to which a sequence of doublings leads from the first one."""
     known = {branch.id: branch for branch in branches}
     branch: Branch | None = branches[0]
     while branch is not None and branch.period < period:
@@ -285,49 +284,49 @@ def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
 
 
 EXACT = 1e-9
-"""Changes of the level, over that at the start, at which it is the least."""
+"""Change of the level, over that at the start, at which the minimization ends."""
 
 MET = 1e-6
-"""A demand is met within this fraction of its bound."""
+"""Tolerance of a requirement, as a fraction of its bound."""
 
 ROUNDS = 60
 
 
 @dataclass(frozen=True)
-class Demand:
-    """A threshold that is to lie on one side of a bound."""
+class Requirement:
+    """A threshold must lie on one side of a bound."""
 
-    point: PlacedPoint  # at the start
+    point: ParameterizedPoint  # at the start
     side: str  # "above" or "below"
     bound: float
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """What was chosen; if nothing could be, the reason says why, and numbers are NaN."""
+    """The optimal parameters; if there are none, the reason says why, and numbers are NaN."""
 
     values: Array  # of the parameters, shape (d,)
-    thresholds: Array  # one a demand, shape (k,)
+    thresholds: Array  # one a requirement, shape (k,)
     level: float
     reason: str
 
     @classmethod
-    def none(cls, parameters: int, demands: int, reason: str) -> Choice:
-        """Return that nothing was chosen."""
-        return cls(np.full(parameters, np.nan), np.full(demands, np.nan), np.nan, reason)
+    def none(cls, parameters: int, requirements: int, reason: str) -> Choice:
+        """Return a choice without parameters."""
+        return cls(np.full(parameters, np.nan), np.full(requirements, np.nan), np.nan, reason)
 
 
-P = TypeVar("P", bound=Placed)
+P = TypeVar("P", bound=ParameterizedSolution)
 
 
-class _Known(Generic[P]):
-    """Solutions found so far; the next one starts from the nearest."""
+class _Solutions(Generic[P]):
+    """Solutions computed so far; the next one starts from the nearest."""
 
     def __init__(self, first: P, widths: Array) -> None:
         self._all, self._widths = [first], widths
 
     def at(self, values: Array) -> tuple[P, Array]:
-        """Return the solution nearest to some values, and how far they still are from it."""
+        """Return the solution nearest to some values, and their distance from its values."""
         names = self._all[0].names
         gaps = [values - [item.model.values[name] for name in names] for item in self._all]
         nearest = int(np.argmin([np.linalg.norm(gap / self._widths) for gap in gaps]))
@@ -336,30 +335,30 @@ class _Known(Generic[P]):
             return here, gap
         try:
             here = here.moved_to(dict(zip(names, values.tolist(), strict=True)))
-        except Lost:
+        except NoSolutionError:
             return here, gap
         self._all.append(here)
         return here, np.zeros(len(gap))
 
 
-def choose_least(
-    orbit: PlacedOrbit,
+def minimize_level(
+    orbit: ParameterizedOrbit,
     state: int,
-    demands: Sequence[Demand],
+    requirements: Sequence[Requirement],
     bounds: Mapping[str, tuple[float, float]],
     begin: Array,
 ) -> Choice:
-    """Minimize the level of a state's vibration under demands, from a first choice.
+    """Minimize the level of a state's vibration under requirements, from initial parameters.
 
-    By sequential quadratic programming with exact derivatives (SciPy's SLSQP). Where a threshold
-    has vanished it is taken as linear, so that a step back is found. Shapes: begin (d,).
+    By sequential quadratic programming with exact derivatives (SciPy's SLSQP). A threshold that has
+    vanished is extrapolated linearly, which leads back. Shapes: begin (d,).
     """
     from scipy.optimize import minimize
 
     low, high = np.array(list(bounds.values())).T
     widths = high - low
-    orbits = _Known(orbit, widths)
-    points = [_Known(demand.point, widths) for demand in demands]
+    orbits = _Solutions(orbit, widths)
+    points = [_Solutions(requirement.point, widths) for requirement in requirements]
     size = orbit.level(state)[0]
 
     def values_at(x: Array) -> Array:
@@ -371,12 +370,12 @@ def choose_least(
         return float(found + slopes @ gap) / size, slopes * widths / size
 
     def margin(number: int) -> dict[str, Any]:
-        demand, known = demands[number], points[number]
-        sign = (1.0 if demand.side == "above" else -1.0) / (abs(demand.bound) or 1.0)
+        requirement, known = requirements[number], points[number]
+        sign = (1.0 if requirement.side == "above" else -1.0) / (abs(requirement.bound) or 1.0)
 
         def value(x: Array) -> float:
             here, gap = known.at(values_at(x))
-            return float(sign * (here.value + here.gradient @ gap - demand.bound))
+            return float(sign * (here.value + here.gradient @ gap - requirement.bound))
 
         def slope(x: Array) -> Array:
             here, _ = known.at(values_at(x))
@@ -390,39 +389,40 @@ def choose_least(
         jac=True,
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(low),
-        constraints=[margin(number) for number in range(len(demands))],
+        constraints=[margin(number) for number in range(len(requirements))],
         options={"ftol": EXACT, "maxiter": ROUNDS},
     )
     values = values_at(found.x)
-    return _judged(values, orbits, points, state, demands, str(found.message), found.success)
+    return _verified(values, orbits, points, state, requirements, str(found.message), found.success)
 
 
-def _judged(
+def _verified(
     values: Array,
-    orbits: _Known[PlacedOrbit],
-    points: Sequence[_Known[PlacedPoint]],
+    orbits: _Solutions[ParameterizedOrbit],
+    points: Sequence[_Solutions[ParameterizedPoint]],
     state: int,
-    demands: Sequence[Demand],
+    requirements: Sequence[Requirement],
     message: str,
     solved: bool,
 ) -> Choice:
-    """Return what was chosen if its response and thresholds exist and are where they should be."""
-    nothing = len(values), len(demands)
+    """Return the choice if its response and thresholds exist and meet the requirements."""
+    nothing = len(values), len(requirements)
     here, gap = orbits.at(values)
     if gap.any():
-        return Choice.none(*nothing, "the response is lost on the way")
+        return Choice.none(*nothing, "there is no such response")
     thresholds = []
-    for demand, known in zip(demands, points, strict=True):
+    for requirement, known in zip(requirements, points, strict=True):
         there, gap = known.at(values)
         if gap.any():
-            reason = f"the {demand.point.kind} to be {demand.side} {demand.bound:g} vanishes"
+            kind, side = requirement.point.kind, requirement.side
+            reason = f"the {kind} to be {side} {requirement.bound:g} vanishes"
             return Choice.none(*nothing, reason)
         thresholds.append(there.value)
-        short = (demand.bound - there.value) * (1 if demand.side == "above" else -1)
-        if short > MET * abs(demand.bound):
+        short = (requirement.bound - there.value) * (1 if requirement.side == "above" else -1)
+        if short > MET * abs(requirement.bound):
             reason = (
-                f"no choice was found within the bounds that brings the {demand.point.kind} "
-                f"{demand.side} {demand.bound:g}; the search came to {there.value:.6g}"
+                f"no choice was found within the bounds that brings the {requirement.point.kind} "
+                f"{requirement.side} {requirement.bound:g}; the search ended at {there.value:.6g}"
             )
             return Choice.none(*nothing, reason)
     if not solved:

@@ -1,4 +1,4 @@
-"""Samples of distributed parameters, and how much of the variance each explains."""
+"""Samples of distributed parameters, and Sobol's indices."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.parameter_space.optimum import Lost, PlacedPoint
+from slipfold.parameter_space.optimum import NoSolutionError, ParameterizedPoint
 from slipfold.parameter_space.scatter import Scatter, correlated
 
 
@@ -20,13 +20,13 @@ def drawn(
     count: int,
     seed: int,
     scatters: Sequence[Scatter],
-    asked: str = "samples",
+    option: str = "samples",
     correlation: Array | None = None,
 ) -> Array:
     """Return values of each parameter, shape (count, d): the same ones for the same seed.
 
-    `method` is "latin hypercube", "sobol" or "random"; `asked` is what the count is called where
-    it was given; `correlation` is that of normal scores, shape (d, d).
+    `method` is "latin hypercube", "sobol" or "random"; `option` is the name under which the count
+    was given; `correlation` is that of normal scores, shape (d, d).
 
     >>> half = Scatter("mu", "uniform", 0.25, 0.25)
     >>> bool(drawn("latin hypercube", 4, 1, [half]).max() < 0.5)
@@ -36,7 +36,7 @@ def drawn(
 
     size = len(scatters)
     if method == "sobol":
-        check_power(count, asked)
+        check_power(count, option)
         shares = qmc.Sobol(size, seed=seed).random(count)
     elif method == "latin hypercube":
         shares = qmc.LatinHypercube(size, seed=seed).random(count)
@@ -45,11 +45,11 @@ def drawn(
     return quantiles(scatters, shares if correlation is None else correlated(shares, correlation))
 
 
-def check_power(count: int, asked: str) -> None:
+def check_power(count: int, option: str) -> None:
     """Refuse a number of points that Sobol's sequence does not spread evenly."""
     if count & (count - 1):
         raise InputError(
-            f"{asked} = {count} is not a power of 2, as the numbers of Sobol's samples are; "
+            f"{option} = {count} is not a power of 2, as the numbers of Sobol's samples are; "
             f"give e.g. {1 << count.bit_length()}"
         )
 
@@ -62,26 +62,26 @@ def quantiles(scatters: Sequence[Scatter], shares: Array) -> Array:
 
 CONFIDENCE = 0.95
 
-FEWEST = 4
-"""Points at least: errors are spreads over points drawn again from them, in 35 ways from 4, but in
-10 from 3, and 95 % of less than 20 cannot be told."""
+MINIMUM = 4
+"""Minimum number of points: errors come from resampling them, in 35 ways from 4, but in 10 from 3,
+too few for an interval of 95 %."""
 
 SALTELLI = "saltelli"
-"""What samples are called from which indices are told."""
+"""Name of the sampling method that indices need."""
 
 
 @dataclass(frozen=True, eq=False)
 class SobolIndices:
-    """Shares of a variance that scattered parameters account for; frozen.
+    """Fractions of a variance that distributed parameters account for; frozen.
 
     Parameters
     ----------
     names
         The parameters.
     first
-        Share that each accounts for by itself, shape (d,).
+        Fraction that each accounts for individually, shape (d,).
     total
-        Share that it takes part in, together with others as well, shape (d,).
+        Fraction that it accounts for, including interactions with others, shape (d,).
     first_error, total_error
         Half the widths of their intervals of 95 % confidence, shape (d,).
     """
@@ -94,15 +94,15 @@ class SobolIndices:
 
 
 def index_design(
-    scatters: Sequence[Scatter], count: int, seed: int, asked: str = "samples"
+    scatters: Sequence[Scatter], count: int, seed: int, option: str = "samples"
 ) -> Array:
     """Return where to evaluate a function for its indices, shape (count (d + 2), d).
 
-    `asked` is what the count is called where it was given.
+    `option` is the name under which the count was given.
     """
-    if count < FEWEST:
+    if count < MINIMUM:
         raise InputError(
-            f"{asked} = {count} is too few to tell errors of indices; give at least {FEWEST}"
+            f"{option} = {count} is too few for the errors of indices; give at least {MINIMUM}"
         )
     sample, _ = _salib()
     shares = sample.sample(_problem(names_of(scatters)), count, calc_second_order=False, seed=seed)
@@ -129,7 +129,7 @@ def names_of(scatters: Sequence[Scatter]) -> tuple[str, ...]:
 
 
 def _problem(names: Sequence[str]) -> dict[str, Any]:
-    """Say to SALib that shares are uniform: their quantiles are taken here."""
+    """Declare uniform fractions to SALib: their quantiles are taken here."""
     return {"num_vars": len(names), "names": [*names], "bounds": [[0.0, 1.0]] * len(names)}
 
 
@@ -148,25 +148,25 @@ INTERRUPTED = "interrupted before this sample was reached"
 
 
 def thresholds_at(
-    point: PlacedPoint,
-    places: Array,
-    tell: Callable[[int, int], None] = lambda done, lost: None,
+    point: ParameterizedPoint,
+    samples: Array,
+    report: Callable[[int, int], None] = lambda done, missing: None,
 ) -> tuple[Array, NDArray[np.str_]]:
-    """Return the threshold at each place, and why there is none, both of shape (n,).
+    """Return the threshold at each sample, and why there is none, both of shape (n,).
 
-    `tell` is called with how many are done and how many of them have none; if it raises
-    `KeyboardInterrupt`, the others say so. Shapes: places (n, d).
+    `report` is called with how many are done and how many of them have none; if it raises
+    `KeyboardInterrupt`, the others say so. Shapes: samples (n, d).
     """
-    values, reasons = np.full(len(places), np.nan), [INTERRUPTED] * len(places)
-    lost = 0
+    values, reasons = np.full(len(samples), np.nan), [INTERRUPTED] * len(samples)
+    missing = 0
     try:
-        for row, place in enumerate(places.tolist()):
-            tell(row, lost)
+        for row, sample in enumerate(samples.tolist()):
+            report(row, missing)
             try:
-                values[row] = point.moved_to(dict(zip(point.names, place, strict=True))).value
+                values[row] = point.moved_to(dict(zip(point.names, sample, strict=True))).value
                 reasons[row] = ""
-            except Lost as error:
-                reasons[row], lost = str(error), lost + 1
+            except NoSolutionError as error:
+                reasons[row], missing = str(error), missing + 1
     except KeyboardInterrupt:
         pass
     return values, np.array(reasons, dtype=np.str_)

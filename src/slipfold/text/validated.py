@@ -83,7 +83,8 @@ def validated(check: Callable[[Any], Any], given: Any, place: str, key: str = ""
     try:
         return validate(check, given, "float", "str", *([str(kind)] if key else []))
     except WrongEntry as wrong:
-        raise InputError(wrong.below(place.split(".")).sentence(place)) from None
+        keys = place.split(".") if " " not in place else []  # words name no table of a file
+        raise InputError(wrong.below(keys).sentence(place)) from None
 
 
 def _message(first: Mapping[str, Any]) -> tuple[str, ...]:
