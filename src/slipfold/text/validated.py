@@ -12,6 +12,7 @@ from slipfold.errors import InputError
 _EXPECTED = {
     "string": "a text in quotes",
     "bool": "true or false",
+    "int": "a whole number",
     "dict": "a table",
     "list": "an array",
     "tuple": "an array",

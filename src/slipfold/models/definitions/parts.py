@@ -73,8 +73,8 @@ def read_part(
     except InputError as error:
         # A message about several arguments begins with the name of one.
         first = str(error).removeprefix("the ").split(" ")[0]
-        entry = error.entry or ([first] if first in table else [])
-        raise WrongEntry(str(error), complete=True, path=entry) from None
+        place = error.entry or ([first] if first in table else [])
+        raise WrongEntry(str(error), complete=True, path=place) from None
     return made
 
 
