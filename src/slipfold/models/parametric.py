@@ -10,7 +10,7 @@ from functools import cache, cached_property
 from textwrap import fill
 from typing import Any, ClassVar, Self
 
-from slipfold.errors import about
+from slipfold.errors import InputError
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
@@ -74,18 +74,21 @@ class Parametric:
 
     def __post_init__(self) -> None:
         """Check the fields and convert what has a unit."""
-        for item in _fields(type(self)):
-            given, read = getattr(self, item.name), item.metadata.get("read")
-            if read is not None and (given is not None or item.default is not None):
-                with about(item.metadata.get("entry", item.name)):
-                    object.__setattr__(self, item.name, read(given, self.title))
+        self._convert(_as_read)
         self.prepare()
-        for parameter in declared(type(self)):
-            with about(parameter.name):
-                given = getattr(self, parameter.name)
-                number = parameter.check(parse_quantity(given, parameter.unit, parameter.name))
-            object.__setattr__(self, parameter.name, number)
+        self._convert(_as_number)
         self.check(self.values)
+
+    def _convert(self, convert: Callable[[dataclasses.Field[Any], Any, str], Any]) -> None:
+        for item in _fields(type(self)):
+            given = getattr(self, item.name)
+            try:
+                made = convert(item, given, self.title)
+            except InputError as error:
+                error.entry = (item.metadata.get("entry", item.name), *error.entry)
+                raise
+            if made is not given:
+                object.__setattr__(self, item.name, made)
 
     def prepare(self) -> None:
         """Raise `InputError` if the fields that are not parameters contradict each other."""
@@ -178,6 +181,20 @@ class Parametric:
             known = list(dict.fromkeys([*names, *self.values]))
             raise unknown(f"{type(self).__name__} has no parameter", name, known)
         return dataclasses.replace(self, **made)
+
+
+def _as_read(item: dataclasses.Field[Any], given: Any, title: str) -> Any:
+    read = item.metadata.get("read")
+    if read is None or (given is None and item.default is None):
+        return given
+    return read(given, title)
+
+
+def _as_number(item: dataclasses.Field[Any], given: Any, title: str) -> Any:
+    parameter = item.metadata.get("parameter")
+    if parameter is None:
+        return given
+    return parameter.check(parse_quantity(given, parameter.unit, parameter.name))
 
 
 def _several(value: Any) -> tuple[Parametric, ...]:
