@@ -470,7 +470,7 @@ def sweep(
     >>> found.runs, [found.repeats(run).tolist() for run in found.runs]
     (('up', 'down'), [[1, 1, 1, 1, 2], [1, 2, 2, 2, 2]])
     """
-    from slipfold.long_term.sweep import DOWN, UP, find_sweep
+    from slipfold.long_term.sweep import DOWN, UP, SweepRun
     from slipfold.results.trajectories import Sweep
 
     refuse_varied((vary,), parameters, "span")
@@ -483,7 +483,7 @@ def sweep(
     if not wanted and not len(states):
         raise InputError("neither a sweep nor a start is asked for; give runs or starts")
     started = perf_counter()
-    result = find_sweep(
+    result = SweepRun(
         changed,
         vary,
         values,
@@ -493,7 +493,7 @@ def sweep(
         checked_count(transient, "transient", least=0),
         checked_count(periods, "periods", least=2),
         on_progress,
-    )
+    ).result()
     return Sweep(
         model=result.model,
         vary=vary,

@@ -103,9 +103,9 @@ def sampled(batch: Any, times: Array) -> Array:
     Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
     start = batch.state.copy()
-    found = batch.propagate_grid(times, max_steps=STEEP if _turns(batch) else CALL)[1]
+    result = batch.propagate_grid(times, max_steps=STEEP if _turns(batch) else CALL)[1]
     if STOPPED not in _outcomes(batch):
-        return np.asarray(found)
+        return np.asarray(result)
     states = np.full((len(times), *start.shape), np.nan)
     batch.set_time(times[0])
     batch.state[:] = start
@@ -117,7 +117,7 @@ def sampled(batch: Any, times: Array) -> Array:
     return states
 
 
-def go_on(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
+def continue_to(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
     """Integrate one trajectory to its end in the same way; return the last outcome.
 
     That is None from where the other way is due.
@@ -152,7 +152,7 @@ def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True)
         place += len(known)
         if int(outcome) != STEP_LIMIT or place == len(times) or not patient:
             break
-        outcome = go_on(single, times[place], rest, steep=_turns(single))
+        outcome = continue_to(single, times[place], rest, steep=_turns(single))
         if outcome is None:
             states[place:] = rest.through(single, times[place:])
         if outcome in (None, STEP_LIMIT):

@@ -106,9 +106,9 @@ def cached(key: str, build: Callable[[], Any]) -> Any:
     if directory is None:
         return build()
     path = directory / f"{digest}.flow"
-    found = _read(path, digest)
-    if found is not None:
-        return found
+    result = _read(path, digest)
+    if result is not None:
+        return result
     made = build()
     _write(path, digest, made)
     return made
@@ -351,8 +351,8 @@ class CompiledCode:
             places = np.flatnonzero(changing)
             return self._function(slopes[places]) if len(places) else None, places
 
-        found: tuple[Any, NDArray[np.intp]] = self._kept("changing slopes", build)
-        return found
+        result: tuple[Any, NDArray[np.intp]] = self._kept("changing slopes", build)
+        return result
 
     @cached_property
     def curvature(self) -> Any:
@@ -492,8 +492,8 @@ simplified by itself, and rounded less."""
 def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> NDArray[Any]:
     """Derivatives of expressions, a row each."""
     if len(symbols) < MANY:
-        found = [hy.diff(form, symbol) for form in forms for symbol in symbols]
-        return np.array(found, dtype=object).reshape(len(forms), len(symbols))
+        result = [hy.diff(form, symbol) for form in forms for symbol in symbols]
+        return np.array(result, dtype=object).reshape(len(forms), len(symbols))
     return np.asarray(hy.diff_tensors(list(forms), diff_args=list(symbols), diff_order=1).jacobian)
 
 
@@ -527,11 +527,11 @@ class Evaluated:
         changing, places = self._code.changing_slopes
         rows, where = np.divmod(places, self.dimension)
         columns, own = np.unique(where, return_inverse=True)
-        found = np.empty((len(states), self.dimension, len(columns)))
-        found[:] = first[:, columns]
+        result = np.empty((len(states), self.dimension, len(columns)))
+        result[:] = first[:, columns]
         if changing is not None:
-            found[:, rows, own] = self._evaluate(changing, states, phases, constants)
-        return first, columns, found
+            result[:, rows, own] = self._evaluate(changing, states, phases, constants)
+        return first, columns, result
 
     def outputs(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate all outputs, the states first.
@@ -556,10 +556,10 @@ class Evaluated:
         m, n, k = len(states), self.dimension, directions.shape[1]
         more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (m, 1))], 1)
         rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
-        found = self._evaluate(self._code.curvature, rows, at, constants, more)
-        found = found.reshape(m, k, n * n + n)
-        mixed = np.swapaxes(found[:, :, n * n :], 1, 2)
-        return found[:, 0, : n * n].reshape(m, n, n), mixed
+        result = self._evaluate(self._code.curvature, rows, at, constants, more)
+        result = result.reshape(m, k, n * n + n)
+        mixed = np.swapaxes(result[:, :, n * n :], 1, 2)
+        return result[:, 0, : n * n].reshape(m, n, n), mixed
 
     def pulls(self, states: Array, phases: Array, constants: Constants, directions: Array) -> Array:
         """Return the derivatives of the rates along changes of the coefficients.
@@ -569,8 +569,8 @@ class Evaluated:
         m, k = len(states), directions.shape[1]
         rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
         along = np.tile(directions.T, (m, 1))
-        found = self._evaluate(self._code.pull, rows, at, constants, along)
-        return found.reshape(m, k, -1).transpose(0, 2, 1)
+        result = self._evaluate(self._code.pull, rows, at, constants, along)
+        return result.reshape(m, k, -1).transpose(0, 2, 1)
 
     def powers(
         self, states: Array, phases: Array, constants: Constants, vectors: Array
@@ -579,8 +579,8 @@ class Evaluated:
 
         Shapes: states, vectors (m, n); phases (m,); returns second, third (m, n).
         """
-        found = self._evaluate(self._code.powers, states, phases, constants, vectors)
-        return found[:, : self.dimension], found[:, self.dimension :]
+        result = self._evaluate(self._code.powers, states, phases, constants, vectors)
+        return result[:, : self.dimension], result[:, self.dimension :]
 
     def _evaluate(
         self, function: Any, states: Array, phases: Array, c: Constants, more: Array | None = None

@@ -78,10 +78,10 @@ class CompiledMode:
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
             inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
-            found = [*mode.held.values(), *_held_alone(mode)]
+            result = [*mode.held.values(), *_held_alone(mode)]
             self._holding: Any = cached(
                 f"held at a phase and by what {self._key}",
-                lambda: compiled_function(found, inputs),
+                lambda: compiled_function(result, inputs),
             )
             self._arguments = Arguments()
 
@@ -141,13 +141,13 @@ class CompiledMode:
     def powers(self) -> Any:
         """What contacts put into the structure a phase, and heat, in J, compiled."""
         equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
-        found = [
+        result = [
             equations.coefficients[-1] * power
             for powers in _powers(self._mode, ones, ones)
             for power in powers
         ]
         inputs = [*equations.states, equations.phase, *equations.coefficients]
-        return cached(f"powers {self._key}", lambda: compiled_function(found, inputs))
+        return cached(f"powers {self._key}", lambda: compiled_function(result, inputs))
 
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""
@@ -301,5 +301,5 @@ class ReadyMode:
 
     def arrived(self) -> tuple[Array, Array]:
         """Return state and energies, shapes (n,) and (2 k,)."""
-        found = self.whole * self.units
-        return found[: self.dimension], found[-len(self.energies) :]
+        result = self.whole * self.units
+        return result[: self.dimension], result[-len(self.energies) :]

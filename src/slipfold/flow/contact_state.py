@@ -81,9 +81,9 @@ class Slopes:
 
         Shapes: state (n,); directions (n_c, k); returns (q, n), (q,), (q, k).
         """
-        found = self._function(np.concatenate([state, [phase], constants.values]))
-        found, n = found.reshape(self._shape), self._states
-        return found[:, :n], found[:, n], found[:, n + 1 :] @ directions
+        result = self._function(np.concatenate([state, [phase], constants.values]))
+        result, n = result.reshape(self._shape), self._states
+        return result[:, :n], result[:, n], result[:, n + 1 :] @ directions
 
 
 Numbers = list[float]
@@ -134,9 +134,9 @@ class ContactQuantities:
         return [self._sorted(row) for row in values.T.tolist()]
 
     def _sorted(self, values: Numbers) -> ContactsNow:
-        found, m = [values[part] for part in self._parts], self._components
-        matrices = found[2 : 2 + m], found[2 + m : 2 + 2 * m]
-        return ContactsNow(found[0], found[1], *matrices, *found[2 + 2 * m :])
+        result, m = [values[part] for part in self._parts], self._components
+        matrices = result[2 : 2 + m], result[2 + m : 2 + 2 * m]
+        return ContactsNow(result[0], result[1], *matrices, *result[2 + 2 * m :])
 
 
 def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expression]:
@@ -146,18 +146,18 @@ def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expr
     rates = dict(zip(equations.names, equations.field, strict=True)) | rate_of_phase(equations)
     slips = [part for contact in contacts for part in contact.slip]
     changes = [rate_along(slip, rates) for slip in slips]
-    found = [*slips, *hy.subs(changes, nothing)]
+    result = [*slips, *hy.subs(changes, nothing)]
     for names in (forces, normals):
-        found += [hy.diff(change, hy.expression(name)) for change in changes for name in names]
-    found += [contact.normal for contact in contacts]
+        result += [hy.diff(change, hy.expression(name)) for change in changes for name in names]
+    result += [contact.normal for contact in contacts]
     for contact in contacts:
         speed = contact.slip[0] if len(contact.slip) == 1 else None
         square = hy.sum([part * part for part in contact.slip])
         size = hy.sqrt(square) if speed is None else hy.select(hy.gt(speed, 0.0), speed, -speed)
-        found.append(contact.normal * contact.friction(size))
-    found += [contact.normal * contact.friction(hy.expression(0.0)) for contact in contacts]
-    found += [contact.normal * contact.holding for contact in contacts]
-    return found + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]
+        result.append(contact.normal * contact.friction(size))
+    result += [contact.normal * contact.friction(hy.expression(0.0)) for contact in contacts]
+    result += [contact.normal * contact.holding for contact in contacts]
+    return result + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]
 
 
 SLACK = 1e-11
@@ -277,25 +277,25 @@ class Instant:
     def violations(self, mode: Mode) -> dict[int, Status]:
         """Return the contacts at rest that cannot stay as they are, and what they do next."""
         friction, rates = self.forces(mode)
-        found = {}
+        result = {}
         for contact in self.rest:
             place, most = self.places[contact], self.now.holding[contact]
             if mode[contact] is Status.STICK:
                 if math.hypot(*friction[place]) > most * (1 + SLACK):
                     planar = place.stop - place.start == 2
                     straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
-                    found[contact] = Status.SLOW if planar else straight
+                    result[contact] = Status.SLOW if planar else straight
             elif mode[contact] is Status.SLOW:
                 alone, change = self.response(mode, contact)
                 start = self.now.starting[contact]
                 away = outward(alone, change, start)[1]
                 if away < -SLACK * largest(change) * most:
-                    found[contact] = Status.STICK
+                    result[contact] = Status.STICK
             else:
                 size = abs(self.now.by_friction[place.start][place.start]) * most
                 if float(mode[contact]) * rates[place.start] < -SLACK * size:
-                    found[contact] = Status.STICK
-        return found
+                    result[contact] = Status.STICK
+        return result
 
 
 def outward(alone: Numbers, change: list[Numbers], size: float) -> tuple[Numbers, float]:

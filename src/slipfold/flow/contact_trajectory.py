@@ -42,13 +42,13 @@ class Samples:
         constants = smooth.constants_of(self.model)
         if self.modes is None:
             return smooth.outputs(self.states, self.phases, constants)
-        flow, found = hybrid_flow_of(self.model), np.empty(0)
+        flow, result = hybrid_flow_of(self.model), np.empty(0)
         for mode in dict.fromkeys(self.modes):
             rows = np.array([item == mode for item in self.modes])
             values = flow.of(mode).outputs(self.states[rows], self.phases[rows], constants)
-            found = found if found.size else np.empty((len(self.states), values.shape[1]))
-            found[rows] = values
-        return found
+            result = result if result.size else np.empty((len(self.states), values.shape[1]))
+            result[rows] = values
+        return result
 
 
 def joined_samples(each: Sequence[Samples]) -> Samples:
@@ -159,7 +159,7 @@ def contact_trajectories(
     Each begins at phase zero, at a state and in a mode; None is the one that the state tells.
     """
     flow = hybrid_flow_of(model)
-    found: list[list[ContactPhase]] = [[] for _ in flow.contacts]
+    result: list[list[ContactPhase]] = [[] for _ in flow.contacts]
     for number, (state, mode) in enumerate(starts):
         if mode is None:
             mode = first_mode(hybrid_system(model, state), state)
@@ -167,11 +167,11 @@ def contact_trajectories(
             if part.polynomials is None or part.end == part.begin:
                 continue
             sampled = _sampled(model, part, len(state), per_period)
-            for pieces, piece in zip(found, sampled, strict=True):
+            for pieces, piece in zip(result, sampled, strict=True):
                 pieces.append(_later(piece, number * length))
     return tuple(
         ContactTrajectory(contact.name, tuple(_joined(pieces)))
-        for contact, pieces in zip(flow.contacts, found, strict=True)
+        for contact, pieces in zip(flow.contacts, result, strict=True)
     )
 
 
@@ -204,12 +204,14 @@ def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[C
 def _evaluated(kind: Kind, mode: Mode) -> Any:
     """Return a compiled function of states, phase and coefficients."""
     model = kind.make()
-    found = mode_equations(model, mode)
+    result = mode_equations(model, mode)
     expressions: list[Expression] = []
-    for contact, friction, normal in zip(found.contacts, found.friction, found.normal, strict=True):
+    for contact, friction, normal in zip(
+        result.contacts, result.friction, result.normal, strict=True
+    ):
         own = [*contact.slip, *friction, normal, *contact.plate, *_displacement(model, contact)]
         expressions += [hy.expression(0.0) + item for item in own]
-    equations = found.equations
+    equations = result.equations
     inputs = [*equations.states, equations.phase, *equations.coefficients]
     return cached(
         f"contact motion {equations.fingerprint()} {mode}",
@@ -227,13 +229,13 @@ def _displacement(model: Model, contact: Contact) -> list[Expression]:
         for name, symbol in symbols.states.items()
         if rate == symbol
     }
-    found = []
+    result = []
     for slip in contact.slip:
         slopes = {name: hy.diff(slip, symbol) for name, symbol in symbols.states.items()}
         told = all(name in moved for name, slope in slopes.items() if slope != ZERO)
         parts = [-slopes[name] * place for name, place in moved.items()]
-        found.append(hy.sum(parts) if told else hy.expression(math.nan))
-    return found
+        result.append(hy.sum(parts) if told else hy.expression(math.nan))
+    return result
 
 
 ZERO = hy.expression(0.0)
@@ -245,12 +247,12 @@ def _later(piece: ContactPhase, phases: float) -> ContactPhase:
 
 def _joined(pieces: Sequence[ContactPhase]) -> list[ContactPhase]:
     """Join pieces that follow each other in which a contact does the same."""
-    found: list[ContactPhase] = []
+    result: list[ContactPhase] = []
     for piece in pieces:
-        if found and found[-1].status is piece.status:
-            last = vars(found.pop())
+        if result and result[-1].status is piece.status:
+            last = vars(result.pop())
             own = vars(piece)
             joined = {key: np.concatenate([last[key], own[key]]) for key in own if key != "status"}
             piece = ContactPhase(piece.status, **joined)
-        found.append(piece)
-    return found
+        result.append(piece)
+    return result

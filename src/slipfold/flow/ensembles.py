@@ -73,8 +73,8 @@ class March:
         """Propagate states over a period in so many calls; return the last ones, or every one."""
         n, work, values = self._n, self._work, self._values
         behind = np.zeros(states.shape[1], bool)
-        found = np.empty((calls + 1 if every else 1, *states.shape))
-        found[0] = states
+        result = np.empty((calls + 1 if every else 1, *states.shape))
+        result[0] = states
         work[:n], work[n + 1], repeated, worst = states, 1 / (calls * self._steps.count), 0, 0.0
         for call in range(calls):
             work[n] = call / calls
@@ -89,13 +89,13 @@ class March:
             worst = max(worst, error)
             work[:n] = values[:n]
             if every:
-                found[call + 1] = values[:n]
-                found[call + 1, :, behind] = np.nan
+                result[call + 1] = values[:n]
+                result[call + 1, :, behind] = np.nan
         if not every:
             self._pace(repeated / (calls * states.shape[1]), worst)
-            found[0] = work[:n]
-            found[0][:, behind] = np.nan
-        return found
+            result[0] = work[:n]
+            result[0][:, behind] = np.nan
+        return result
 
     def _halve(self, again: NDArray[np.bool_], behind: NDArray[np.bool_]) -> None:
         """Repeat the last steps for some motions at half their length, and these if need be."""
@@ -155,30 +155,30 @@ class SingleTrajectory:
         self._switched: HybridIntegration | None = None
         self._before = 0
 
-    def go_on(self, state: Array, periods: int, done: int = 0) -> Array:
+    def advance(self, state: Array, periods: int, done: int = 0) -> Array:
         """Propagate a state over some periods, after some that are done, as far as it comes.
 
         Shapes: state (n,); returns (m, n), m <= periods.
         """
-        found = [state]
-        while len(found) <= periods and self.stopped is None:
-            so_far = done + len(found) - 1
+        result = [state]
+        while len(result) <= periods and self.stopped is None:
+            so_far = done + len(result) - 1
             if self._switched is None and not self._sticks:
-                found += self._slipping(found[-1], periods + 1 - len(found), so_far)
+                result += self._slipping(result[-1], periods + 1 - len(result), so_far)
             else:
-                found += self._through_stick(found[-1], so_far)
-        return np.array(found[1:]).reshape(-1, len(state))
+                result += self._through_stick(result[-1], so_far)
+        return np.array(result[1:]).reshape(-1, len(state))
 
     def _slipping(self, state: Array, periods: int, done: int) -> list[Array]:
-        found = list[Array]()
+        result = list[Array]()
         for piece in self._flow.pieces(state, periods, done):
-            found += list(piece.states)
+            result += list(piece.states)
             if piece.stop is not None and reaches_stick_limit(piece.stop, self.model):
-                last = found[-1] if found else state
-                return found + self._through_stick(last, done + len(found))
+                last = result[-1] if result else state
+                return result + self._through_stick(last, done + len(result))
             self.stopped = piece.stop
         self.stuck = False
-        return found
+        return result
 
     def _through_stick(self, state: Array, done: int) -> list[Array]:
         """Propagate a state over a period in which a contact may stick."""
@@ -204,7 +204,7 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
     These are no numbers. Contacts may stick on the way. Shapes: starts (k, n); phases (k,), from
     0 to 1; returns (k, n).
     """
-    found, stops = starts.copy(), dict[int, Stop]()
+    result, stops = starts.copy(), dict[int, Stop]()
     constants = flow_of(model).constants_of(model)
     # Elsewhere contacts may stick at any time.
     sticks = not limits_are_defined(model, starts, constants)
@@ -215,18 +215,18 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
             flow = GuardedFlow(model, constants, state)
             states, stop, _ = flow.to_period_end(state, phase)
             if stop is None:
-                found[place] = states[-1]
+                result[place] = states[-1]
                 continue
         if sticks or reaches_stick_limit(stop, model):
             try:
-                found[place] = _through_stick(model, state, phase)
+                result[place] = _through_stick(model, state, phase)
                 continue
             except Broken as broken:
                 time = (broken.stop.time - phase) * constants.period
                 stop = replace(broken.stop, time=time)
         assert stop is not None
-        found[place], stops[int(place)] = np.nan, stop
-    return found, stops
+        result[place], stops[int(place)] = np.nan, stop
+    return result, stops
 
 
 def _through_stick(model: Model, state: Array, phase: float) -> Array:
@@ -275,12 +275,12 @@ class Ensemble:
         """Why and when each trajectory ended early."""
         return tuple(stop for group in self._groups for stop in group.stopped)
 
-    def go_on(self) -> None:
+    def advance(self) -> None:
         """Propagate all trajectories over a period."""
         if len(self._groups) == 1:  # without the detour through another thread
-            self._groups[0].go_on()
+            self._groups[0].advance()
         else:
-            list(self._pool.map(_Batch.go_on, self._groups))
+            list(self._pool.map(_Batch.advance, self._groups))
 
     def move(self, states: Array) -> None:
         """Put trajectories elsewhere; those left out are NaN. Shapes: states (k, n)."""
@@ -320,7 +320,7 @@ class _Batch:
         self._scales = scales[:, None]
         self._done = 0
 
-    def go_on(self) -> None:
+    def advance(self) -> None:
         """Propagate all trajectories over a period."""
         before = self.states
         over = self.left | self._over
@@ -345,7 +345,7 @@ class _Batch:
         if lane not in self._own:
             self._own[lane] = SingleTrajectory(self.models[lane], self._constants.rows(lane), state)
         own, after = self._own[lane], np.full_like(state, np.nan)
-        for reached in own.go_on(state, 1, self._done):
+        for reached in own.advance(state, 1, self._done):
             after = reached
         size = np.abs(after / self._scales[:, 0]).max()
         if own.stopped is None and not size <= LARGEST:
@@ -398,27 +398,27 @@ def stroboscopic_samples(
     """
     states = _checked_starts(model, starts)
     models = models_with(model, len(states), values or {})
-    found = StroboscopicSamples(
+    result = StroboscopicSamples(
         np.full((len(states), periods + 1, states.shape[1]), np.nan),
         (),
         np.zeros((len(states), periods + 1), bool),
     )
     total, interrupted = len(states) * (transient + periods), False
-    with Ensemble(models, states, threads) as crowd:
+    with Ensemble(models, states, threads) as ensemble:
         try:
             for period in range(transient + periods + 1):
                 if period:
-                    crowd.go_on()
+                    ensemble.advance()
                     if observer is not None:
                         observer(Progress("forcing periods", period * len(states), total))
                 if period >= transient:
-                    found.states[:, period - transient] = crowd.states
-                    found.stuck[:, period - transient] = crowd.stuck
+                    result.states[:, period - transient] = ensemble.states
+                    result.stuck[:, period - transient] = ensemble.stuck
         except KeyboardInterrupt:
             if observer is None:
                 raise
             interrupted = True
-        return StroboscopicSamples(found.states, crowd.stopped, found.stuck, interrupted)
+        return StroboscopicSamples(result.states, ensemble.stopped, result.stuck, interrupted)
 
 
 def models_with(model: Model, count: int, values: Mapping[str, ArrayLike]) -> list[Model]:

@@ -48,8 +48,8 @@ class Equations:
     @cached_property
     def feeds(self) -> NDArray[np.bool_]:
         """Of each rate the states that are in it, shape (n, n)."""
-        found = [set(hy.get_variables([item])) for item in self.field]
-        return np.array([[name in some for name in self.names] for some in found])
+        result = [set(hy.get_variables([item])) for item in self.field]
+        return np.array([[name in some for name in self.names] for some in result])
 
     @cached_property
     def forced(self) -> bool:

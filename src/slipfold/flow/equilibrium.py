@@ -68,10 +68,10 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     Shapes: state (n,).
     """
     functions, scales = evaluation_of(model), model.state_scales()
-    found = damped_newton(functions.linear_of(model), state[None], scales)[0]
-    if np.isnan(found).any():
+    result = damped_newton(functions.linear_of(model), state[None], scales)[0]
+    if np.isnan(result).any():
         return None
-    jacobian = functions.jacobian(model, found) * (scales / scales[:, None])
+    jacobian = functions.jacobian(model, result) * (scales / scales[:, None])
     if not np.isfinite(jacobian).all():
         return None
     values, vectors = np.linalg.eig(jacobian)
@@ -82,8 +82,8 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     direction = vectors[:, fastest].real
     # Its largest component is positive: always the same of two directions.
     direction *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(direction)
-    distance = float(np.abs((found - state) / scales).max())
-    return Equilibrium(found, distance, growth, direction)
+    distance = float(np.abs((result - state) / scales).max())
+    return Equilibrium(result, distance, growth, direction)
 
 
 def perturbed_off(model: Model, state: Array) -> Array | None:

@@ -109,15 +109,15 @@ def _step(
 
 def stage_slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
     """Changes of the states over the step at the rates of each stage."""
-    found = list[list[Expression]]()
+    result = list[list[Expression]]()
     for row, place in zip(method().A, method().C, strict=True):
         there: dict[str, Expression] = dict(
-            zip(equations.names, moved_by(equations, found, row[: len(found)]), strict=True)
+            zip(equations.names, moved_by(equations, result, row[: len(result)]), strict=True)
         )
         there[str(equations.phase)] = equations.phase + float(place) * step
         length = step * equations.coefficients[-1]
-        found.append([length * rate for rate in hy.subs(list(equations.field), there)])
-    return found
+        result.append([length * rate for rate in hy.subs(list(equations.field), there)])
+    return result
 
 
 def moved_by(
@@ -312,9 +312,9 @@ class LinearizedSteps:
             phase[good] = np.where(last, ends, phase + step)[good]
             left &= ~(good & last)
             longest = np.where(good, LONGER, SAFELY)
-            wanted = step * np.fmin(np.fmax(factor, SHORTER), longest)
-            wanted[np.isnan(factor)] = 0.25 * step[np.isnan(factor)]
-            step[:] = np.where(left, wanted, 0.0)
+            requested = step * np.fmin(np.fmax(factor, SHORTER), longest)
+            requested[np.isnan(factor)] = 0.25 * step[np.isnan(factor)]
+            step[:] = np.where(left, requested, 0.0)
             if not left.any():
                 break
         whole[:, some] = work[:, :count]

@@ -162,8 +162,8 @@ class Flow(Evaluated):
             self._direct(batch, directions, some)
             batch.state[size:] = identity
             finished.append(carried(batch, end[some]))
-        found = joined(finished)
-        return found[:, :size] * scales, found[:, size:].reshape(m, size, n + k) * units
+        result = joined(finished)
+        return result[:, :size] * scales, result[:, size:].reshape(m, size, n + k) * units
 
     def _vary_in_groups(
         self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
@@ -175,7 +175,7 @@ class Flow(Evaluated):
         units[:n].reshape(n, -1)[:, :n] = np.eye(n)
         known = np.broadcast_to(constants.known, (m, count + n))
         changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
-        found = list[Array]()
+        result = list[Array]()
         for along, begun, pars in (
             (0, units.swapaxes(0, 1).reshape(groups, -1), np.empty((m * groups, 0))),
             (1, np.zeros((k, size)), changes.reshape(m * k, count)),
@@ -190,10 +190,10 @@ class Flow(Evaluated):
                 np.repeat(end, repeats),
                 np.concatenate([np.repeat(known, repeats, axis=0), pars], axis=1),
             )
-            found.append(finished.reshape(m, repeats, -1))
-        ends, columns = found[0][:, 0, :size], found[0][..., size:]
+            result.append(finished.reshape(m, repeats, -1))
+        ends, columns = result[0][:, 0, :size], result[0][..., size:]
         columns = columns.reshape(m, groups, size, COLUMNS).swapaxes(1, 2).reshape(m, size, -1)
-        vectors = found[1][..., size:].swapaxes(1, 2)
+        vectors = result[1][..., size:].swapaxes(1, 2)
         return ends, np.concatenate([columns[..., :n], vectors], axis=2)
 
     def _propagated(self, code: Any, state: Array, start: Array, end: Array, pars: Array) -> Array:
@@ -239,8 +239,8 @@ class Flow(Evaluated):
         Shapes: states (m, n), or (n,); start, end (m,); directions (m, n); beyond (k, n); returns
         (m, 3, n).
         """
-        found = self._jets(states, start, end, constants, directions, beyond, 1)
-        return np.ascontiguousarray(found[:, 1:, 0])
+        result = self._jets(states, start, end, constants, directions, beyond, 1)
+        return np.ascontiguousarray(result[:, 1:, 0])
 
     def jet_in_time(
         self, nodes: Array, start: float, end: float, constants: Constants, directions: Array
@@ -304,8 +304,8 @@ class Flow(Evaluated):
         Shapes: state (n,); grid (m,); returns (m, n).
         """
         single = self._set_out(state, constants, grid[0])
-        takeover = StiffFallback(self, constants)
-        return pass_through(single, grid, takeover, patient=patient) * constants.scales
+        fallback = StiffFallback(self, constants)
+        return pass_through(single, grid, fallback, patient=patient) * constants.scales
 
     def is_stiff(self, state: Array, constants: Constants) -> bool:
         """Whether a trajectory over the first period had better continue in implicit steps.
@@ -327,10 +327,10 @@ class Flow(Evaluated):
         """
         single = self._set_out(state, constants, 0.0)
         outcome, *_, output = single.propagate_until(end, max_steps=steps, c_output=True)[:5]
-        takeover = StiffFallback(self, constants)
-        if int(outcome) == STEP_LIMIT and takeover.is_due(single):
+        fallback = StiffFallback(self, constants)
+        if int(outcome) == STEP_LIMIT and fallback.is_due(single):
             single.time, single.state[:] = 0.0, state / constants.scales
-            implicit = takeover.motion(single, end, most=steps).polynomials
+            implicit = fallback.motion(single, end, most=steps).polynomials
             if implicit is None:
                 return None
             return DenseTrajectory(implicit.times, implicit, constants.scales, implicit=True)

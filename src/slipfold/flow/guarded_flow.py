@@ -16,7 +16,7 @@ from slipfold.flow.batches import (
     LONGEST,
     STEEP,
     STEP_LIMIT,
-    go_on,
+    continue_to,
 )
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
@@ -127,7 +127,7 @@ class GuardedFlow:
         states = states if finite.all() else states[: int(finite.argmin())]
         if outcome == STEP_LIMIT and not len(states):
             fallback = StiffFallback(self._flow, constants)
-            left = go_on(integrator, 1.0, fallback, steep=events > len(self._limits))
+            left = continue_to(integrator, 1.0, fallback, steep=events > len(self._limits))
             if left is None:
                 return self._run_implicitly(fallback, integrator, done)
             outcome = left

@@ -103,13 +103,13 @@ class Recorder:
         energies = np.zeros((len(self._energies) + 1, 2, count))
         if self._energies:
             energies[:-1] = np.concatenate(self._energies).reshape(-1, 2, count)
-        found = [
+        result = [
             self._intervals(place, name, energies[:, :, place], time)
             for place, name in enumerate(self._contacts)
         ]
         if count == 1:
-            return tuple(found[0])
-        return tuple(sorted(chain.from_iterable(found), key=attrgetter("end")))
+            return tuple(result[0])
+        return tuple(sorted(chain.from_iterable(result), key=attrgetter("end")))
 
     def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
         """Return what one contact did. Shapes: energies (smooth phases + 1, 2)."""
@@ -309,24 +309,24 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
     if event.ending in (Ending.LIMIT, Ending.STIFF, Ending.SINGULAR):
         raise Broken(_stop(system, part, event), part)
     now, places = system.at(part.state, part.end), system.places
-    wanted: dict[int, Status] = {}
+    requested: dict[int, Status] = {}
     rest = []
     for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
         slip, met = now.slip[place], event.which == contact
         if met and event.ending is Ending.PARTS:
-            wanted[contact] = Status.OPEN
+            requested[contact] = Status.OPEN
             continue
         if status is Status.OPEN:
             if not (met and event.ending is Ending.MEETS):
                 continue
-            wanted[contact] = _slipping(slip)
+            requested[contact] = _slipping(slip)
         if met and event.ending is Ending.STOPS:
-            wanted[contact] = Status.STICK
+            requested[contact] = Status.STICK
             rest.append(contact)
         elif status is Status.STICK:
             rest.append(contact)
             if met and event.ending is Ending.YIELDS:
-                wanted[contact] = event.towards
+                requested[contact] = event.towards
         elif math.hypot(*slip) * system.weights[contact] <= ROUNDING:
             rest.append(contact)
         elif status is Status.OPEN:
@@ -334,7 +334,7 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
         # A change was missed.
         elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -1e-9:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
-    after = Instant(now, places, tuple(rest), mode).next_mode(wanted)
+    after = Instant(now, places, tuple(rest), mode).next_mode(requested)
     after = _one_slow(released_at_limit(system, after, part.state, part.end, now), rest)
     resting = tuple(
         Status.STICK if contact in rest else status for contact, status in enumerate(after)

@@ -92,8 +92,8 @@ def implicit_trajectory(
         solved = _step(field, points, state, times[-1], length, before)
         error = _last_term(solved, points)
         if not error <= tolerance:  # nor where there is no solution
-            wanted = SAFETY * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
-            length *= max(SHRINKS, min(wanted, SAFETY))
+            requested = SAFETY * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
+            length *= max(SHRINKS, min(requested, SAFETY))
             continue
         powers = points.powers @ solved.slopes[0] * length
         powers[0] += state

@@ -97,15 +97,15 @@ class Integration(ABC):
         try:
             for count in ends:
                 self.advance(count - self.periods, report)
-                found = self.result(tolerance)
-                if found.settlement.settled or self.stopped is not None:
+                result = self.result(tolerance)
+                if result.settlement.settled or self.stopped is not None:
                     break
         except KeyboardInterrupt:
             if observer is None:
                 raise
             self.stopped = Stop("interrupted", "it was interrupted", self.time)
-            found = self.result(tolerance)
-        return found
+            result = self.result(tolerance)
+        return result
 
     def _ended_early(self, stop: Stop) -> Settlement:
         return not_converged(f"not settled: ended after {stop.time:.6g} s, {stop.reason}")
@@ -176,16 +176,16 @@ class SmoothIntegration(Integration):
         """Return whether it has converged, and to what."""
         model, stop = self.model, self.stopped
         if stop is not None:
-            found = self._ended_early(stop)
+            result = self._ended_early(stop)
         elif model.forced:
             scales, turns = model.state_scales(), model.whole_turns
-            found = judge_settlement(self.strobe, scales, tolerance, turns)
-            found = self._with_turns(found, found.period)
+            result = judge_settlement(self.strobe, scales, tolerance, turns)
+            result = self._with_turns(result, result.period)
         else:
-            found = judge_autonomous(model, self.strobe, tolerance)
-            length = found.duration and found.duration / self.constants.period
-            found = self._with_turns(found, length)
-        message = found.message
+            result = judge_autonomous(model, self.strobe, tolerance)
+            length = result.duration and result.duration / self.constants.period
+            result = self._with_turns(result, length)
+        message = result.message
         if self._pushed and stop is None:
             message += self._pushed_text()
         if self._implicit:
@@ -194,7 +194,7 @@ class SmoothIntegration(Integration):
                 f"; {self._implicit} of {self.periods} {each}s took implicit steps, since it is "
                 "stiff"
             )
-        return replace(found, message=message)
+        return replace(result, message=message)
 
     def _with_turns(self, found: Settlement, length: float | None) -> Settlement:
         """Add the revolutions of angles in a response of that many periods."""
@@ -276,8 +276,8 @@ class HybridIntegration(Integration):
                 for part, after in closely:
                     self.recorder.went_on(part.energies)
                     if part.end > 1:
-                        share = (1 - part.begin) / (part.end - part.begin)
-                        self._ended(mode, state + share * (part.state - state))
+                        fraction = (1 - part.begin) / (part.end - part.begin)
+                        self._ended(mode, state + fraction * (part.state - state))
                     state, phase = part.state, part.end
                     if shown(after) != mode:
                         mode = shown(after)

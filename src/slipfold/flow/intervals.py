@@ -28,8 +28,8 @@ class Field:
     def rates(self, states: Array, phases: Array) -> Array:
         """Return the rates a unit of phase. Shapes: states (..., n); phases (...)."""
         rows = states.reshape(-1, states.shape[-1]) * self.scales
-        found = self.flow.rates(rows, phases.ravel(), self.constants)
-        return np.asarray((found / self.scales).reshape(states.shape))
+        result = self.flow.rates(rows, phases.ravel(), self.constants)
+        return np.asarray((result / self.scales).reshape(states.shape))
 
     def jacobians(self, states: Array, phases: Array) -> Array:
         """Return the derivatives of the rates, shape (..., n, n).
@@ -38,9 +38,9 @@ class Field:
         """
         n = states.shape[-1]
         rows = states.reshape(-1, n) * self.scales
-        found = self.flow.jacobians(rows, phases.ravel(), self.constants)
+        result = self.flow.jacobians(rows, phases.ravel(), self.constants)
         ratios = self.scales[None, :] / self.scales[:, None]
-        return np.asarray((found * ratios).reshape(*states.shape, n))
+        return np.asarray((result * ratios).reshape(*states.shape, n))
 
     def changing_jacobians(self, states: Array, phases: Array) -> Jacobians:
         """Return the same at points of intervals; of many states only columns that change.
@@ -51,9 +51,9 @@ class Field:
         if n < MANY:
             return Jacobians.of(self.jacobians(states, phases))
         rows, ratios = states.reshape(-1, n) * self.scales, self.scales / self.scales[:, None]
-        common, columns, found = self.flow.changing_jacobians(rows, phases.ravel(), self.constants)
-        found *= ratios[:, columns]
-        return Jacobians(common * ratios, columns, found.reshape(m, s, n, -1))
+        common, columns, result = self.flow.changing_jacobians(rows, phases.ravel(), self.constants)
+        result *= ratios[:, columns]
+        return Jacobians(common * ratios, columns, result.reshape(m, s, n, -1))
 
     def pulls(self, states: Array, phases: Array) -> Array:
         """Return the derivatives of the rates by the free parameters, shape (..., n, k).
@@ -62,8 +62,8 @@ class Field:
         """
         rows = states.reshape(-1, states.shape[-1]) * self.scales
         along = self.constants.rates[:, self.indices]
-        found = self.flow.pulls(rows, phases.ravel(), self.constants, along)
-        return np.asarray((found / self.scales[:, None]).reshape(*states.shape, -1))
+        result = self.flow.pulls(rows, phases.ravel(), self.constants, along)
+        return np.asarray((result / self.scales[:, None]).reshape(*states.shape, -1))
 
     def curvatures(self, states: Array, phases: Array, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``jacobians @ vectors``, (..., n, n) and (..., n, k).

@@ -75,13 +75,13 @@ def _equations_in(part: SmoothPhase) -> Mode:
 
 def _starts(passed: Sequence[tuple[SmoothPhase, Mode]], beyond: Sequence[Array]) -> list[Array]:
     """Return the states from which trajectories continue after each smooth phase."""
-    found = list[Array]()
+    result = list[Array]()
     for place, (part, _) in enumerate(passed):
         # Where a trajectory begins so, its state is all that is known.
-        at_once = bool(found) and part.released and part.onset is None
+        at_once = bool(result) and part.released and part.onset is None
         follows = place + 1 < len(passed) and passed[place + 1][0].onset is not None
-        found.append(found[-1] if at_once else part.state if follows else beyond[place])
-    return found
+        result.append(result[-1] if at_once else part.state if follows else beyond[place])
+    return result
 
 
 class _Variations:
@@ -153,12 +153,12 @@ class _Variations:
             place = self._system.places[event.which]
             slip = np.array(self._system.at(end, part.end).slip[place])
             along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
-            found = flow.slips.at(end, part.end, self._constants, self._directions)
-            states, explicit, pulls = (along @ item[place] for item in found)
+            result = flow.slips.at(end, part.end, self._constants, self._directions)
+            states, explicit, pulls = (along @ item[place] for item in result)
             return states, float(explicit), pulls
         slopes, which = flow.mode(shown(part.mode)).slopes_of(event)
-        found = slopes.at(end, part.end, self._constants, self._directions)
-        states, explicit, pulls = (item[which] for item in found)
+        result = slopes.at(end, part.end, self._constants, self._directions)
+        states, explicit, pulls = (item[which] for item in result)
         return states, float(explicit), pulls
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
@@ -195,7 +195,7 @@ def left_to_touch(
 
     Of a stop and what follows only the length counts. Shapes: start (n,).
     """
-    found = list[float]()
+    result = list[float]()
     state, stopped, released = start, dict[int, float](), False
     for part, after in passed:
         slow = part.mode.index(Status.SLOW) if Status.SLOW in part.mode else None
@@ -203,21 +203,21 @@ def left_to_touch(
         if slow is not None and not (part.released or released or stops):
             again = system.run(part.mode, state, part.begin, part.end, dense=True).polynomials
             assert isinstance(again, SlowPolynomials)
-            found += [speed * system.weights[slow] for speed in _least_speeds(again, len(start))]
+            result += [speed * system.weights[slow] for speed in _least_speeds(again, len(start))]
         for contact, place in enumerate(system.places):
             if place.stop - place.start < 2:
                 continue
             if part.mode[contact] is not Status.STICK and after[contact] is Status.STICK:
                 stopped[contact] = part.end
             elif after[contact] is not Status.STICK and contact in stopped:
-                found.append((part.end - stopped.pop(contact)) ** 2)
+                result.append((part.end - stopped.pop(contact)) ** 2)
         state, released = part.state, part.released
-    return found
+    return result
 
 
 def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
     """Return the minima of a speed inside of a smooth phase, in m/s."""
-    inner, found = slow.inner, list[float]()
+    inner, result = slow.inner, list[float]()
     for begin, end, powers in zip(inner.times, inner.times[1:], inner.tcs[:, n], strict=False):
         slopes = np.polynomial.polynomial.polyder(powers)
         at = np.polynomial.polynomial.polyval(np.array([0.0, end - begin]), slopes)
@@ -228,5 +228,5 @@ def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
             middle = 0.5 * (low + high)
             falls = np.polynomial.polynomial.polyval(middle, slopes) < 0
             low, high = (middle, high) if falls else (low, middle)
-        found.append(float(np.exp(UNIT * np.polynomial.polynomial.polyval(low, powers))))
-    return found
+        result.append(float(np.exp(UNIT * np.polynomial.polynomial.polyval(low, powers))))
+    return result

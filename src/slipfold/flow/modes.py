@@ -76,14 +76,14 @@ def solve(matrix: Sequence[Sequence[Expression]], right: Sequence[Expression]) -
                 rows[below] = [
                     low - factor * high for low, high in zip(rows[below], rows[place], strict=True)
                 ]
-    found: list[Expression] = [None] * size
+    result: list[Expression] = [None] * size
     for place in reversed(range(size)):
         known = rows[place][size]
         for after in range(place + 1, size):
             if not is_zero(rows[place][after]):
-                known = known - rows[place][after] * found[after]
-        found[place] = known / rows[place][place]
-    return found
+                known = known - rows[place][after] * result[after]
+        result[place] = known / rows[place][place]
+    return result
 
 
 def solve_for_states(
@@ -93,9 +93,9 @@ def solve_for_states(
 
     None if they contradict or repeat each other.
     """
-    found: dict[str, Expression] = {}
+    result: dict[str, Expression] = {}
     for zero in zeros:
-        value = hy.subs(zero, found)
+        value = hy.subs(zero, result)
         for name in names:
             slope = hy.diff(value, hy.expression(name))
             if not is_zero(slope):
@@ -104,8 +104,8 @@ def solve_for_states(
             return None
         rest = hy.subs(value, {name: hy.expression(0.0)})
         solved = {name: -rest / slope}
-        found = {key: hy.subs(item, solved) for key, item in found.items()} | solved
-    return found
+        result = {key: hy.subs(item, solved) for key, item in result.items()} | solved
+    return result
 
 
 ZERO = hy.expression(0.0)
@@ -287,35 +287,35 @@ def events_of(
     mode: ModeEquations, limits: Sequence[Limit], slips: Sequence[Expression]
 ) -> tuple[Event, ...]:
     """Return the changes that a mode may meet; `slips` are one over the sizes of slips."""
-    found = []
+    result = []
     for which, (contact, status) in enumerate(zip(mode.contacts, mode.mode, strict=True)):
         if status is Status.OPEN:
             normal = hy.subs(contact.normal, mode.held)
-            found.append(Event(Ending.MEETS, which, normal, rising=True))
+            result.append(Event(Ending.MEETS, which, normal, rising=True))
             continue
         if contact.opens:
-            found.append(Event(Ending.PARTS, which, mode.normal[which]))
+            result.append(Event(Ending.PARTS, which, mode.normal[which]))
         if status is Status.STICK:
             most = mode.normal[which] * hy.subs(contact.holding, mode.held)
             friction = mode.friction[which]
             if len(friction) == 2:
                 left = most - hy.sum([part * part for part in friction]) / most
-                found.append(Event(Ending.YIELDS, which, left, towards=Status.SLOW))
+                result.append(Event(Ending.YIELDS, which, left, towards=Status.SLOW))
                 continue
-            found.append(Event(Ending.YIELDS, which, most - friction[0]))
-            found.append(Event(Ending.YIELDS, which, most + friction[0], towards=Status.BACK))
+            result.append(Event(Ending.YIELDS, which, most - friction[0]))
+            result.append(Event(Ending.YIELDS, which, most + friction[0], towards=Status.BACK))
         elif status is Status.SLOW:
-            found += _slow_events(which, slips[which])
+            result += _slow_events(which, slips[which])
         elif len(contact.slip) == 2:
             square = hy.subs(hy.sum([part * part for part in contact.slip]), mode.held)
             level = slips[which] ** 2.0 * square - SLOW**2
-            found.append(Event(Ending.SLOWS, which, level, scaled=True))
+            result.append(Event(Ending.SLOWS, which, level, scaled=True))
         else:
             slip = hy.subs(contact.slip[0], mode.held)
-            found.append(Event(Ending.STOPS, which, slip, rising=status is Status.BACK))
+            result.append(Event(Ending.STOPS, which, slip, rising=status is Status.BACK))
     outputs = dict(mode.equations.outputs)
     return (
-        *found,
+        *result,
         *(
             Event(Ending.LIMIT, place, outputs[limit.output] - limit.bound)
             for place, limit in enumerate(limits)

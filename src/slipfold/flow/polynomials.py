@@ -75,8 +75,8 @@ def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomia
     """Integrate step by step; return the outcome of the last one, and what lies between."""
     times, coefficients = [float(integrator.time)], []
     for _ in range(steps):
-        found, _ = integrator.step(end - integrator.time, write_tc=True)
-        outcome = int(found)
+        result, _ = integrator.step(end - integrator.time, write_tc=True)
+        outcome = int(result)
         coefficients.append(np.array(integrator.tc))
         times.append(float(integrator.time))
         # Outcomes from zero on are events at which the integrator continues.

@@ -138,11 +138,11 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
             jacobians.reshape(-1, count, n, n).mean(axis=1),
         )
 
-    found = np.full(n, np.nan)
+    result = np.full(n, np.nan)
     for beside in (0.0, 1e-3):  # rest itself may be singular
-        if np.isnan(found).any():
-            found = damped_newton(linear, (start + beside * scales)[None], scales)[0]
-    return found
+        if np.isnan(result).any():
+            result = damped_newton(linear, (start + beside * scales)[None], scales)[0]
+    return result
 
 
 def linear_response(
@@ -165,8 +165,8 @@ def linear_response(
             # Rows of one size: else slow modes are nothing but rounding beside fast ones.
             sizes = np.abs(stiffness).max(axis=1)
             # Without damping a harmonic may meet a resonance: what does not force it is left out.
-            found = np.linalg.lstsq(stiffness / sizes[:, None], forcing[harmonic] / sizes)[0]
-            amplitude = scales * found
+            result = np.linalg.lstsq(stiffness / sizes[:, None], forcing[harmonic] / sizes)[0]
+            amplitude = scales * result
             nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
     return nodes
 
@@ -249,9 +249,9 @@ class _Look:
     def rest(self) -> Array:
         """State of rest under the mean of the forcing; the start where there is none."""
         start = self.start
-        found, slopes = self._around(start)
+        result, slopes = self._around(start)
         ratios = self._balanced(slopes)
-        guess = _largest(np.abs(found).max(axis=0) / ratios) / self._rate(slopes, ratios)
+        guess = _largest(np.abs(result).max(axis=0) / ratios) / self._rate(slopes, ratios)
         constants = self.flow.constants(self.model.vector)
         state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
         if np.isnan(state).any() and not self.model.forced:
@@ -393,13 +393,13 @@ class _Look:
         with np.errstate(invalid="ignore", over="ignore"):
             others = (rates - still).reshape(steps.shape) - steps @ matrix.T
             others = np.abs(others if self.slow is None else others @ self.slow.T)
-            share = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
-        share = share.max(axis=1)
-        large = ~(share <= 0.5)  # of the rates is not linear
+            fraction = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
+        fraction = fraction.max(axis=1)
+        large = ~(fraction <= 0.5)  # of the rates is not linear
         if not large.any():  # what is not linear is bounded, as friction is: where it counts most
-            most = share.max(initial=1e-6)  # rounding
+            most = fraction.max(initial=1e-6)  # rounding
             # What saturates beside what stays linear counts ever more: there half of it is enough.
-            large = share >= (most / 2 if share[-1] >= most / 2 else most)
+            large = fraction >= (most / 2 if fraction[-1] >= most / 2 else most)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
 

@@ -85,8 +85,8 @@ class Settlement:
             on = "an equilibrium"
         else:
             on = f"period {self.period}"
-        found = f"settled on {on}" if self.settled else "not settled"
-        return f"<Settlement: {found}, drift {self.drift:.1e}>"
+        result = f"settled on {on}" if self.settled else "not settled"
+        return f"<Settlement: {result}, drift {self.drift:.1e}>"
 
     def __str__(self) -> str:
         """Return the sentence."""
@@ -330,9 +330,9 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
         returns = end.returns(window)
         for trend in end.trends(returns.states):
             if trend.drift <= tolerance:
-                found = _on_cycle(end, window, returns.phases, trend, tolerance)
-                if found is not None:
-                    return found
+                result = _on_cycle(end, window, returns.phases, trend, tolerance)
+                if result is not None:
+                    return result
         if len(returns.phases) >= ENOUGH or window.end >= len(strobe) - 1:
             break
     return _unsettled_autonomous(end, returns, seen, rest, tolerance)

@@ -53,19 +53,19 @@ def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tupl
     back = {inner: symbol for symbol, inner in there.items()}
     rates = hy.subs([*equations.rates, *outputs], there)
     count = len(states)
-    found = [Operation("", (), (), state, True) for state in states]
+    result = [Operation("", (), (), state, True) for state in states]
     for item, needed in _decomposed(states, rates)[count:-count]:
-        inner = {name: found[int(name.removeprefix("u_"))] for name in hy.get_variables(item)}
+        inner = {name: result[int(name.removeprefix("u_"))] for name in hy.get_variables(item)}
         name, operands = _read(str(item))
         operands = tuple(
-            operand if operand.index is None or found[operand.index].moves else Operand(None)
+            operand if operand.index is None or result[operand.index].moves else Operand(None)
             for operand in operands
         )
         moves = name == "time" or any(operation.moves for operation in inner.values())
         values = {hy.expression(key): operation.expression for key, operation in inner.items()}
         expression = hy.subs(item, {**values, **back})
-        found.append(Operation(name, operands, tuple(needed), expression, moves))
-    return tuple(found)
+        result.append(Operation(name, operands, tuple(needed), expression, moves))
+    return tuple(result)
 
 
 def _decomposed(states: Sequence[Any], rates: Sequence[Any]) -> list[tuple[Any, list[int]]]:
@@ -171,8 +171,8 @@ def _vanishes(
     states = np.random.default_rng(2).uniform(0.5, 1.5, (len(groups), 2, count))  # random places
     for place, group in enumerate(groups):
         states[place, :, list(group)] = 0.0
-    found = rates(states.reshape(-1, count)).reshape(states.shape)
-    return np.asarray((found == 0).all(axis=1))
+    result = rates(states.reshape(-1, count)).reshape(states.shape)
+    return np.asarray((result == 0).all(axis=1))
 
 
 def _relative_size(states: list[Expression]) -> Expression:
@@ -233,7 +233,7 @@ class SharpTurns:
         up, down = hy.event_direction.positive, hy.event_direction.negative
         directed = [*((item, up) for item in self.rising), *((item, down) for item in self.falling)]
         edges = [
-            event(hy.subs(item, known), callback=_go_on, cooldown=COOLDOWN, direction=direction)
+            event(hy.subs(item, known), callback=_continues, cooldown=COOLDOWN, direction=direction)
             for item, direction in directed
         ]
         return edges + [event(hy.subs(item, known)) for item in self.watched]
@@ -241,7 +241,7 @@ class SharpTurns:
     def passed(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
         """Return the other events of an integrator, which tells how patient it is by the former."""
         event = hy.nt_event_batch if batch else hy.nt_event
-        return [event(hy.subs(item, known), callback=_go_on) for item in self.unfed]
+        return [event(hy.subs(item, known), callback=_continues) for item in self.unfed]
 
 
 def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
@@ -299,8 +299,8 @@ def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]
         for base, exponent in _factors(operations, index):
             addends = {addend for addend, _ in _addends(operations, base) if addend is not None}
             for inner in {base, *addends} & flat:
-                found = _index(operations[inner]), EDGES[operations[inner].name]
-                times[found] = times.get(found, 0.0) + abs(exponent)
+                result = _index(operations[inner]), EDGES[operations[inner].name]
+                times[result] = times.get(result, 0.0) + abs(exponent)
         for (argument, edge), power in times.items():
             if power > 1:
                 yield argument, edge / power
@@ -393,14 +393,14 @@ def _power(operations: Sequence[Operation], index: int) -> tuple[int, float]:
     """Base and exponent of an operation; the exponent is 1 if it is no power."""
     operation = operations[index]
     if operation.moves and operation.name in ("*", "power"):
-        found = [
+        result = [
             (base, exponent * operand.exponent)
             for operand in operation.operands
             if operand.index is not None
             for base, exponent in [_power(operations, operand.index)]
         ]
-        if len(found) == len(operation.operands) and len({base for base, _ in found}) == 1:
-            return found[0][0], sum(exponent for _, exponent in found)
+        if len(result) == len(operation.operands) and len({base for base, _ in result}) == 1:
+            return result[0][0], sum(exponent for _, exponent in result)
     return index, 1.0
 
 
@@ -410,6 +410,6 @@ def _index(operation: Operation) -> int:
     return index
 
 
-def _go_on(*_: object) -> bool:
+def _continues(*_: object) -> bool:
     """Whether to integrate on after an event; what passes no edge is given the time as well."""
     return True

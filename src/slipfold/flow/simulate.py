@@ -47,9 +47,9 @@ def simulate(
     periods, tolerance = checked_periods(periods), checked_tolerance(tolerance)
     start = initial_state(model, state)
     if not through_stick or starts_in_slip(model, start):
-        found = _simulate_in_slip(model, periods, start, tolerance, observer)
-        if not (through_stick and reaches_stick_limit(found.stopped, model)):
-            return found
+        result = _simulate_in_slip(model, periods, start, tolerance, observer)
+        if not (through_stick and reaches_stick_limit(result.stopped, model)):
+            return result
     hybrid = HybridIntegration.begin(model, start, paced=periods is None)
     return hybrid.run(periods, tolerance, observer)
 
@@ -60,11 +60,11 @@ def _simulate_in_slip(
     if not model.forced:
         model, periods = paced(model, start, periods)
     for _ in range(5):  # intervals are divided where it becomes faster than it began
-        found = SmoothIntegration(model, start).run(periods, tolerance, observer)
-        if model.forced or found.stopped is None or found.stopped.kind != "stiff":
+        result = SmoothIntegration(model, start).run(periods, tolerance, observer)
+        if model.forced or result.stopped is None or result.stopped.kind != "stiff":
             break
         model, periods = divided(model, periods)
-    return found
+    return result
 
 
 def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -> Array:

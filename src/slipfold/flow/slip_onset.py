@@ -58,8 +58,8 @@ class SlipOnset:
         """Return weights that integrate over phases what is known at the points, shape (s,)."""
         if phase >= self.end:
             return self.length * POINTS.weights
-        share = (phase - self.begin) / self.length
-        return np.asarray(self.length * POINTS.integrals(np.array([share]))[0])
+        fraction = (phase - self.begin) / self.length
+        return np.asarray(self.length * POINTS.integrals(np.array([fraction]))[0])
 
     def at(self, phase: float) -> Array:
         """Return the state at a phase, shape (n,)."""
@@ -100,10 +100,10 @@ class SlipOnset:
         driven = self.length * np.einsum("lk,kaq->laq", POINTS.inner, pushes)
         changes = np.concatenate([equations.moved, equations.solve(driven[None])], axis=3)[0]
         own = np.eye(n, n + directions.shape[1])
-        share = self.integrals(phase) / self.length @ POINTS.outer
-        found = own + np.einsum("k,kab->ab", share, changes - own)
-        found *= field.scales[:, None]
-        return found[:, :n] / field.scales, found[:, n:]
+        fraction = self.integrals(phase) / self.length @ POINTS.outer
+        result = own + np.einsum("k,kab->ab", fraction, changes - own)
+        result *= field.scales[:, None]
+        return result[:, :n] / field.scales, result[:, n:]
 
 
 def solve_onset(

@@ -35,17 +35,17 @@ class Jacobians:
         m, s, n, c = self.changing.shape
         if c == n:
             return self.changing
-        found = np.empty((m, s, n, n))
-        found[:] = self.common
-        found[..., self.columns] = self.changing
-        return found
+        result = np.empty((m, s, n, n))
+        result[:] = self.common
+        result[..., self.columns] = self.changing
+        return result
 
     @cached_property
     def first(self) -> Array:
         """The first of them, shape (n, n)."""
-        found = self.common.copy()
-        found[:, self.columns] = self.changing[0, 0]
-        return found
+        result = self.common.copy()
+        result[:, self.columns] = self.changing[0, 0]
+        return result
 
     @property
     def changed(self) -> Places:
@@ -262,8 +262,8 @@ class _Separated(StageEquations):
         modes = _times(self._answers, np.swapaxes(parts, 0, 1))
         seen = self._coupled @ self._watched(modes)
         modes += _times(self._forced, seen[:, None])
-        found = np.tensordot(modes, self._modes.right, axes=(1, 1)).real  # (m, s, q, n)
-        return np.asarray(np.swapaxes(found, 2, 3))
+        result = np.tensordot(modes, self._modes.right, axes=(1, 1)).real  # (m, s, q, n)
+        return np.asarray(np.swapaxes(result, 2, 3))
 
     def along(self, changes: Array) -> Array:
         """Return how stages follow changes at the beginnings."""

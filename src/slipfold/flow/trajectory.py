@@ -416,8 +416,8 @@ def last_round(motion: Trajectory) -> LastRound | None:
         dense = flow.dense(state, constants, float(count), 100_000)
         return None if dense is None else LastRound(*_extrema([dense.polynomials], dense.scales))
     mode, names = motion.sticking.mode(place), motion.sticking.contacts
-    found = round_with_stick(model, state, mode, names, count, settlement.settled)
-    return None if np.isnan(found.fraction) else found
+    result = round_with_stick(model, state, mode, names, count, settlement.settled)
+    return None if np.isnan(result.fraction) else result
 
 
 def round_with_stick(
@@ -520,12 +520,12 @@ def _turning_values(coefficients: Array) -> Array:
 
 def _joined(spans: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """Join spans that follow each other at once, and leave out those without length."""
-    found: list[tuple[float, float]] = []
+    result: list[tuple[float, float]] = []
     for begin, end in spans:
         if end == begin:
             continue
-        if found and found[-1][1] == begin:
-            found[-1] = (found[-1][0], end)
+        if result and result[-1][1] == begin:
+            result[-1] = (result[-1][0], end)
         else:
-            found.append((begin, end))
-    return found
+            result.append((begin, end))
+    return result

@@ -125,22 +125,22 @@ def find_fractions(
     known, interrupted = 0, False
     for place, value in enumerate(values):
         carried = np.array([item.state for item in before]).reshape(-1, starts.shape[1])
-        found = search(
+        result = search(
             model.replace(**{vary: float(value)}),
             np.concatenate([carried, starts]),
             periods,
             _of_all(observer, place, len(values), len(starts)),
         )
-        if found.interrupted:
+        if result.interrupted:
             interrupted = True
             break
-        led, reached = np.split(found.labels, [len(before)])
-        numbers = _numbers(found.attractors, before, led, model.state_scales(), known)
+        led, reached = np.split(result.labels, [len(before)])
+        numbers = _numbers(result.attractors, before, led, model.state_scales(), known)
         known = max([known, *numbers.values()])
-        before = tuple(replace(item, id=numbers[item.id]) for item in found.attractors)
+        before = tuple(replace(item, id=numbers[item.id]) for item in result.attractors)
         attractors[place] = before
         labels[place] = [numbers.get(label, label) for label in reached.tolist()]
-        ends.update(found.ends)
+        ends.update(result.ends)
     return Fractions(labels, tuple(attractors), dict(ends), interrupted)
 
 
@@ -177,12 +177,12 @@ def _apart(one: Attractor, other: Attractor, scales: Array) -> float:
 
 
 def _of_all(observer: Observer | None, place: int, values: int, starts: int) -> Observer | None:
-    """Return who is told of a search at one value as part of those at all values."""
+    """Return an observer of the search at one value, as part of those at all values."""
     if observer is None:
         return None
 
-    def told(progress: Progress) -> None:
+    def report(progress: Progress) -> None:
         done = int((place + progress.done / (progress.total or 1)) * starts)
         observer(replace(progress, done=done, total=values * starts))
 
-    return told
+    return report

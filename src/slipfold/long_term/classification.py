@@ -38,7 +38,7 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
     Shapes: states (..., m, n); scales, turns (n,); returns (...).
     """
     count = states.shape[-2]
-    found = np.zeros(states.shape[:-2], np.int64)
+    result = np.zeros(states.shape[:-2], np.int64)
     changes, left = {}, np.zeros(states.shape[:-2])
     for period in range(1, min(longest, count // 3) + 1):
         apart = without_turns(states[..., period:, :] - states[..., :-period, :], turns) / scales
@@ -50,17 +50,17 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
             rate = ratio ** (period / (change.shape[-1] - width))
             rest = last * rate / (1 - rate)
         settles = (last <= FLOOR) | ((ratio < 0.9) & (rest <= NEAR))
-        new = settles & (found == 0)
-        found[new], left[new] = period, np.where(last <= FLOOR, FLOOR, rest)[new]
+        new = settles & (result == 0)
+        result[new], left[new] = period, np.where(last <= FLOOR, FLOOR, rest)[new]
         changes[period] = last
     for period in sorted(changes, reverse=True):
         # What winds round the response lies up to four distances away.
-        within = (found % period == 0) & (found > 0) & (changes[period] <= 4 * left)
-        found[within] = period
+        within = (result % period == 0) & (result > 0) & (changes[period] <= 4 * left)
+        result[within] = period
     for period in sorted(changes, reverse=True):
         # What moves so little over a part of the period only has to fade.
-        found[(found > period) & (found % period == 0) & (changes[period] <= 1e-5)] = period
-    return found
+        result[(result > period) & (result % period == 0) & (changes[period] <= 1e-5)] = period
+    return result
 
 
 def sampled_outputs(model: Model, vary: str, values: Array, states: Array, samples: int) -> Array:
@@ -74,7 +74,7 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
     parameters = np.tile(model.vector, (len(values), 1))
     parameters[:, [item.name for item in model.parameters].index(vary)] = values
     scales = np.tile(flow.constants_of(model).scales, (len(values), 1))
-    found = np.empty((len(values), samples, len(flow.output_names)))
+    result = np.empty((len(values), samples, len(flow.output_names)))
     phases = np.arange(samples) / samples
     for first in range(0, len(values), TOGETHER):
         some = slice(first, first + TOGETHER)
@@ -85,8 +85,8 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
             between = march.samples(states[some].T, samples).transpose(0, 2, 1)
         for place, phase in enumerate(phases):
             rows = np.full(between.shape[1], phase)
-            found[some, place] = flow.outputs(between[place], rows, constants)
-    return found
+            result[some, place] = flow.outputs(between[place], rows, constants)
+    return result
 
 
 def reached(values: Array, measure: str) -> Array:
@@ -121,7 +121,7 @@ APART = 1e-7
 """Distance of a pair in scales: far above what steps in common leave of rounding."""
 
 ZERO = 3e-4
-"""Exponents a period that may be those of a torus, and their largest errors; no chaos is told."""
+"""Exponents a period that may be those of a torus, and their largest errors."""
 
 SHRUNK = 0.9
 """Fraction of its distance to a response that a trajectory has left at most, if it is seen to come
@@ -170,7 +170,9 @@ class Classified:
 
 
 def classify_open(
-    models: list[Model], states: Array, tell: Callable[[int, int], None] = lambda done, more: None
+    models: list[Model],
+    states: Array,
+    on_progress: Callable[[int, int], None] = lambda done, more: None,
 ) -> tuple[Classified, bool]:
     """Follow each trajectory beside another one close to it; return whether that was interrupted.
 
@@ -182,23 +184,23 @@ def classify_open(
 
     Shapes: states (k, n).
     """
-    found = Classified.unknown(UNDECIDED, states.copy())
+    result = Classified.unknown(UNDECIDED, states.copy())
     rest = np.arange(len(states))
     try:
         for round_, periods in enumerate(PAIR_PERIODS):
             if round_:
-                tell(0, 2 * periods * len(rest))
-            pairs = _Pairs([models[row] for row in rest], found.states[rest], periods)
+                on_progress(0, 2 * periods * len(rest))
+            pairs = _Pairs([models[row] for row in rest], result.states[rest], periods)
             for _ in range(periods):
-                pairs.go_on()
-                tell(2 * len(rest), 0)
-            pairs.judge(found, rest)
-            rest = rest[found.kinds[rest] == UNDECIDED]
+                pairs.advance()
+                on_progress(2 * len(rest), 0)
+            pairs.judge(result, rest)
+            rest = rest[result.kinds[rest] == UNDECIDED]
             if not len(rest):
                 break
     except KeyboardInterrupt:
-        return found, True
-    return found, False
+        return result, True
+    return result, False
 
 
 class _Pairs:
@@ -222,23 +224,23 @@ class _Pairs:
         self._sticks = np.zeros(self._count, bool)
         self._done = 0
 
-    def go_on(self) -> None:
+    def advance(self) -> None:
         """Propagate all pairs over a period."""
-        crowd = self._crowd
-        crowd.go_on()
-        states = crowd.states
+        ensemble = self._crowd
+        ensemble.advance()
+        states = ensemble.states
         base = states[::2]
         between = without_turns(states[1::2] - base, self._turns) / self._scales
         distance = np.linalg.norm(between, axis=1)
-        self._sticks |= crowd.stuck.reshape(-1, 2).any(axis=1)
-        crowd.leave(np.repeat(self._sticks, 2))
+        self._sticks |= ensemble.stuck.reshape(-1, 2).any(axis=1)
+        ensemble.leave(np.repeat(self._sticks, 2))
         with np.errstate(divide="ignore", invalid="ignore"):
             self._logarithms[self._done] = np.log(distance / APART)
             between *= (APART / distance)[:, None]
         moved = np.full_like(states, np.nan)
         moved[1::2] = base + between * self._scales
         moved[1::2][self._sticks] = np.nan
-        crowd.move(moved)
+        ensemble.move(moved)
         place, weight = self._done % CLASSES, self._weights[self._done]
         if self._done < RECENT:
             self._first[self._done] = base
@@ -275,9 +277,9 @@ class _Pairs:
                 found.kinds[row] = TORUS
             elif exponent < -slack and exponent * self._done < np.log(SHRUNK):
                 # Of orbits of long periods averages are equal, too, but nothing shrinks.
-                share = min(SHRUNK, np.exp(exponent * self._done / 2))
+                fraction = min(SHRUNK, np.exp(exponent * self._done / 2))
                 states = self._first[:, place], last[:, place]
-                period = self._comes_to(averages[:, place], *states, share)
+                period = self._comes_to(averages[:, place], *states, fraction)
                 if period:
                     self._set_periodic(found, row, averages[:period, place])
 
@@ -359,10 +361,12 @@ class TrajectoryGrid:
 
     def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
         """Follow a motion in some places; return their last states, or the start if they ended."""
-        found = self._followed(cells, starts)
-        self.known.put((run, cells), found)
-        self.known.put((run, cells), self._seen_again(cells, found))
-        return np.where(np.isnan(found.states).any(axis=1, keepdims=True), self.start, found.states)
+        result = self._followed(cells, starts)
+        self.known.put((run, cells), result)
+        self.known.put((run, cells), self._seen_again(cells, result))
+        return np.where(
+            np.isnan(result.states).any(axis=1, keepdims=True), self.start, result.states
+        )
 
     def judged(self, cells: NDArray[np.intp], starts: Array) -> Classified:
         """Follow trajectories in some places, and say what they do; none of it is stored."""
@@ -383,18 +387,18 @@ class TrajectoryGrid:
         window = np.full((RECENT + 1, *starts.shape), np.nan)
         stuck = np.zeros(len(cells), np.int64)
         sticks = np.zeros(len(cells), bool)
-        with Ensemble(models, starts) as crowd:
+        with Ensemble(models, starts) as ensemble:
             for period in range(1, total + 1):
-                crowd.go_on()
-                stuck += crowd.stuck
-                crowd.leave(stuck >= STUCK)
+                ensemble.advance()
+                stuck += ensemble.stuck
+                ensemble.leave(stuck >= STUCK)
                 if period > self.transient:
-                    sticks |= crowd.stuck
+                    sticks |= ensemble.stuck
                 if period >= self.transient:
-                    window[period - self.transient] = crowd.states
-                self._tell(len(cells))
-            states = crowd.states
-            stopped = np.array([stop is not None for stop in crowd.stopped])
+                    window[period - self.transient] = ensemble.states
+                self._report(len(cells))
+            states = ensemble.states
+            stopped = np.array([stop is not None for stop in ensemble.stopped])
         window[:, stuck >= STUCK] = np.nan  # they were left where they were
         return self._judge(window, np.where(stopped[:, None], np.nan, states), sticks)
 
@@ -409,15 +413,15 @@ class TrajectoryGrid:
         periods = repeats_of(window.transpose(1, 0, 2), self.scales, whole_turns)
         before = window[-1 - periods, np.arange(len(states))]
         apart = without_turns(window[-1] - before, whole_turns) / self.scales
-        found = Classified.unknown(OPEN, states)
-        found.kinds[periods > 0] = PERIODIC
-        found.kinds[sticks] = STICKS
-        found.kinds[np.isnan(states).any(axis=1)] = STOPPED
-        found.periods[:] = periods
-        found.changes[:] = np.abs(apart).max(axis=1)
+        result = Classified.unknown(OPEN, states)
+        result.kinds[periods > 0] = PERIODIC
+        result.kinds[sticks] = STICKS
+        result.kinds[np.isnan(states).any(axis=1)] = STOPPED
+        result.periods[:] = periods
+        result.changes[:] = np.abs(apart).max(axis=1)
         for row in np.flatnonzero(periods):
-            found.means[row] = mean_state(window[-periods[row] :, row], whole_turns)
-        return found
+            result.means[row] = mean_state(window[-periods[row] :, row], whole_turns)
+        return result
 
     def classify_open(self) -> None:
         """Look longer at trajectories that neither repeat nor stick, of all runs together."""
@@ -425,24 +429,24 @@ class TrajectoryGrid:
         self.total += 2 * len(cells) * PAIR_PERIODS[0]
         for first in range(0, len(cells), BATCH):
             run, cell = runs[first : first + BATCH], cells[first : first + BATCH]
-            found, interrupted = self.classified_open(cell, self.known.states[run, cell])
-            known = (found.kinds != UNDECIDED) | (not interrupted)
-            self.known.put((run[known], cell[known]), found.rows(known))
+            result, interrupted = self.classified_open(cell, self.known.states[run, cell])
+            known = (result.kinds != UNDECIDED) | (not interrupted)
+            self.known.put((run[known], cell[known]), result.rows(known))
             if interrupted:
                 raise KeyboardInterrupt
 
     def classified_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Classified, bool]:
         """Look longer at trajectories; return what they do, and whether that was interrupted."""
-        return classify_open([self.models[cell] for cell in cells], states, self._tell_pairs)
+        return classify_open([self.models[cell] for cell in cells], states, self._report_pairs)
 
-    def _tell(self, periods: int) -> None:
+    def _report(self, periods: int) -> None:
         self.done += periods
         if self.observer is not None:
             self.observer(Progress("forcing periods", self.done, max(self.total, self.done)))
 
-    def _tell_pairs(self, periods: int, more: int) -> None:
+    def _report_pairs(self, periods: int, more: int) -> None:
         self.total += more
-        self._tell(periods)
+        self._report(periods)
 
     @property
     def reported_kinds(self) -> NDArray[np.str_]:

@@ -33,7 +33,7 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
     functions, scales = evaluation_of(model), model.state_scales()
     # There are other starts.
     states = damped_newton(functions.linear_of(model), starts, scales, halvings=12)
-    found: list[Array] = []
+    result: list[Array] = []
     for state in states[np.isfinite(states).all(axis=1)]:
         values = dict(
             zip(functions.names, functions.outputs(model, state, np.zeros(())), strict=True)
@@ -41,10 +41,10 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
         if any(not values[limit.output] > limit.bound for limit in model.limits):
             continue
         reduced = without_turns(state, model.whole_turns)
-        apart = [without_turns(reduced - other, model.whole_turns) / scales for other in found]
+        apart = [without_turns(reduced - other, model.whole_turns) / scales for other in result]
         if all(np.abs(each).max() > 1e-8 for each in apart):
-            found.append(reduced)
-    return found
+            result.append(reduced)
+    return result
 
 
 PLACES = 4
@@ -83,33 +83,35 @@ def find_coexisting(
     """
     box = box or box_around(model, _reached(model, branches))
     values = tuple(span[0] + (i + 0.5) / PLACES * (span[1] - span[0]) for i in range(PLACES))
-    found: list[int] = []
+    result: list[int] = []
     known, interrupted = branches, any(branch.interrupted for branch in branches)
     for place, value in enumerate(values):
         if interrupted:
             break
 
-        tell = None if observer is None else _Tells(observer, len(known), place, value)
+        on_progress = (
+            None if observer is None else _PlaceProgress(observer, len(known), place, value)
+        )
         try:
             at = model.replace(**{vary: value})
-            seen = _seen(at, value, box, tell)
+            seen = _seen(at, value, box, on_progress)
             interrupted = seen.interrupted
             for begin in () if interrupted else seen.begins:
                 if not _is_on_branch(begin, known, value):
                     new = _numbered(_followed(follow, begin), len(known))
-                    known, found = (*known, *new), [*found, *(branch.id for branch in new)]
+                    known, result = (*known, *new), [*result, *(branch.id for branch in new)]
             interrupted |= any(branch.interrupted for branch in known)
         except InputError:  # parameters contradict each other there
             continue
         except KeyboardInterrupt:
             interrupted = True
     low, high = tuple(box.low.tolist()), tuple(box.high.tolist())
-    return known, BranchSearch(values, low, high, STARTS, tuple(found), interrupted)
+    return known, BranchSearch(values, low, high, STARTS, tuple(result), interrupted)
 
 
 @dataclass(frozen=True)
-class _Tells:
-    """Tells the caller who watches how far the search at one place has come."""
+class _PlaceProgress:
+    """Reports how far the search at one place has come."""
 
     observer: Observer
     branches: int
@@ -130,9 +132,9 @@ class _Seen:
     interrupted: bool
 
 
-def _seen(model: Model, value: float, box: Box, tell: Observer | None) -> _Seen:
+def _seen(model: Model, value: float, box: Box, on_progress: Observer | None) -> _Seen:
     starts = box.starts(STARTS, 0)
-    searched = search(model, starts, 256, tell, measure=False)  # periods of each trajectory
+    searched = search(model, starts, 256, on_progress, measure=False)  # periods of each trajectory
     begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]
     if not model.forced:
         resting = equilibria_in(model, starts)
@@ -194,8 +196,8 @@ def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
     """Return the orbits of a branch at a value of its parameter."""
     away = branch.parameter - value
     for i in np.flatnonzero(away[:-1] * away[1:] <= 0):
-        share = away[i] / (away[i] - away[i + 1]) if away[i] != away[i + 1] else 0.0
-        arclength = branch.arclength[i] + share * (branch.arclength[i + 1] - branch.arclength[i])
+        fraction = away[i] / (away[i] - away[i + 1]) if away[i] != away[i + 1] else 0.0
+        arclength = branch.arclength[i] + fraction * (branch.arclength[i + 1] - branch.arclength[i])
         try:
             yield orbit_between(branch, float(arclength), value)
         except InputError:

@@ -65,8 +65,8 @@ def find_contacts(
         starts, begin, repeats = _end(motion, rounds)
         model, length = motion.steady_model, 1.0
     unit = 1.0 if model.forced else flow_of(model).constants_of(model).period
-    found = contact_trajectories(model, starts, length, per_period)
-    shown = tuple(item for item in found if contact in (None, item.name))
+    result = contact_trajectories(model, starts, length, per_period)
+    shown = tuple(item for item in result if contact in (None, item.name))
     return ShownContacts(model, shown, begin * unit, unit, repeats)
 
 
@@ -77,8 +77,8 @@ def _end(motion: Trajectory, rounds: int) -> tuple[list[Start], float, bool]:
     if settlement.duration is not None:
         begin, places = motion.duration / settlement.duration, [motion.periods] * rounds
     else:
-        wanted = rounds * (settlement.period or 1) if repeats else 32  # periods at the end
-        first = max(motion.periods - wanted, 0)
+        requested = rounds * (settlement.period or 1) if repeats else 32  # periods at the end
+        first = max(motion.periods - requested, 0)
         begin, places = float(first), [*range(first, motion.periods)]
     if not places:
         raise InputError("the motion ended within its first period; start elsewhere")

@@ -145,8 +145,8 @@ class Growth:
     def advance(self, periods: int) -> None:
         """Continue for some periods, as far as it comes."""
         matrices = self._in_extents(self.derivatives(periods))
-        found = np.zeros((len(matrices), matrices.shape[-1]))
-        for row, pieces in zip(found, matrices, strict=True):
+        result = np.zeros((len(matrices), matrices.shape[-1]))
+        for row, pieces in zip(result, matrices, strict=True):
             for matrix in pieces:
                 self._frame, triangle = np.linalg.qr(matrix @ self._frame)
                 factors = np.abs(np.diag(triangle))
@@ -154,7 +154,7 @@ class Growth:
                     factors[factors <= LOST * factors.max()] = 0.0
                 with np.errstate(divide="ignore"):
                     row += np.log(factors)
-        self._logarithms.append(found)
+        self._logarithms.append(result)
 
     def derivatives(self, periods: int) -> Array:
         """Continue; return the derivatives of the ends of pieces of equal length.
@@ -222,12 +222,12 @@ class Growth:
         """Return the derivatives of some periods, from event to event."""
         system, scales = integration.system, self.model.state_scales()
         still = np.zeros((len(system.constants.values), 0))
-        found = np.empty((len(starts), 1, len(scales), len(scales)))
-        for matrices, start, mode in zip(found, starts, integration.modes[before:], strict=False):
+        result = np.empty((len(starts), 1, len(scales), len(scales)))
+        for matrices, start, mode in zip(result, starts, integration.modes[before:], strict=False):
             passed = list(smooth_phases(system, mode, start, 1.0))
             matrix = linearized_trajectory(system, start, passed, still).matrix
             matrices[0] = matrix * (scales / scales[:, None])
-        return found
+        return result
 
 
 def growth_from(model: Model, start: Array) -> Growth:
@@ -316,8 +316,8 @@ def follow_exponents(
                 _refuse_ended(growth)
                 if observer is not None:
                     known = tuple(estimates[-1].exponents.tolist()) if estimates else ()
-                    told = "  ".join(f"{exponent:.6g}" for exponent in known) or "not yet"
-                    text, values = f"exponents a period: {told}", {"exponents": known}
+                    shown = "  ".join(f"{exponent:.6g}" for exponent in known) or "not yet"
+                    text, values = f"exponents a period: {shown}", {"exponents": known}
                     observer(Progress("periods", growth.periods, most, text, values))
             estimates.append(_estimate(growth))
             enough = estimates[-1].errors.max() <= tolerance or end >= MOST
@@ -365,6 +365,6 @@ def _refuse_ended(growth: Growth) -> None:
 def _estimate(growth: Growth) -> Estimate:
     """Average over the second half: by then the frame has turned into the directions of growth."""
     rates = growth.logarithms
-    found = average(rates[len(rates) // 2 :])
-    order = np.argsort(-found.values, kind="stable")
-    return Estimate(growth.periods, found.values[order], found.errors[order])
+    result = average(rates[len(rates) // 2 :])
+    order = np.argsort(-result.values, kind="stable")
+    return Estimate(growth.periods, result.values[order], result.errors[order])

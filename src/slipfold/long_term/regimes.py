@@ -53,28 +53,28 @@ def continue_to_neighbors(work: TrajectoryGrid, grid: Rows) -> None:
     while len(new):
         proposals = _proposals(work, grid, new)
         work.total += len(proposals) * work.periods_of_a_motion
-        found = [
+        result = [
             _continued(work, proposals[first : first + BATCH])
             for first in range(0, len(proposals), BATCH)
         ]
-        new = np.concatenate([np.empty((0, 2), np.intp), *found])
+        new = np.concatenate([np.empty((0, 2), np.intp), *result])
 
 
 def _distinct(work: TrajectoryGrid) -> Rows:
     """Return run and cell of each trajectory that no earlier run has in that cell."""
     cells = np.arange(work.known.kinds.shape[1])
-    found = []
+    result = []
     for run in range(len(work.known.kinds)):
         rows = np.full(len(cells), run)
         new = ~_known(work, cells, work.known.rows((run, cells)), run)
-        found.append(np.column_stack([rows[new], cells[new]]))
-    return np.concatenate(found)
+        result.append(np.column_stack([rows[new], cells[new]]))
+    return np.concatenate(result)
 
 
 def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
     """Return run and cell of trajectories, each with a cell beside it to which it is continued."""
     shape = grid.shape
-    found = []
+    result = []
     for step in STEPS:
         places = np.array(np.unravel_index(sources[:, 1], shape)) + np.array(step)[:, None]
         inside = ((places >= 0) & (places < np.array(shape)[:, None])).all(axis=0)
@@ -84,8 +84,8 @@ def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
             swept = work.known.rows((done, sources[:, 1]))
             inside &= ~_same(work, swept, work.known.rows(tuple(sources.T)))
         targets = grid[tuple(places[:, inside])]
-        found.append(np.column_stack([sources[inside], targets]))
-    proposals = np.concatenate(found)
+        result.append(np.column_stack([sources[inside], targets]))
+    proposals = np.concatenate(result)
     # Trajectories that stick are expensive, and not told apart.
     sticks = work.known.kinds[proposals[:, 0], proposals[:, 1]] == STICKS
     stuck_there = (work.known.kinds[:, proposals[:, 2]] == STICKS).any(axis=0)
@@ -95,20 +95,20 @@ def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
 def _continued(work: TrajectoryGrid, proposals: Rows) -> Rows:
     """Follow some proposals; store what is new, and return its runs and cells."""
     runs, cells, targets = proposals.T
-    found = work.judged(targets, work.known.states[runs, cells])
+    result = work.judged(targets, work.known.states[runs, cells])
     # What does not repeat soon is taken for what it was, and followed for longer if that is new.
-    opened = found.kinds == OPEN
+    opened = result.kinds == OPEN
     before = work.known.kinds[runs, cells]
-    found.kinds[opened] = np.where(np.isin(before, APERIODIC), before, UNDECIDED)[opened]
-    new = ~_known(work, targets, found)
+    result.kinds[opened] = np.where(np.isin(before, APERIODIC), before, UNDECIDED)[opened]
+    new = ~_known(work, targets, result)
     longer = np.flatnonzero(new & opened)
     if len(longer):
-        judged, interrupted = work.classified_open(targets[longer], found.states[longer])
+        judged, interrupted = work.classified_open(targets[longer], result.states[longer])
         if interrupted:
             raise KeyboardInterrupt
-        found.put(longer, judged)
-        new &= ~_known(work, targets, found)
-    return _stored(work, targets, found, np.flatnonzero(new))
+        result.put(longer, judged)
+        new &= ~_known(work, targets, result)
+    return _stored(work, targets, result, np.flatnonzero(new))
 
 
 def _stored(work: TrajectoryGrid, targets: Rows, found: Classified, rows: Rows) -> Rows:
@@ -247,31 +247,32 @@ def resolve_regions(
     }
     if not places:
         return regions, False
-    numbers = np.repeat([*places], [len(found) for found in places.values()])
-    values = np.array([place for found in places.values() for place in found])
+    numbers = np.repeat([*places], [len(result) for result in places.values()])
+    values = np.array([place for result in places.values() for place in result])
 
-    def tell(progress: Progress) -> None:
+    def on_progress(progress: Progress) -> None:
         if observer is not None:
             text = f"forcing periods of motions at {len(values)} places"
             middle = (float(values[0, 0]), float(values[0, 1]))
             observer(locus_progress("regimes", progress.done, progress.total, middle, text))
 
     columns = dict(zip(plane, values.T, strict=True))
-    work = TrajectoryGrid(model, columns, 1, np.asarray(model.start, dtype=float), TRANSIENT, tell)
+    start = np.asarray(model.start, dtype=float)
+    work = TrajectoryGrid(model, columns, 1, start, TRANSIENT, on_progress)
     interrupted = False
     try:
         work.from_rest(0)
         work.classify_open()
     except KeyboardInterrupt:
         interrupted = True
-    found: dict[int, list[RegionMotion]] = {number: [] for number in places}
-    told = zip(work.reported_kinds[0], work.known.periods[0], work.known.exponents[0], strict=True)
-    for number, place, (kind, period, exponent) in zip(numbers, values, told, strict=True):
+    result: dict[int, list[RegionMotion]] = {number: [] for number in places}
+    known = zip(work.reported_kinds[0], work.known.periods[0], work.known.exponents[0], strict=True)
+    for number, place, (kind, period, exponent) in zip(numbers, values, known, strict=True):
         if kind != NOT_DONE:
             at = (float(place[0]), float(place[1]))
-            known = None if np.isnan(exponent) else float(exponent)
-            found[int(number)].append(RegionMotion(at, str(kind), int(period), known))
-    resolved = tuple(_with(region, tuple(found.get(region.id, ()))) for region in regions.regions)
+            largest = None if np.isnan(exponent) else float(exponent)
+            result[int(number)].append(RegionMotion(at, str(kind), int(period), largest))
+    resolved = tuple(_with(region, tuple(result.get(region.id, ()))) for region in regions.regions)
     return replace(regions, regions=resolved), interrupted
 
 
@@ -306,8 +307,8 @@ def _places(
         for cells, values in ((regions.first, first), (regions.second, second))
     )
     grid = inside[np.ix_(rows, columns)]
-    found = [(float(first[i]), float(second[j])) for j, i in np.argwhere(grid)]
-    return found or [region.place]
+    result = [(float(first[i]), float(second[j])) for j, i in np.argwhere(grid)]
+    return result or [region.place]
 
 
 def _within(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -115,11 +115,11 @@ def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
     lines = _lines(signal - bump(len(signal)) @ signal)
     for period in range(1, 9):  # periods after which the curve returns to itself
         numbers = _folded(period * lines)
-        found = _generator(numbers[numbers > MATCH])
-        if found is not None:
+        result = _generator(numbers[numbers > MATCH])
+        if result is not None:
             half = signal[len(signal) // 2 :]
             others = _folded(period * _lines(half - bump(len(half)) @ half))
-            return _rotation(found, period, float(np.abs(others - found).min()))
+            return _rotation(result, period, float(np.abs(others - result).min()))
     return None
 
 
@@ -129,7 +129,7 @@ def _lines(signal: Array) -> Array:
 
     count = len(signal)
     weights, times = bump(count)[:, None], np.arange(count)
-    rest, found, strongest = signal.copy(), list[float](), 0.0
+    rest, result, strongest = signal.copy(), list[float](), 0.0
     for _ in range(LINES):
         power = (np.abs(np.fft.rfft(weights * rest, axis=0)) ** 2).sum(axis=1)
         coarse = power[1:].argmax() + 1
@@ -147,8 +147,8 @@ def _lines(signal: Array) -> Array:
         strongest = max(strongest, float(np.abs(amplitude).max()))
         if np.abs(amplitude).max() < 1e-4 * strongest:  # faint
             break
-        found.append(best.x)
-    return np.array(found)
+        result.append(best.x)
+    return np.array(result)
 
 
 def _generator(lines: Array) -> float | None:

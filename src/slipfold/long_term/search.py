@@ -16,7 +16,7 @@ from slipfold.flow.ensembles import released
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.verified import Known, Motions, Verified
+from slipfold.long_term.verified import Known, Trajectories, Verified
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.models.quantity import parse_quantity
@@ -43,8 +43,8 @@ class Box:
         states = np.tile(self.low, (number, 1))
         if moves.any():
             points = qmc.Sobol(int(moves.sum()), rng=np.random.default_rng(seed))
-            shares = points.random_base2(int(np.ceil(np.log2(max(number, 2)))))[:number]
-            states[:, moves] += shares * (self.high - self.low)[moves]
+            fractions = points.random_base2(int(np.ceil(np.log2(max(number, 2)))))[:number]
+            states[:, moves] += fractions * (self.high - self.low)[moves]
         return states
 
 
@@ -165,7 +165,7 @@ class _Search:
         self, verified: Verified, starts: Array, most: int, observer: Observer | None
     ) -> None:
         self._verified = verified
-        self._motions = Motions(verified.model, starts)
+        self._trajectories = Trajectories(verified.model, starts)
         self._labels = np.full(len(starts), UNFINISHED)
         self._last = np.repeat(starts[:, None], KEPT, axis=1)
         self._most, self._periods = most, 0
@@ -175,7 +175,7 @@ class _Search:
         """Let all trajectories continue, and look closely at them now and then."""
         look = 32  # periods, then twice as many each time
         while len(self._open) and self._periods < self._most:
-            self._go_on(min(16, self._most - self._periods))  # periods between looks
+            self._advance(min(16, self._most - self._periods))  # periods between looks
             if self._periods >= look:
                 look *= 2
                 self._look_at_open()
@@ -187,7 +187,7 @@ class _Search:
         """Return what was found."""
         if not interrupted:
             self._labels[self._labels == UNFINISHED] = UNDECIDED
-        ends = Counter(stop.kind for stop in self._motions.stops.values())
+        ends = Counter(stop.kind for stop in self._trajectories.stops.values())
         known = tuple(self._verified.known)
         found = tuple(item.attractor for item in known)
         return Searched(self._verified.model, found, self._labels, dict(ends), interrupted, known)
@@ -196,22 +196,22 @@ class _Search:
     def _open(self) -> NDArray[np.intp]:
         return np.flatnonzero(self._labels == UNFINISHED)
 
-    def _go_on(self, periods: int) -> None:
+    def _advance(self, periods: int) -> None:
         which = self._open
-        states = self._motions.go_on(which, periods)
+        states = self._trajectories.advance(which, periods)
         self._last[which] = np.concatenate([self._last[which, periods:], states[:, 1:]], axis=1)
         self._periods += periods
-        self._labels[[place for place in which if place in self._motions.stops]] = ENDED
+        self._labels[[place for place in which if place in self._trajectories.stops]] = ENDED
         for known in self._verified.known:
             self._catch(known)
-        self._tell()
+        self._report()
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         if self._observer is not None:
-            found = tuple(kind_of(known.attractor) for known in self._verified.known)
+            result = tuple(kind_of(known.attractor) for known in self._verified.known)
             done = int((self._labels != UNFINISHED).sum())
-            text = f"{self._periods} periods  found: {', '.join(found) or 'nothing yet'}"
-            values = {"periods": self._periods, "found": found}
+            text = f"{self._periods} periods  found: {', '.join(result) or 'nothing yet'}"
+            values = {"periods": self._periods, "found": result}
             self._observer(Progress("starts", done, len(self._labels), text, values))
 
     def _catch(self, known: Known) -> None:
@@ -223,14 +223,14 @@ class _Search:
     def _add(self, known: Known) -> None:
         self._verified.known.append(known)
         self._catch(known)
-        self._tell()
+        self._report()
 
     def _look_at_open(self) -> None:
         """Correct what trajectories nearly repeat on to what they converge to."""
         which = self._open
         for place in which[:: -(-len(which) // 48) or 1]:  # 48 of them at most
             if self._labels[place] == UNFINISHED:
-                sticks = bool(self._motions.stuck[place])
+                sticks = bool(self._trajectories.stuck[place])
                 known = self._verified.settling(self._last[place], sticks)
                 if known is not None:
                     self._add(known)
@@ -241,32 +241,32 @@ class _Search:
         for place in self._open:
             if self._labels[place] != UNFINISHED or trials == 4:  # without success in sequence
                 continue
-            sticks = bool(self._motions.stuck[place])
-            known = self._verified.measured(self._motions.states[place], sticks)
+            sticks = bool(self._trajectories.stuck[place])
+            known = self._verified.measured(self._trajectories.states[place], sticks)
             trials = 0 if known is not None else trials + 1
             self._labels[place] = UNDECIDED if known is None else known.attractor.id
             if known is not None and known not in self._verified.known:
                 self._verified.known.append(known)
                 self._catch_later(known)
-                self._tell()
+                self._report()
 
     def _catch_later(self, known: Known) -> None:
         """Label open trajectories that converge to this attractor within `SURELY` periods."""
         which = self._open
         if len(which):
-            states = self._motions.go_on(which, SURELY)
+            states = self._trajectories.advance(which, SURELY)
             self._labels[which[known.catches(states)]] = known.attractor.id
 
 
 def _counted(observer: Observer | None, before: int, total: int) -> Observer | None:
-    """Return who is told of trajectories besides those `before`, as part of all of them."""
+    """Return an observer of trajectories besides those `before`, as part of all of them."""
     if observer is None:
         return None
     return lambda progress: observer(replace(progress, done=before + progress.done, total=total))
 
 
 def _paced(model: Model, starts: Array) -> Model:
-    """Return an autonomous model whose ``duration`` suits its slowest motions: others may end."""
+    """Return an autonomous model whose ``duration`` suits its slowest trajectories."""
     some = starts[:: max(len(starts) // PACED, 1)][:PACED]
     durations = [paced(model, start, None)[0].values[DURATION.name] for start in some]
     return model.replace(**{DURATION.name: max(durations)})
@@ -293,8 +293,8 @@ def search_released(
     if not stops:
         return search(model, states, periods, observer, known=known)
     going = np.setdiff1d(np.arange(len(starts)), [*stops])
-    found = search(model, states[going], periods, observer, known=known)
+    result = search(model, states[going], periods, observer, known=known)
     labels = np.full(len(starts), ENDED)
-    labels[going] = found.labels
-    ends = Counter(stop.kind for stop in stops.values()) + Counter(found.ends)
-    return replace(found, labels=labels, ends=dict(ends))
+    labels[going] = result.labels
+    ends = Counter(stop.kind for stop in stops.values()) + Counter(result.ends)
+    return replace(result, labels=labels, ends=dict(ends))

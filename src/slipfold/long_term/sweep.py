@@ -31,60 +31,46 @@ class Swept:
     interrupted: bool
 
 
-def find_sweep(
-    model: Model,
-    vary: str,
-    values: Array,
-    runs: tuple[str, ...],
-    start: Array,
-    starts: Array,
-    transient: int,
-    kept: int,
-    observer: Observer | None = None,
-) -> Swept:
-    """Sweep up, then down from the last state; each value starts from the previous state.
+@dataclass(eq=False)
+class SweepRun:
+    """Sweeps up, then down from the last state; each value starts from the previous state.
 
-    Shapes: values (m,), increasing; start (n,); starts (k, n), each for all values.
+    Then all values are followed from further starts.
     """
-    work = _Sweep(model, vary, values, runs, start, starts, transient, kept, observer)
-    interrupted = False
-    try:
-        work.run()
-    except KeyboardInterrupt:
-        interrupted = True
-    return work.result(interrupted)
 
+    model: Model
+    vary: str
+    values: Array  # increasing, shape (m,)
+    runs: tuple[str, ...]
+    start: Array  # shape (n,)
+    starts: Array  # each for all values, shape (k, n)
+    transient: int
+    kept: int  # states of each trajectory at phase zero
+    observer: Observer | None = None
 
-class _Sweep:
-    """What is done so far."""
-
-    def __init__(
-        self,
-        model: Model,
-        vary: str,
-        values: Array,
-        runs: tuple[str, ...],
-        start: Array,
-        starts: Array,
-        transient: int,
-        kept: int,
-        observer: Observer | None,
-    ) -> None:
-        self.vary, self.values, self.runs = vary, values, runs
-        self.models = models_with(model, len(values), {vary: values})
-        self.model = model.measured_in(self.models[0].found_sizes)
-        self.start, self.starts = start, starts
-        self.transient, self.kept, self.observer = transient, kept, observer
-        names = (*runs, *(f"start {number}" for number in range(1, len(starts) + 1)))
-        shape = len(names), len(values)
-        self.names = names
-        self.states = np.full((*shape, kept, len(start)), np.nan)
+    def __post_init__(self) -> None:
+        """Prepare arrays for what is to be found."""
+        self.models = models_with(self.model, len(self.values), {self.vary: self.values})
+        self.model = self.model.measured_in(self.models[0].found_sizes)
+        numbers = range(1, len(self.starts) + 1)
+        self.names = (*self.runs, *(f"start {number}" for number in numbers))
+        shape = len(self.names), len(self.values)
+        self.states = np.full((*shape, self.kept, len(self.start)), np.nan)
         self.stuck = np.zeros(shape, bool)
         self.reasons = np.full(shape, NOT_DONE, object)
-        self.total = shape[0] * shape[1] * (transient + kept - 1)
+        self.total = shape[0] * shape[1] * (self.transient + self.kept - 1)
         self.done = 0
 
-    def run(self) -> None:
+    def result(self) -> Swept:
+        """Follow all trajectories; an interruption keeps those that are done."""
+        interrupted = False
+        try:
+            self._run()
+        except KeyboardInterrupt:
+            interrupted = True
+        return Swept(self.model, self.names, self.states, self.stuck, self.reasons, interrupted)
+
+    def _run(self) -> None:
         state = self.start
         for run, name in enumerate(self.runs):
             order = list(range(len(self.values)))
@@ -102,7 +88,7 @@ class _Sweep:
         for place in order:
             if not reason:
                 reason, state = self._at(run, place, state)
-                self._tell(self.transient + self.kept - 1)
+                self._report(self.transient + self.kept - 1)
             self.reasons[run, place] = reason
         return state
 
@@ -110,27 +96,27 @@ class _Sweep:
         """Integrate at one value; return why it stopped, if it did, and the final state."""
         model, periods = self.models[place], self.transient + self.kept - 1
         motion = SingleTrajectory(model, flow_of(model).constants_of(model), state)
-        found = np.concatenate([state[None], motion.go_on(state, periods)])
+        result = np.concatenate([state[None], motion.advance(state, periods)])
         if motion.stopped is not None:
             return motion.stopped.reason, state
-        self.states[run, place] = found[-self.kept :]
+        self.states[run, place] = result[-self.kept :]
         self.stuck[run, place] = motion.stuck
-        return "", found[-1]
+        return "", result[-1]
 
     def _from_starts(self, first: int, starts: Array) -> None:
         """Follow trajectories from some starts, whose runs are those from `first` on."""
         before, count = self.done, len(starts)
 
-        def tell(progress: Progress) -> None:
+        def on_progress(progress: Progress) -> None:
             self.done = before
-            self._tell(progress.done)
+            self._report(progress.done)
 
         points = stroboscopic_samples(
             self.models[0],
             np.repeat(starts, len(self.values), axis=0),
             {self.vary: np.tile(self.values, count)},
             self.kept - 1,
-            tell if self.observer is not None else None,
+            on_progress if self.observer is not None else None,
             transient=self.transient,
         )
         if points.interrupted:
@@ -141,11 +127,7 @@ class _Sweep:
         reasons = ["" if stop is None else stop.reason for stop in points.stopped]
         self.reasons[rows] = np.array(reasons, object).reshape(shape)
 
-    def _tell(self, periods: int) -> None:
+    def _report(self, periods: int) -> None:
         self.done += periods
         if self.observer is not None:
             self.observer(Progress("forcing periods", self.done, self.total))
-
-    def result(self, interrupted: bool) -> Swept:
-        """Return what is done."""
-        return Swept(self.model, self.names, self.states, self.stuck, self.reasons, interrupted)

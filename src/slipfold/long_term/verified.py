@@ -25,7 +25,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.stability import stability_word
 
 
-class Motions:
+class Trajectories:
     """Trajectories in one batch; where contacts come to stick a trajectory continues through that.
 
     Periods are the forcing's, of an autonomous model intervals of its ``duration``.
@@ -39,7 +39,7 @@ class Motions:
         self._periods = np.zeros(len(starts), int)
         self._period = flow_of(model).constants_of(model).period
 
-    def go_on(self, which: NDArray[np.intp], periods: int) -> Array:
+    def advance(self, which: NDArray[np.intp], periods: int) -> Array:
         """Continue some trajectories; return their states at the start of each period and the end.
 
         What comes after the end of a trajectory is no number. Shapes: returns (k, periods + 1, n).
@@ -72,8 +72,8 @@ class CycleLine:
 
     def _from(self, state: Array) -> float:
         apart = self._apart(state, self.samples)
-        shares = np.clip(np.einsum("sa,sa->s", apart, self._along) / self._squares, 0.0, 1.0)
-        beside = apart - shares[:, None] * self._along
+        fractions = np.clip(np.einsum("sa,sa->s", apart, self._along) / self._squares, 0.0, 1.0)
+        beside = apart - fractions[:, None] * self._along
         return float(np.sqrt(np.einsum("sa,sa->s", beside, beside).min()))
 
     def _apart(self, states: Array, points: Array) -> Array:
@@ -121,8 +121,8 @@ class Known(ABC):
 
     def _directions(self) -> Array:
         """Directions in which trajectories are tried, of length one, shape (PROBES, n)."""
-        found = np.random.default_rng(0).standard_normal((PROBES, len(self._scales)))
-        return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
+        result = np.random.default_rng(0).standard_normal((PROBES, len(self._scales)))
+        return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])
 
 
 class KnownPoint(Known):
@@ -136,8 +136,8 @@ class KnownPoint(Known):
     def __init__(self, model: Model, attractor: Attractor) -> None:
         super().__init__(model, attractor)
         self._period = attractor.period or 1
-        motion = Motions(model, attractor.state[None])
-        self.points = motion.go_on(np.arange(1), self._period)[0, :-1]
+        motion = Trajectories(model, attractor.state[None])
+        self.points = motion.advance(np.arange(1), self._period)[0, :-1]
         matrix = _monodromy(model, attractor.state, self._period)
         radius = max(float(np.abs(np.linalg.eigvals(matrix)).max()), 1e-2)
         self._metric = _metric(matrix / np.sqrt(radius))
@@ -163,8 +163,8 @@ class KnownPoint(Known):
         around = np.linalg.solve(self._metric, self._directions().T).T * self._scales
 
         def nearer(tried: float) -> bool:
-            motions = Motions(model, self.attractor.state + tried * around)
-            ends = motions.go_on(np.arange(PROBES), self._period)[:, -1]
+            trajectories = Trajectories(model, self.attractor.state + tried * around)
+            ends = trajectories.advance(np.arange(PROBES), self._period)[:, -1]
             return bool(np.all(self._length(ends) < self._rate * tried))  # not of what is no number
 
         return _farthest(nearer, FIRST_DISTANCE)
@@ -199,8 +199,8 @@ class KnownCycle(Known):
         def nearer(tried: float) -> bool:
             if tried > farthest:
                 return False
-            motions = Motions(model, beside + tried * directions * self._scales)
-            ends = motions.go_on(np.arange(PROBES), self._intervals)[:, -1]
+            trajectories = Trajectories(model, beside + tried * directions * self._scales)
+            ends = trajectories.advance(np.arange(PROBES), self._intervals)[:, -1]
             return bool(np.all(self.distance(ends) < 0.5 * tried))
 
         return _farthest(nearer, 10 * FIRST_DISTANCE)
@@ -213,8 +213,8 @@ class KnownCloud(Known):
         from scipy.spatial import KDTree
 
         super().__init__(model, attractor)
-        motion = Motions(model, attractor.state[None])
-        states = motion.go_on(np.arange(1), 3000)[0]
+        motion = Trajectories(model, attractor.state[None])
+        states = motion.advance(np.arange(1), 3000)[0]
         self.points = states[np.isfinite(states).all(axis=1)]
         self._tree = KDTree(self._embedded(self.points))
         half = len(self.points) // 2
@@ -235,9 +235,9 @@ class KnownCloud(Known):
         """Return the distance from the nearest of its states."""
         inside = self._embedded(states)
         finite = np.isfinite(inside).all(axis=-1)
-        found = np.full(states.shape[:-1], np.inf)
-        found[finite] = self._tree.query(inside[finite])[0]
-        return found
+        result = np.full(states.shape[:-1], np.inf)
+        result[finite] = self._tree.query(inside[finite])[0]
+        return result
 
     def _embedded(self, states: Array) -> Array:
         """Return scaled states, with angles on circles."""
@@ -248,7 +248,7 @@ class KnownCloud(Known):
 
 
 def _farthest(nearer: Callable[[float], bool], tried: float) -> float:
-    """Return the largest of some distances from which all motions come nearer; zero if none is."""
+    """Return the largest distance from which all trajectories come nearer; zero if none is."""
     if nearer(tried):
         for _ in range(TIMES):
             if not nearer(FARTHER * tried):
@@ -269,12 +269,12 @@ def _monodromy(model: Model, state: Array, period: int) -> Array:
     if growth.integration.stopped is not None:
         growth = growth_through_stick(model, state)
         matrices = growth.derivatives(period)
-    found = np.eye(len(state))
-    for matrix in matrices.reshape(-1, *found.shape):
-        found = matrix @ found
+    result = np.eye(len(state))
+    for matrix in matrices.reshape(-1, *result.shape):
+        result = matrix @ result
     # A trajectory is scaled by its own start.
     ratios = growth.model.state_scales() / model.state_scales()
-    return found * ratios[:, None] / ratios
+    return result * ratios[:, None] / ratios
 
 
 def _metric(matrix: Array) -> Array:
@@ -299,7 +299,7 @@ POINT = 1e-5
 """Extent, in scaled states, of a cycle that is none: Newton's method turns about an equilibrium."""
 
 EXPONENTS = (2000, 8000)
-"""Periods from which is told, one after the other, whether a trajectory is a torus or chaos."""
+"""Periods after which exponents say, one after the other, whether it is a torus or chaos."""
 
 TOLERANCE = 1e-8
 """Error of exponents below which no more are needed."""
@@ -336,13 +336,13 @@ class Verified:
         """
         for periods in EXPONENTS:
             try:
-                found = find_exponents(self.model, state, periods, TOLERANCE)
+                result = find_exponents(self.model, state, periods, TOLERANCE)
             except InputError:
                 return None
-            if found.verdict.kind == "periodic" and found.verdict.period is not None:
-                return self._orbit(found.state, found.verdict.period, sticks)
-            if found.verdict.kind in ("torus", "chaos"):
-                cloud = KnownCloud(found.model, of_exponents(found, self._next))
+            if result.verdict.kind == "periodic" and result.verdict.period is not None:
+                return self._orbit(result.state, result.verdict.period, sticks)
+            if result.verdict.kind in ("torus", "chaos"):
+                cloud = KnownCloud(result.model, of_exponents(result, self._next))
                 clouds = [known for known in self.known if isinstance(known, KnownCloud)]
                 return next((known for known in clouds if known.holds(cloud)), cloud)
         return None
