@@ -47,10 +47,10 @@ def test_a_stand_that_comes_to_a_limit_keeps_its_readings(tmp_path):
     given = ("measure", str(model), "--points", "3", "--quantity", "max x")
     done = run(*given, "--vary", "F=1:5", "--csv", str(path))
     assert done.exit_code == 3
-    assert "stopped early: the motion ends at " in done.stderr
+    assert "stopped early: the trajectory ends at " in done.stderr
     assert "1 of 3 readings are kept" in done.stderr
     lines = path.read_text().splitlines()
-    assert lines[2].startswith("# stopped early: the motion ends at ")
+    assert lines[2].startswith("# stopped early: the trajectory ends at ")
     assert lines[4].startswith("1.0,")
     assert len(lines) == 5
     assert run(*given, "--vary", "F=4:6", "--csv", str(path)).exit_code == 2

@@ -71,7 +71,7 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
     assert "room" in seen.stopped
     assert "stopped early" in repr(seen)
     assert sf.measure(FLOOR, "F", [1.0], ["max x"]).stopped is None
-    with pytest.raises(sf.InputError, match="nothing was read, so begin within the limits"):
+    with pytest.raises(sf.InputError, match="nothing was measured, so begin within the limits"):
         sf.measure(FLOOR, "F", [4.0, 5.0], ["max x"])
 
 

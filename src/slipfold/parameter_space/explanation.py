@@ -1,4 +1,4 @@
-"""Predictions of measured values with their sensitivities, and orbits that explain them."""
+"""Predictions of measured values, their sensitivities, and the orbits nearest to readings."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from slipfold.parameter_space.measurement import Measurement, Quantity
 from slipfold.parameter_space.stable_orbits import StableOrbit, orbits_at, stable_orbits
 
 STEP = 1e-4
-"""Difference by which a parameter is moved, over its size: orbits are known to 1e-12, so that
-central differences are good to about 1e-8."""
+"""Relative step of finite differences: orbits are known to 1e-12, and central differences then to
+about 1e-8."""
 
 
 ROUNDING = 1e-12
-"""Difference of readings, over their size, that is none."""
+"""Relative difference of readings below which they are equal."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Orbits that explain readings, one each, of a model at some values of its parameters."""
+    """Orbits of a model at some values of its parameters, one for each reading."""
 
     model: Model
     vary: str
@@ -34,7 +34,7 @@ class Prediction:
 
     @property
     def read(self) -> Array:
-        """What is read off each, shape (k, q)."""
+        """Measured quantities of each, shape (k, q)."""
         return np.array([orbit.read for orbit in self.orbits]).reshape(-1, len(self.quantities))
 
     def moved(self, model: Model) -> Prediction | None:
@@ -45,30 +45,30 @@ class Prediction:
         return replace(self, model=model, orbits=tuple(found))
 
     def read_at(self, model: Model) -> Array:
-        """Return what is read off the same orbits at other parameters; NaN off those lost."""
+        """Return the measured quantities of the same orbits at other parameters; NaN if lost."""
         return replace(self, orbits=tuple(self._corrected(model))).read
 
     def _corrected(self, model: Model) -> list[StableOrbit]:
         """Return the same orbits at other parameters, NaN where they are lost or not stable."""
         found = list(self.orbits)
         for rows in _alike(self.orbits):
-            some = [self.orbits[row] for row in rows]
-            guesses = np.array([orbit.nodes for orbit in some])
-            values = np.array([orbit.value for orbit in some])
+            chosen = [self.orbits[row] for row in rows]
+            guesses = np.array([orbit.nodes for orbit in chosen])
+            values = np.array([orbit.value for orbit in chosen])
             try:
                 nodes, read, stable = orbits_at(
-                    model, self.vary, some[0].period, guesses, values, self.quantities
+                    model, self.vary, chosen[0].period, guesses, values, self.quantities
                 )
                 read[~stable] = np.nan
             except BREAKDOWNS:
                 nodes, read = guesses, np.full((len(rows), len(self.quantities)), np.nan)
-            for row, orbit, *new in zip(rows, some, nodes, read, strict=True):
+            for row, orbit, *new in zip(rows, chosen, nodes, read, strict=True):
                 found[row] = replace(orbit, nodes=new[0], read=new[1])
         return found
 
 
 def _alike(orbits: Sequence[StableOrbit]) -> list[list[int]]:
-    """Return numbers of orbits that are corrected in one batch: of one period and form."""
+    """Return numbers of orbits that are corrected in one batch: of one period and shape."""
     groups: dict[tuple[int, int], list[int]] = {}
     for row, orbit in enumerate(orbits):
         groups.setdefault((orbit.period, len(orbit.nodes)), []).append(row)
@@ -76,9 +76,9 @@ def _alike(orbits: Sequence[StableOrbit]) -> list[list[int]]:
 
 
 def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) -> Array:
-    """Return the derivatives of what is predicted with respect to parameters.
+    """Return the derivatives of predictions with respect to parameters.
 
-    NaN where an orbit is lost on both sides; one-sided where it is on one, as beside a fold.
+    NaN where an orbit is lost on both sides; one-sided where it is lost on one, as near a fold.
     Shapes: sizes (p,); returns (k, q, p).
     """
     model, here = prediction.model, prediction.read
@@ -105,15 +105,15 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
 Truth = NDArray[np.bool_]
 
 FAR = 6.0
-"""Distance, in typical ones, beyond which a reading is left out: it lies across a jump that the
-model makes elsewhere, or is no reading of this response. What is left out costs as much as a
-reading at this distance, so that leaving out is never cheaper than explaining."""
+"""Distance, in typical ones, beyond which a reading is excluded: it lies on the other side of a
+jump of the model, or belongs to another response. An excluded reading contributes as much as one at
+this distance, so that excluding readings never decreases the sum."""
 
 TYPICAL = 1.4826
 """Standard deviation over the median of absolute values, of the normal distribution."""
 
-LEAST = 1e-6
-"""Typical distance in any case, in ranges of the readings: simulated ones agree to rounding."""
+MINIMUM = 1e-6
+"""Minimum of the typical distance, in ranges of the readings: simulated ones agree to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +122,8 @@ class Readings:
 
     measurement: Measurement
     bounds: Mapping[str, tuple[float, float]]
-    weights: Array  # one over the standard deviations, 0 where nothing was read, shape (m, q)
-    known: bool  # whether the standard deviations are; else weights are fractions of ranges
+    weights: Array  # one over the standard deviations, 0 where there is no reading, shape (m, q)
+    known: bool  # whether the standard deviations are known; else weights are from ranges
 
     @classmethod
     def weighted(
@@ -131,7 +131,7 @@ class Readings:
     ) -> Readings:
         """Return readings with weights from their standard deviations.
 
-        Where these are not known they are taken to be the same fraction of each quantity's range.
+        If these are not known, they are the same fraction of each quantity's range.
         """
         readings, errors = measurement.readings, measurement.errors
         there = np.isfinite(readings)
@@ -153,10 +153,10 @@ class Readings:
         return np.asarray((self.weights > 0).sum(axis=1))
 
     def explained(self, model: Model, before: Explanation | None = None) -> Explanation:
-        """Return the explanation by the stable orbits of a model, followed again.
+        """Return the nearest stable orbits of a model, whose response is followed again.
 
         The orbits of an explanation `before`, at the same parameters, are candidates too: they may
-        lie on branches that the response does not lead to.
+        lie on branches that are not connected to the response.
         """
         measured = self.measurement
         candidates = stable_orbits(model, measured.vary, measured.values, measured.quantities)
@@ -169,7 +169,7 @@ class Readings:
         return self.by(model, tuple(chosen))
 
     def by(self, model: Model, orbits: tuple[StableOrbit | None, ...]) -> Explanation:
-        """Return the explanation by the orbits given for each row."""
+        """Return the explanation by given orbits, one for each row."""
         away = [self._distance(row, orbit) for row, orbit in enumerate(orbits)]
         return Explanation(self, model, orbits, np.array(away))
 
@@ -184,7 +184,7 @@ class Readings:
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """Stable orbits of a model, one for each row, that come nearest to readings."""
+    """Stable orbits of a model, one for each row, that are nearest to the readings."""
 
     readings: Readings
     model: Model
@@ -201,27 +201,27 @@ class Explanation:
         """Typical distance of a row."""
         there = np.isfinite(self.distances)
         typical = TYPICAL * float(np.median(self.distances[there])) if there.any() else np.inf
-        return max(typical, 1.0 if self.readings.known else LEAST)
+        return max(typical, 1.0 if self.readings.known else MINIMUM)
 
     def used(self, scale: float) -> Truth:
         """Return which rows are explained, shape (m,)."""
         return np.asarray(self.distances <= FAR * min(scale, 1e300))
 
     def cost(self, scale: float) -> float:
-        """Return the sum of squares; a row left out counts as one at the largest distance."""
+        """Return the sum of squares; an excluded row counts as one at the maximum distance."""
         counts = self.readings.counts
         away = np.minimum(self.distances[counts > 0], FAR * scale)
         return float(counts[counts > 0] @ away**2)
 
     def prediction(self, rows: Truth) -> Prediction:
-        """Return what is predicted for some rows, each of which has an orbit."""
+        """Return the predictions for a subset of rows, each of which has an orbit."""
         measured = self.readings.measurement
         chosen = zip(self.orbits, rows, strict=True)
         orbits = tuple(orbit for orbit, uses in chosen if uses and orbit is not None)
         return Prediction(self.model, measured.vary, measured.quantities, orbits)
 
     def moved(self, changes: Mapping[str, float], rows: Truth) -> Explanation | None:
-        """Return some rows with the same orbits at other parameters; None where one is lost."""
+        """Return a subset of rows with the same orbits at other parameters; None if one is lost."""
         try:
             model = self.model.replace(**changes)
         except InputError:  # beyond what the model allows
@@ -233,7 +233,7 @@ class Explanation:
         return self.readings.by(model, tuple(next(left) if uses else None for uses in rows))
 
     def residuals(self, rows: Truth) -> Array:
-        """Return the weighted residuals of the readings in some rows."""
+        """Return the weighted residuals of the readings in a subset of rows."""
         weights = self.readings.weights[rows]
         away = self.prediction(rows).read - self.readings.measurement.readings[rows]
         return np.asarray((away * weights)[weights > 0])
@@ -246,7 +246,7 @@ class Explanation:
         return np.asarray(found[weights > 0])
 
     def reasons(self, scale: float) -> tuple[str, ...]:
-        """Return why each row is left out, empty where it is not."""
+        """Return why each row is excluded, empty where it is not."""
         unit = "standard deviations" if self.readings.known else "typical distances"
         size = 1.0 if self.readings.known else scale
         said = []

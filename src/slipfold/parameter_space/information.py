@@ -1,4 +1,4 @@
-"""How well planned readings would tell parameters, from the derivatives of what they would be."""
+"""How well planned readings would determine parameters, from derivatives of predictions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from slipfold.parameter_space.stable_orbits import StableOrbit, stable_orbits
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """What planned readings would be, and how they depend on parameters."""
+    """Predicted readings, and their derivatives with respect to parameters."""
 
     values: Array  # of the parameter varied, shape (m,)
     read: Array  # shape (m, q); NaN where no response is stable
@@ -34,10 +34,10 @@ def plan(
     names: Sequence[str],
     errors: Array,
 ) -> Planned:
-    """Return what readings at values in their order would be, and their derivatives.
+    """Predict readings at values in their order, with their derivatives.
 
-    Each is of the stable response nearest to the one before, in `errors`, as a sweep meets them;
-    the first of that which the response of period 1 leads to first.
+    Each belongs to the stable response nearest to the one before, in units of `errors`, as in a
+    sweep; the first belongs to the one that is followed first from the response of period 1.
 
     Shapes: values (m,), errors (q,).
     """

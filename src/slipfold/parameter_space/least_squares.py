@@ -20,18 +20,18 @@ from slipfold.progress import Observer, Progress
 Report = Callable[[Explanation], None]
 
 ROUNDS = 12
-"""Times that readings may be given to orbits again."""
+"""Maximum number of times that orbits are assigned to readings again."""
 
 DECREASE = 1e-6
-"""Decrease of the sum of squares, over itself, that is one: far below what intervals depend on."""
+"""Smallest relative decrease of the sum of squares: far below the accuracy of intervals."""
 
 CRAWL = 1e-3
-"""Decrease of the sum of squares, over itself, below which steps that end where orbits vanish are
-not worth their time: trust regions shrink fourfold each time that an orbit is lost."""
+"""Relative decrease of the sum of squares below which no more steps are tried where orbits vanish:
+trust regions shrink fourfold each time that an orbit is lost."""
 
 
-class _Enough(Exception):
-    """Steps that lose orbits no longer help."""
+class _Finished(Exception):
+    """The search ends: steps that lose orbits no longer decrease the sum of squares."""
 
 
 def best_of_rounds(
@@ -43,9 +43,9 @@ def best_of_rounds(
 ) -> tuple[Explanation, float, bool]:
     """Return the best explanation near a start, the typical distance, and whether it converged.
 
-    Each round minimizes the sum of squares with the orbits held, then explains readings again with
-    those orbits among the candidates. So the sum never grows, and rounds cannot cycle. The typical
-    distance is at most the `scale` given, `close` as for `closest`.
+    Each iteration minimizes the sum of squares for fixed orbits, then assigns orbits to the
+    readings again, with these orbits among the candidates. So the sum never grows, and iterations
+    cannot cycle. The typical distance is at most the given `scale`; `close` is that of `closest`.
     """
     best, scale = start, min(start.scale, scale)
     for _ in range(ROUNDS):
@@ -64,26 +64,26 @@ def best_of_rounds(
 def closest(
     start: Explanation, free: tuple[str, ...], scale: float, close: float = DECREASE
 ) -> Explanation:
-    """Return the least squares with the orbits held, of the rows that are used.
+    """Return the least squares for fixed orbits, of the rows that are used.
 
-    `close` is the change, of the parameters over their size or of the sum of squares over itself,
-    that is the last.
+    The search ends where the relative change of the parameters or of the sum of squares is below
+    `close`.
     """
-    from scipy.optimize import least_squares  # half a second to import
+    from scipy.optimize import least_squares  # its import takes half a second
 
     rows = start.used(scale)
     if not free or not rows.any():
         return start
     low, high = np.array([start.readings.bounds[name] for name in free]).T
     here = np.array([start.model.values[name] for name in free])
-    known: dict[bytes, Explanation | None] = {here.tobytes(): start}
+    cache: dict[bytes, Explanation | None] = {here.tobytes(): start}
     best, lost = start, 0
 
     def at(values: Array) -> Explanation | None:
         key = values.tobytes()
-        if key not in known:
-            known[key] = best.moved(dict(zip(free, values.tolist(), strict=True)), rows)
-        return known[key]
+        if key not in cache:
+            cache[key] = best.moved(dict(zip(free, values.tolist(), strict=True)), rows)
+        return cache[key]
 
     def away(values: Array) -> Array:
         nonlocal lost
@@ -96,11 +96,11 @@ def closest(
     def slopes(values: Array) -> Array:
         nonlocal best, lost
         found = at(values)
-        if found is None:  # moved to its bound by rounding, where the orbit is lost
-            raise _Enough
+        if found is None:  # rounding moved it to its bound, where the orbit is lost
+            raise _Finished
         before, now = (float(np.sum(item.residuals(rows) ** 2)) for item in (best, found))
         if found is not start and lost and before - now < CRAWL * now:
-            raise _Enough
+            raise _Finished
         best, lost = found, 0
         return np.nan_to_num(found.slopes(free, rows))
 
@@ -110,30 +110,30 @@ def closest(
             away, here, slopes, bounds=(low, high), x_scale=high - low, method="dogbox",
             xtol=close, ftol=close, gtol=1e-14, max_nfev=60,
         )  # fmt: skip
-    except _Enough:
+    except _Finished:
         return best
     return at(solved.x) or best
 
 
 PROFILE_CLOSE = 1e-2
-"""Error of an end where orbits vanish, over its distance from the fitted value."""
+"""Relative error of an end where orbits vanish, over its distance from the fitted value."""
 
 REACHED = 0.96
-"""Growth of the sum of squares, over that at the ends, from which a parabola gives the end to about
-the square of what is left."""
+"""Growth of the sum of squares, over that at the ends, at which a parabola gives the end with about
+the square of the remaining error."""
 
 BETTER = 1e-2
-"""Decrease of the sum of squares, over the growth at the ends, below which a fit is no better."""
+"""Decrease of the sum of squares, over the growth at the ends, that makes a fit better."""
 
 POINTS = 60
-"""Points of a profile on one side."""
+"""Maximum number of points of a profile on one side."""
 
 CHECKS = 3
-"""Times that readings are explained again at its end."""
+"""Maximum number of times that orbits are assigned again at its end."""
 
 
-class Better(Exception):
-    """A profile met an explanation that costs less than the fit."""
+class BetterFit(Exception):
+    """A profile has a smaller sum of squares than the fit."""
 
     def __init__(self, found: Explanation) -> None:
         super().__init__()
@@ -147,14 +147,14 @@ class Profile:
     best: Explanation
     scale: float
     rise: float
-    known: Sequence[Explanation]  # met before: some may lie in other minima
+    known: Sequence[Explanation]  # computed before: some may lie in other minima
     report: Callable[[Explanation], None]
 
     def end(self, place: int, way: int, slopes: Array, step: float) -> float:
         """Return the end of the interval of a parameter, downward (-1) or upward (1).
 
-        It is the bound of the parameter where the sum of squares grows no more than that. Raises
-        `Better`. `slopes` say how the others change with it at first, `step` is a first step.
+        It is the bound of the parameter if the sum of squares grows by less. Raises `BetterFit`.
+        `slopes` are the initial derivatives of the others, `step` is the first step.
 
         Shapes: slopes (p,).
         """
@@ -167,7 +167,7 @@ class Profile:
             again = here.readings.explained(here.model, here)
             if self._growth(again) > 0.9 * self._growth(here):
                 break
-            here = again  # other orbits explain the readings better there
+            here = again  # other orbits are nearer to the readings there
         value, growth, bound = here.values[place], self._growth(here), self._bound(place, way)
         if growth > REACHED * self.rise:
             value += (value - self.best.values[place]) * (np.sqrt(self.rise / growth) - 1)
@@ -176,10 +176,10 @@ class Profile:
     def _followed(
         self, here: Explanation, place: int, way: int, slopes: Array, step: float
     ) -> Explanation:
-        """Return the last point of a profile that costs no more than it may.
+        """Return the last point of a profile at which the sum of squares has not grown too much.
 
-        Where orbits vanish, as at a fold, steps are halved; just beyond readings are explained
-        again, from where the profile continues if other orbits explain them.
+        Where orbits vanish, as at a fold, steps are halved. Just beyond, orbits are assigned to the
+        readings again; the profile continues if others are near enough.
         """
         bound, middle, least = (
             self._bound(place, way),
@@ -202,7 +202,7 @@ class Profile:
                 step = length / 2
                 continue
             if there is None:
-                there = self._anew(here, place, target)
+                there = self._assigned_again(here, place, target)
             self.report(there)
             growth = self._growth(there)
             if growth > self.rise:
@@ -219,7 +219,7 @@ class Profile:
         """Return by how much the sum of squares is above that of the fit."""
         growth = found.cost(self.scale) - self.best.cost(self.scale)
         if growth < -BETTER * self.rise:
-            raise Better(found)
+            raise BetterFit(found)
         return growth
 
     def _between(self, here: Explanation, growth: float, room: float) -> float:
@@ -243,8 +243,8 @@ class Profile:
                 return closest(there, names[:place] + names[place + 1 :], self.scale)
         return None
 
-    def _anew(self, here: Explanation, place: int, target: float) -> Explanation:
-        """Return the best explanation with a parameter held, of readings explained again."""
+    def _assigned_again(self, here: Explanation, place: int, target: float) -> Explanation:
+        """Return the best explanation with a parameter held, after orbits are assigned again."""
         names = tuple(here.readings.bounds)
         start = here.readings.explained(here.model.replace(**{names[place]: target}))
         return best_of_rounds(start, names[:place] + names[place + 1 :])[0]
@@ -255,36 +255,36 @@ Truth = NDArray[np.bool_]
 CONFIDENCE = 0.95
 
 STARTS = 3
-"""Places within the bounds from which fits begin too, as a power of 2: where the response jumps the
-sum of squares has several minima."""
+"""Logarithm to base 2 of the number of further initial values within the bounds: where the response
+jumps, the sum of squares has several minima."""
 
 DESCENTS = 3
-"""Fits from the best of these places if they explain the readings; else until as many agree."""
+"""Fits from the best of these if they explain the readings; else until as many agree."""
 
 CLOSE = 1e-11
-"""Change of the parameters, over their bounds, that is the last."""
+"""Change of the parameters, over their bounds, at which a fit ends."""
 
 SAME = 1e-3
-"""Difference of sums of squares, over themselves, of one minimum found twice."""
+"""Relative difference of sums of squares in the same minimum."""
 
 UNLIKELY = 1e-3
 """Probability of so large a sum of squares below which readings are not explained."""
 
 EXACT = 1e-9
-"""Typical residual in any case, in ranges of the readings: orbits are known to about that."""
+"""Minimum of the typical residual, in ranges of the readings: the accuracy of orbits."""
 
 WIDER = 1.5
-"""Width of an interval, over that of the linearized model, from which on its error says little."""
+"""Ratio of an interval to that of the linearized model above which its error is not reliable."""
 
 LISTED = 5
-"""Rows left out that are named."""
+"""Maximum number of excluded rows that are named."""
 
 REPEATS = 20
-"""Times that a fit begins again from something better that the intervals came upon."""
+"""Maximum number of times that a fit begins again from a better one."""
 
 BLIND = 1e-10
 """Singular value of the scaled derivatives, over the largest or the readings' error, below which
-readings say nothing."""
+the readings do not determine a combination of parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,12 +294,12 @@ class Estimate:
     Parameters
     ----------
     name, unit
-        Which, and its unit.
+        Its name and unit.
     value
         Its fitted value.
     error
-        Its standard error, of the model linearized about the result; infinite where readings say
-        nothing about it.
+        Its standard error, of the model linearized about the result; infinite if the readings do
+        not determine it.
     low, high
         Ends of the interval of 95 % confidence, from the profile of the sum of squares; a bound
         where it is open there.
@@ -322,7 +322,7 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Fitted:
-    """Parameters at which readings are explained best."""
+    """The parameters with the smallest sum of squares."""
 
     best: Explanation
     scale: float  # typical distance of a row
@@ -338,7 +338,7 @@ def find_fit(
     bounds: Mapping[str, tuple[float, float]],
     observer: Observer | None = None,
 ) -> Fitted:
-    """Find the parameters within bounds with which stable responses come nearest to readings."""
+    """Find the parameters within bounds with which stable responses are nearest to readings."""
     _check(measurement, tuple(bounds))
     readings = Readings.weighted(measurement, bounds)
     known: list[Explanation] = []
@@ -349,8 +349,8 @@ def find_fit(
             values = {name: found.model.values[name] for name in bounds}
             away = found.residuals(found.used(found.scale))
             distance = float(np.sqrt(np.mean(away**2)))
-            told = "  ".join(f"{name} = {value:.6g}" for name, value in values.items())
-            text = f"{told}  distance {distance:.3g}"
+            named = "  ".join(f"{name} = {value:.6g}" for name, value in values.items())
+            text = f"{named}  distance {distance:.3g}"
             observer(Progress("rounds", len(known), None, text, {**values, "distance": distance}))
 
     near, scale = _least(readings, model, report)
@@ -360,7 +360,7 @@ def find_fit(
         try:
             ends = fit.intervals(known, report)
             break
-        except Better as better:
+        except BetterFit as better:
             near = better.found
     else:
         ends, converged = np.array(list(bounds.values())), False
@@ -381,7 +381,7 @@ def _check(measurement: Measurement, names: tuple[str, ...]) -> None:
 def _least(
     readings: Readings, model: Model, report: Callable[[Explanation], None]
 ) -> tuple[Explanation, float]:
-    """Return the best of several descents: from the values given, and from others in the bounds."""
+    """Return the best of several fits: from the given values, and from others in the bounds."""
     from scipy.stats import qmc
 
     names = tuple(readings.bounds)
@@ -407,9 +407,9 @@ def _least(
 
 
 def _likelihood(best: Explanation, scale: float) -> float:
-    """Return the probability of a larger sum of squares; 0 where rows are left out.
+    """Return the probability of a larger sum of squares; 0 if rows are excluded.
 
-    Where errors are not known any sum is as likely.
+    If errors are not known, any sum is equally likely.
     """
     from scipy.special import chdtrc
 
@@ -421,7 +421,7 @@ def _likelihood(best: Explanation, scale: float) -> float:
 
 
 class _Fit:
-    """What follows from the best explanation of readings."""
+    """Covariance, intervals and message of the best explanation of readings."""
 
     def __init__(self, best: Explanation, scale: float) -> None:
         self.best, self.scale = best, scale
@@ -454,7 +454,7 @@ class _Fit:
         return float(ndtri(share) if self.readings.known else stdtrit(self.freedom, share))
 
     def intervals(self, known: list[Explanation], report: Callable[[Explanation], None]) -> Array:
-        """Return the ends of the intervals of confidence, shape (p, 2). Raises `Better`."""
+        """Return the ends of the intervals of confidence, shape (p, 2). Raises `BetterFit`."""
         typical = 1.0 if self.readings.known else max(self.scatter, EXACT)
         rise = (self.reach * typical) ** 2
         profile = Profile(self.best, self.scale, rise, tuple(known), report)
@@ -468,7 +468,7 @@ class _Fit:
         return ends
 
     def estimates(self, ends: Array) -> tuple[Estimate, ...]:
-        """Return what is known of each parameter. Shapes: ends (p, 2)."""
+        """Return the estimate of each parameter. Shapes: ends (p, 2)."""
         errors = np.sqrt(np.diag(self.covariance))
         with np.errstate(invalid="ignore"):
             correlations = self.covariance / np.outer(errors, errors)
@@ -484,19 +484,19 @@ class _Fit:
         return tuple(found)
 
     def message(self, ends: Array, converged: bool) -> str:
-        """Return what a person has to know about a fit, empty if that is nothing."""
+        """Return warnings about a fit, empty if there are none."""
         said = (
             []
             if converged
             else ["the fit has not converged; begin nearer, or fit fewer parameters"]
         )
         if self.readings.known and _likelihood(self.best, self.scale) < UNLIKELY:
-            said.append("the readings lie farther from the model than their errors let expect")
+            said.append("the readings lie farther from the model than their errors explain")
         for item in self.estimates(ends):
             if not np.isfinite(item.error):
                 said.append(
                     f"the readings say nothing about {item.name}" if len(self.names) == 1 else
-                    f"the readings cannot tell {item.name} from the others"
+                    f"the readings cannot distinguish {item.name} from the others"
                 )  # fmt: skip
             elif item.high - item.low > WIDER * 2 * self.reach * item.error and (
                 self.readings.known or self.scatter > EXACT
@@ -512,7 +512,7 @@ class _Fit:
         return "; ".join([*said, *self._left_out()])
 
     def _left_out(self) -> list[str]:
-        """Say which rows are left out, and why."""
+        """Say which rows are excluded, and why."""
         measured = self.readings.measurement
         unit = f" {measured.unit}".rstrip()
         reasons = self.best.reasons(self.scale)
@@ -529,14 +529,14 @@ class _Fit:
 def covariance_of(slopes: Array, sizes: Array) -> Array:
     """Return the covariance of parameters from the derivatives of readings of unit error.
 
-    Infinite where readings say nothing. Shapes: slopes (k, p), sizes (p,); returns (p, p).
+    Infinite where readings do not determine one. Shapes: slopes (k, p), sizes (p,); returns (p, p).
     """
     _, singular, rows = np.linalg.svd(slopes * sizes, full_matrices=True)
     sharp = np.zeros(len(sizes))
     sharp[: len(singular)] = singular
-    told = sharp > BLIND * max(sharp.max(), 1.0)
-    covariance = (rows[told].T / sharp[told] ** 2) @ rows[told] * np.outer(sizes, sizes)
-    blind = (np.abs(rows[~told]) > np.sqrt(BLIND)).any(axis=0)
+    known = sharp > BLIND * max(sharp.max(), 1.0)
+    covariance = (rows[known].T / sharp[known] ** 2) @ rows[known] * np.outer(sizes, sizes)
+    blind = (np.abs(rows[~known]) > np.sqrt(BLIND)).any(axis=0)
     covariance[blind] = covariance[:, blind] = np.nan
     covariance[blind, blind] = np.inf
     return np.asarray(covariance)

@@ -25,24 +25,24 @@ from slipfold.parameter_space.measurement import Quantity, read_off
 from slipfold.text.stability import outside
 
 FINE = 65
-"""Places between two points of a branch among which a value of the parameter is looked for."""
+"""Arclengths between two points of a branch at which the parameter is interpolated."""
 
 CLOSE = 1e-9
-"""Correction of an orbit that is the last: readings are then exact to rounding."""
+"""A correction shorter than this is the last: readings are then exact to rounding."""
 
 MARGIN = 0.02
 """Fraction of the span by which branches are followed beyond it, so that its ends lie inside."""
 
 SAME_STATE = 1e-6
-"""Difference of states, over their size, of one orbit found twice."""
+"""Relative difference of states of the same orbit."""
 
 SAME = 1e-7
-"""Difference of readings, over their size, of one orbit found twice."""
+"""Relative difference of readings of the same orbit."""
 
 
 @dataclass(frozen=True, eq=False)
 class StableOrbit:
-    """A stable orbit at a value of the parameter, and what is read off it."""
+    """A stable orbit at a value of the parameter, with its measured quantities."""
 
     value: float
     period: int
@@ -53,23 +53,23 @@ class StableOrbit:
 def stable_orbits(
     model: Model, vary: str, values: Array, quantities: Sequence[Quantity]
 ) -> list[list[StableOrbit]]:
-    """Return the stable orbits of the response at each of some values of its parameter.
+    """Return the stable orbits of the response at given values of its parameter.
 
-    Orbits that stick are left out. Shapes: values (k,).
+    Orbits that stick are excluded. Shapes: values (k,).
     """
     if not model.forced:
         raise InputError(
             f"{model.name} has no forcing, so that no response is measured over a parameter; give "
             "a forced model"
         )
-    wanted = np.unique(values)
-    span = _span(model, vary, float(wanted[0]), float(wanted[-1]))
+    distinct = np.unique(values)
+    span = _span(model, vary, float(distinct[0]), float(distinct[-1]))
     model = measured_over(model, vary, span)
-    found: dict[float, list[StableOrbit]] = {float(value): [] for value in wanted}
+    found: dict[float, list[StableOrbit]] = {float(value): [] for value in distinct}
     for branch in _from_both_ends(model, vary, span):
-        if branch.interrupted:  # half of the orbits would be taken for all
+        if branch.interrupted:  # the orbits would not be complete
             raise KeyboardInterrupt
-        for orbit in _stable_on(branch, wanted, quantities):
+        for orbit in _stable_on(branch, distinct, quantities):
             known = found[orbit.value]
             if not any(_same(orbit, other) for other in known):
                 known.append(orbit)
@@ -79,7 +79,7 @@ def stable_orbits(
 def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[Branch]:
     """Return the branches of the response, and those of another one at the far end of a span.
 
-    The first may leave the span before it turns, and a fold would not lead to what lies below.
+    The first may leave the span before its fold, and then does not lead to the lower branch.
     """
     branches = [*trace_response(model, vary, span, settings=Settings())]
     try:
@@ -116,13 +116,13 @@ def _same(one: StableOrbit, other: StableOrbit) -> bool:
 
 
 def _stable_on(branch: Branch, values: Array, quantities: Sequence[Quantity]) -> list[StableOrbit]:
-    """Return the stable orbits of a branch at some values of its parameter."""
+    """Return the stable orbits of a branch at given values of its parameter."""
     line = _line_of(branch)
-    places = [(value, place) for value in values for place in _places(line, float(value))]
-    if not places:
+    arclengths = [(value, place) for value in values for place in _arclengths(line, float(value))]
+    if not arclengths:
         return []
-    guesses = np.array([_between(line, place) for _, place in places])
-    at = np.array([value for value, _ in places])
+    guesses = np.array([_between(line, place) for _, place in arclengths])
+    at = np.array([value for value, _ in arclengths])
     nodes, read, stable = orbits_at(
         branch.model, branch.vary, branch.period, guesses, at, quantities
     )
@@ -140,9 +140,9 @@ def orbits_at(
     values: Array,
     quantities: Sequence[Quantity],
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return orbits near guesses at values of a parameter, what is read off them, which are stable.
+    """Return orbits near guesses at values of a parameter, their readings, and which are stable.
 
-    What is not found is NaN, and not stable.
+    Those that are not found are NaN, and not stable.
 
     Shapes: guesses (k, m, n), values (k,); returns (k, m, n), (k, q), (k,).
     """
@@ -169,7 +169,7 @@ def orbits_at(
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """The orbits of a branch in order; folds among them, so that between two it does not turn."""
+    """The orbits of a branch in order, folds among them: between two there is no fold."""
 
     arclength: Array  # shape (k,)
     parameter: Array  # shape (k,)
@@ -202,7 +202,7 @@ def _line_of(branch: Branch) -> _Line:
     )
 
 
-def _places(line: _Line, value: float) -> list[float]:
+def _arclengths(line: _Line, value: float) -> list[float]:
     """Return the arclengths at which orbits that slip have a value of the parameter."""
     found = []
     for first in np.flatnonzero(line.slips[:-1] & line.slips[1:]).tolist():
@@ -223,7 +223,7 @@ def _places(line: _Line, value: float) -> list[float]:
 
 
 def _between(line: _Line, place: float) -> Array:
-    """Return the orbit that neighbors make likely at a place, shape (m, n)."""
+    """Return the interpolated orbit at an arclength, shape (m, n)."""
     first = int(np.clip(np.searchsorted(line.arclength, place) - 1, 0, len(line.arclength) - 2))
     near = line.near(first)
     nodes = line.nodes[near]

@@ -1,4 +1,4 @@
-"""What a test stand would see: a parameter swept in steps, each to a steady state."""
+"""The measurements of a test rig: a parameter swept in steps, each to a steady state."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from slipfold.parameter_space.measurement import Measurement, Quantity, read_off
 from slipfold.progress import Observer, Progress
 
 EACH = 500
-"""Forcing periods after which a trajectory is looked at."""
+"""Forcing periods after which a trajectory is tested for a steady state."""
 
-MOST = 16
-"""Times that it is looked at before it is read as it is."""
+MAX_TESTS = 16
+"""Maximum number of tests; then the trajectory is measured as it is."""
 
 
 def swept(
@@ -32,7 +32,7 @@ def swept(
     seed: int,
     observer: Observer | None = None,
 ) -> Measurement:
-    """Sweep a parameter through values in their order and read the trajectory at each.
+    """Sweep a parameter through values in their order and measure the trajectory at each.
 
     Noise of standard deviations `errors` is added, one for each quantity; 0 adds none. Interrupted,
     or where the trajectory ends at a limit, it returns what was read. Shapes: errors (q,).
@@ -43,18 +43,22 @@ def swept(
         for value in values:
             if observer is not None:
                 observer(Progress("readings", len(rows), len(values)))
-            motion = _settled(model.replace(**{vary: value}), state)
-            if motion.stopped is not None:
-                stopped = f"the motion ends at {motion.model!r}: {motion.stopped.reason}"
+            trajectory = _settled(model.replace(**{vary: value}), state)
+            if trajectory.stopped is not None:
+                stopped = (
+                    f"the trajectory ends at {trajectory.model!r}: {trajectory.stopped.reason}"
+                )
                 break
             names = tuple(dict.fromkeys(item.output for item in quantities))
-            rows.append(read_off(steady_extrema(motion, names), quantities)[0])
-            state = motion.strobe[-1]
+            rows.append(read_off(steady_extrema(trajectory, names), quantities)[0])
+            state = trajectory.strobe[-1]
     except KeyboardInterrupt:
         if not rows:
             raise
     if not rows:
-        raise InputError(f"{stopped}; nothing was read, so begin within the limits of the model")
+        raise InputError(
+            f"{stopped}; nothing was measured, so begin within the limits of the model"
+        )
     count = len(rows)
     readings = np.array(rows) + noise.standard_normal((count, len(quantities))) * errors
     known = np.where(errors > 0, errors, np.nan)
@@ -71,12 +75,12 @@ def swept(
 
 
 def _settled(model: Model, state: Array) -> Trajectory:
-    """Return the end of a trajectory that was given time to settle, or that ended early."""
-    for _ in range(MOST):
-        motion = simulate(model, EACH, state)
-        if motion.stopped is not None and motion.stopped.kind == "interrupted":
+    """Return the end of a trajectory near its steady state, or one that ended early."""
+    for _ in range(MAX_TESTS):
+        trajectory = simulate(model, EACH, state)
+        if trajectory.stopped is not None and trajectory.stopped.kind == "interrupted":
             raise KeyboardInterrupt
-        if motion.stopped is not None or motion.settlement.settled:
+        if trajectory.stopped is not None or trajectory.settlement.settled:
             break
-        state = motion.strobe[-1]
-    return motion
+        state = trajectory.strobe[-1]
+    return trajectory
