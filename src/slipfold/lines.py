@@ -313,11 +313,11 @@ def _end(type_: str, which: int, count: int) -> Any:
 
 def _cut(kinds: Sequence[str], lines: Sequence[Array]) -> tuple[Segment, ...]:
     """Join the lines of successive intervals of one kind."""
-    found, first = list[Segment](), 0
+    result, first = list[Segment](), 0
     for kind, group in groupby(kinds):
         last = first + len(list(group))
         own = [line[int(k > first) :] for k, line in enumerate(lines[first:last], start=first)]
         whole = np.concatenate(own)
-        found.append(Segment(kind, whole[:, 0], whole[:, 1:]))
+        result.append(Segment(kind, whole[:, 0], whole[:, 1:]))
         first = last
-    return tuple(found)
+    return tuple(result)

@@ -68,7 +68,7 @@ def test_a_response_checks_special_points_and_ends(diagram):
 
 def test_a_simulation_checks_parts_of_the_motion(motion):
     assert [check.name for check in motion.checked.checks] == [
-        *(f"the motion from {time:.6g} s on" for time in (699 / 12.2, 0)),
+        *(f"the trajectory from {time:.6g} s on" for time in (699 / 12.2, 0)),
         "repetition of 48 of 700 forcing periods",
     ]
     assert motion.checked.agree
@@ -104,7 +104,7 @@ def test_what_is_checked_takes_a_tenth_of_the_work_and_is_never_nothing(monkeypa
     cost = choice.ONCE + choice.EACH * choice.pieces_of(orbit) * (1 + 2 / choice.LARGE)
     for points in (10, 50, 200):
         found = check_some(candidates, points)
-        assert found.count == max(1, math.floor(choice.SHARE * points / cost + 1e-9))
+        assert found.count == max(1, math.floor(choice.FRACTION * points / cost + 1e-9))
         assert found.agree
     (first,) = check_some(candidates, 1).checks
     assert (first.method, first.agrees) == ("quadrature", True)

@@ -9,7 +9,7 @@ from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models import model_named
 from slipfold.results.checks.checked import Checked
-from slipfold.results.checks.motions import check_motion
+from slipfold.results.checks.trajectories import check_trajectory
 
 
 def epidemic():
@@ -29,7 +29,7 @@ def test_what_has_grown_from_errors_is_found():
     absolute = hy.taylor_adaptive(rates, [0.3, 1e-3], tol=1e-13)
     strobe = absolute.propagate_grid(np.arange(9.0))[-1]
     settlement = Settlement(False, None, np.nan, None, "not settled")
-    wrong = check_motion(Trajectory(epidemic(), strobe, settlement))
+    wrong = check_trajectory(Trajectory(epidemic(), strobe, settlement))
     assert not wrong.agree
     assert "least is left" in str(wrong)
     assert "write the equation for its logarithm" in str(wrong)
@@ -55,7 +55,7 @@ CHAOS = oscillator("0.3*cos(w*t) - 0.15*v + x - x^3", 0.0)
 def test_chaos_is_sensitive(model):
     checked = sf.simulate(model, 1000).checked
     assert checked.agree
-    assert "the motion is sensitive: its single points are known for about" in str(checked)
+    assert "the trajectory is sensitive: its single points are known for about" in str(checked)
     known = float(checked.remark.split("about ")[1].split()[0])
     # An error of 1e-13 grows by e in one to four periods of either.
     assert 15 < known < 200

@@ -15,7 +15,6 @@ from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
 from slipfold.results.checks import orbit_difference as checks
 from slipfold.results.checks.checked import Check, Checked
-from slipfold.results.checks.motions import check_motion
 from slipfold.results.checks.orbit_difference import (
     ALLOWED,
     Difference,
@@ -23,6 +22,7 @@ from slipfold.results.checks.orbit_difference import (
     pieces_of,
     retraced_difference,
 )
+from slipfold.results.checks.trajectories import check_trajectory
 
 STEEP = """
 name = "steep"
@@ -65,17 +65,17 @@ def stepped_over(law, eps, periods):
 )
 def test_steps_over_steep_functions_are_found(law, eps):
     model = System.from_toml(STEEP.format(law=law)).replace(eps=eps)
-    wrong = check_motion(motion(model, stepped_over(law, eps, 60)))
+    wrong = check_trajectory(motion(model, stepped_over(law, eps, 60)))
     assert not wrong.agree
     assert max(check.difference for check in wrong.disagreeing) > 1e-3
     assert "does not agree" in str(wrong)
-    assert check_motion(simulate(model, 60)).agree
+    assert check_trajectory(simulate(model, 60)).agree
 
 
 def test_a_coarse_integration_is_found():
     model = SlidingOscillator(f=12.5, Nd=0.05)
     right = simulate(model, 20)
-    assert check_motion(right).agree
+    assert check_trajectory(right).agree
 
     def rates(time, state):
         return evaluation_of(model).rates(model, np.asarray(state), (time * 12.5) % 1)
@@ -84,7 +84,7 @@ def test_a_coarse_integration_is_found():
     for index in range(20):
         span = (index / 12.5, (index + 1) / 12.5)
         coarse.append(solve_ivp(rates, span, coarse[-1], rtol=1e-4, atol=1e-6).y[:, -1])
-    found = check_motion(motion(model, np.array(coarse)))
+    found = check_trajectory(motion(model, np.array(coarse)))
     assert not found.agree
     assert 1e-7 < found.disagreeing[0].difference < 0.1
 

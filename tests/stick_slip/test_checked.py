@@ -6,7 +6,7 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, den_hartog, sliding, two_masses
-from slipfold.results.checks.motions import check_motion
+from slipfold.results.checks.trajectories import check_trajectory
 
 
 @pytest.mark.parametrize(
@@ -27,11 +27,11 @@ def test_a_state_that_does_not_follow_is_seen():
     motion = sf.simulate(den_hartog(0.35, 0.6), 20)
     strobe = motion.strobe.copy()
     strobe[-1] += 1e-7
-    wrong = check_motion(replace(motion, strobe=strobe))
+    wrong = check_trajectory(replace(motion, strobe=strobe))
     assert [item.method for item in wrong.disagreeing] == []  # one in twenty is carried again
     strobe = strobe.copy()  # a result locks its arrays
     strobe[1] += 1e-7
-    wrong = check_motion(replace(motion, strobe=strobe))
+    wrong = check_trajectory(replace(motion, strobe=strobe))
     assert [item.method for item in wrong.disagreeing] == ["other steps"]
 
 

@@ -98,9 +98,9 @@ class Branch(OrbitsAlong):
         if self.stuck_fraction is None:
             given = self.model, self.parameters[rows], self.nodes[rows], self.period
             return find_extrema(*given, outputs)
-        found = [self.orbit(index).extrema for index in range(len(self))[rows]]
-        low = np.concatenate([item.minimum for item in found])
-        return Extrema(found[0].names, low, np.concatenate([item.maximum for item in found]))
+        result = [self.orbit(index).extrema for index in range(len(self))[rows]]
+        low = np.concatenate([item.minimum for item in result])
+        return Extrema(result[0].names, low, np.concatenate([item.maximum for item in result]))
 
     def _multiplier_uncertainty_of(self, rows: slice) -> Array:
         """Compute the uncertainties of the multipliers of some of the orbits."""

@@ -51,8 +51,8 @@ class CurvePoint(OneLine, ReadOnly):
         return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
 
     def _rows(self) -> PrintedTable:
-        found = [[name, number_text(value)] for name, value in self._numbers().items()]
-        return PrintedTable(["", ""], [*found, *self.orbit._rows().lines])
+        result = [[name, number_text(value)] for name, value in self._numbers().items()]
+        return PrintedTable(["", ""], [*result, *self.orbit._rows().lines])
 
     def _numbers(self) -> Mapping[str, float | None]:
         """Return the numbers that belong to the point, by name."""
@@ -154,12 +154,12 @@ class OrbitsAlong(Curve):
         begun, stopped = (
             [end.kind, *map(number_text, end.values), end.reason] for end in self.ends
         )
-        found = [
+        result = [
             [point.type, *(number_text(value, 10) for value in point._values), point.outcome]
             for point in self.special
         ]
         heads = ["", *(headed(self.model.parameter(name)) for name in _names(self.vary)), "what"]
-        return PrintedTable(heads, [begun, *found, stopped], ("", "what"))
+        return PrintedTable(heads, [begun, *result, stopped], ("", "what"))
 
     @property
     def ends(self) -> tuple[End, End]:

@@ -114,9 +114,9 @@ class BranchEndings(Endings[OrbitPoint]):
             return False
         if on_edge is None:
             return False
-        traced.points, found = on_edge
+        traced.points, result = on_edge
         sure = traced.points[-2].arclength
-        traced.found = [item for item in traced.found if item.point.arclength <= sure] + found
+        traced.found = [item for item in traced.found if item.point.arclength <= sure] + result
         return True
 
     def interrupted(self, traced: TracedCurve[OrbitPoint]) -> End:
@@ -225,14 +225,14 @@ def _end_on_edge(
     if over is None:
         return None
     try:
-        found = Bifurcations(orbits, span).between([*kept, over], before, over)
+        result = Bifurcations(orbits, span).between([*kept, over], before, over)
     except LostCurveError:
         return None
-    place = next((i for i, item in enumerate(found) if away(item.point) < EDGE), None)
+    place = next((i for i, item in enumerate(result) if away(item.point) < EDGE), None)
     if place is None:
         return None
-    z = found[place].point.z.copy()
+    z = result[place].point.z.copy()
     z[-1] = edge  # exactly, whatever rounding did
-    last = replace(found[place].point, z=z)
-    found[place] = replace(found[place], point=last)
-    return [*kept, last], found[: place + 1]
+    last = replace(result[place].point, z=z)
+    result[place] = replace(result[place], point=last)
+    return [*kept, last], result[: place + 1]

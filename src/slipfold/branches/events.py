@@ -52,19 +52,19 @@ class Events(Zeros[OrbitPoint]):
         if names:
             vector, nodes = orbits.vector(z)[None], orbits.evenly(z)[None]
             extrema = find_extrema(orbits.model, vector, nodes, orbits.period, tuple(names))
-        found = []
+        result = []
         for event in self._events:
             if event.measure != "parameter":
                 low, high = (float(item[0]) for item in extrema.of(event.name))
                 measured |= {"max": high, "min": low, "peak_to_peak": high - low}
-            found.append(measured[event.measure] - event.value)
-        return np.array(found)
+            result.append(measured[event.measure] - event.value)
+        return np.array(result)
 
     def located(
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found[OrbitPoint]]:
         """Return the events between two points, or at the second of them."""
-        found: list[Found[OrbitPoint]] = []
+        result: list[Found[OrbitPoint]] = []
         for index, event in enumerate(self._events):
             before, after = self.values(a)[index], self.values(b)[index]
 
@@ -78,8 +78,8 @@ class Events(Zeros[OrbitPoint]):
             else:
                 continue
             slope = float(after - before) / (b.arclength - a.arclength)
-            found.append(Happened("EVENT", at, slope, event=event))
-        return found
+            result.append(Happened("EVENT", at, slope, event=event))
+        return result
 
     def seen(
         self, found: Sequence[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]

@@ -337,9 +337,9 @@ def describe_in_turn(
     known: dict[Found, SpecialPoint] = {}
     try:
         for followed in curves:
-            for found in followed.traced.found:
-                report(followed, found, len(known))
-                known[found] = describe(found)
+            for result in followed.traced.found:
+                report(followed, result, len(known))
+                known[result] = describe(result)
     except KeyboardInterrupt:
         pass
     return known
@@ -411,8 +411,8 @@ def point_fields(found: Found[OrbitPoint], orbits: Orbits) -> dict[str, Any]:
 
 def stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
     """Share of each period in which a contact sticks; None where none may along all of them."""
-    found = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
-    return None if np.isnan(found).all() else found
+    result = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
+    return None if np.isnan(result).all() else result
 
 
 def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
@@ -465,10 +465,10 @@ def complete_branches(branches: Sequence[Branch], report: Callable[[int, int], N
                 rows = range(len(branch))[first : first + TOGETHER]
                 report(done, total)
                 own = slice(rows.start, rows.stop)
-                found = branch._extrema_of(own)
+                result = branch._extrema_of(own)
                 branch.extrema.minimum[own], branch.extrema.maximum[own] = (
-                    found.minimum,
-                    found.maximum,
+                    result.minimum,
+                    result.maximum,
                 )
                 for begin in rows[::LANES]:
                     report(done, total)

@@ -20,7 +20,7 @@ KEEPING = frozenset(
         "slipfold.branches.make_branch.complete_branches",
         "slipfold.branches.make_branch.describe_in_turn",
         "slipfold.results.checks.curves.check_some",
-        "slipfold.results.checks.motions.check_motion",
+        "slipfold.results.checks.trajectories.check_trajectory",
         "slipfold.continuation.curve_set.CurveSet.births_until_interrupted",
         "slipfold.continuation.follow.follow",
         "slipfold.flow.integration.Integration.run",

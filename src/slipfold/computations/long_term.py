@@ -118,7 +118,7 @@ def _unobserved(progress: Progress) -> None:
 def _checked(motion: Trajectory, on_progress: Observer) -> Checked:
     """Check a solution, unless it was interrupted."""
     from slipfold.results.checks.checked import Checked
-    from slipfold.results.checks.motions import check_motion
+    from slipfold.results.checks.trajectories import check_trajectory
 
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         return Checked((), interrupted=True)
@@ -126,7 +126,7 @@ def _checked(motion: Trajectory, on_progress: Observer) -> Checked:
         on_progress(Progress("checks", 0))
     except KeyboardInterrupt:
         return Checked((), interrupted=True)
-    return check_motion(motion)
+    return check_trajectory(motion)
 
 
 @documented

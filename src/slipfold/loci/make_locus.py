@@ -151,9 +151,9 @@ def describe_in_turn(
                 tell(followed, point, done)
                 described.coefficients.append(coefficient_at(point.curve, point))
                 done += 1
-            for found in followed.traced.found:
-                tell(followed, found.point, done)
-                described.special[found] = describe_point(found.point.curve, found)
+            for result in followed.traced.found:
+                tell(followed, result.point, done)
+                described.special[result] = describe_point(result.point.curve, result)
                 done += 1
             known[followed] = described
     except KeyboardInterrupt:
@@ -173,7 +173,7 @@ def _as_locus(
         if stopped.kind != "interrupted":
             reason = f"{stopped.reason}; interrupted before its coefficients were computed"
             stopped = replace(stopped, kind="interrupted", reason=reason)
-        bare = {found: bare_point(found.point.curve, found) for found in traced.found}
+        bare = {result: bare_point(result.point.curve, result) for result in traced.found}
         described = Described([np.nan] * len(points), bare)
     fields = curve_fields(followed, orbits, points)
     start = fields["arclength"][0]
@@ -186,11 +186,11 @@ def _as_locus(
         coefficient=np.array(described.coefficients),
         special=tuple(
             replace(
-                described.special[found],
-                arclength=found.point.arclength - start,
-                leads_to=tuple(leads.get(found, ())),
+                described.special[result],
+                arclength=result.point.arclength - start,
+                leads_to=tuple(leads.get(result, ())),
             )
-            for found in traced.found
+            for result in traced.found
         ),
         begun=followed.begun or _first_end(traced, followed.start.found),
         stopped=stopped,

@@ -191,14 +191,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
         self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found[OrbitPoint]]:
         """Return the special points where a test function changes sign between two points."""
-        found = super().located(known, a, b)
+        result = super().located(known, a, b)
         if self._curve.condition == "LP":
-            found = _merged(found, "DP", self._is_symmetric, SAME_PITCHFORK)
-        found = [self._named(item) for item in found]
+            result = _merged(result, "DP", self._is_symmetric, SAME_PITCHFORK)
+        result = [self._named(item) for item in result]
         resting = self._curve.orbits.kind == "equilibrium"
         name = STANDS.get(self._curve.condition, "CP" if resting else "CPC")
-        found = found if name is None else _merged(found, name, _stands, SAME_CUSP)
-        return [self._doubled(item) if item.type == "ZH" else item for item in found]
+        result = result if name is None else _merged(result, name, _stands, SAME_CUSP)
+        return [self._doubled(item) if item.type == "ZH" else item for item in result]
 
     def _named(self, found: Found) -> Found:
         """Tell a branch point from a fold, where another multiplier is one as well."""

@@ -326,13 +326,13 @@ class Basins(FoundAttractors):
 
     def _notes(self) -> list[str]:
         within, error = map(self.uncertain_share, (WITHIN_CELL, WITHIN_ERROR))
-        found = [f"Uncertain: the label changes within {100 * within:.3g} % of the cells"]
+        result = [f"Uncertain: the label changes within {100 * within:.3g} % of the cells"]
         if error:
-            found.append(
+            result.append(
                 f"Of {100 * error:.3g} % it changes within the error of the integration: there the "
                 "boundary is too fine to know it"
             )
-        return [*super()._notes(), *(found if within else ["The label changes within no cell"])]
+        return [*super()._notes(), *(result if within else ["The label changes within no cell"])]
 
     def _line(self) -> str:
         found = listed(f"{in_words(item)} {self.share(item).value:.3f}" for item in self)
@@ -427,8 +427,8 @@ class BasinFractions(Result):
         number
             Its number.
         """
-        found = self._all()
-        return {float(self.values[place]): item for place, item in found if item.id == number}
+        result = self._all()
+        return {float(self.values[place]): item for place, item in result if item.id == number}
 
     def share(self, number: int) -> Shares:
         """Return the shares of the starts that came to an attractor, with their bounds.
@@ -460,7 +460,7 @@ class BasinFractions(Result):
 
     def _all(self) -> Iterator[tuple[int, Attractor]]:
         """Yield the attractors with the indices of the values."""
-        return ((place, item) for place, items in enumerate(self.attractors) for item in items)
+        return ((index, item) for index, items in enumerate(self.attractors) for item in items)
 
     def _line(self) -> str:
         count = len(self.numbers)
@@ -508,13 +508,13 @@ class BasinFractions(Result):
 
     def _frame(self) -> Frame:
         shares = {number: self.share(number) for number in self.numbers}
-        found = [(place, item, _at(shares[item.id], place)) for place, item in self._all()]
+        result = [(place, item, _at(shares[item.id], place)) for place, item in self._all()]
         columns: dict[str, Any] = {
-            self.vary: self.values[[place for place, _, _ in found]],
-            "attractor": [item.id for _, item, _ in found],
-            "what": [kind_of(item) for _, item, _ in found],
+            self.vary: self.values[[place for place, _, _ in result]],
+            "attractor": [item.id for _, item, _ in result],
+            "what": [kind_of(item) for _, item, _ in result],
         }
-        columns |= {name: [share[name] for _, _, share in found] for name in Shares._fields}
+        columns |= {name: [share[name] for _, _, share in result] for name in Shares._fields}
         return Frame(columns, {self.vary: self.model.parameter(self.vary).unit})
 
 

@@ -52,8 +52,8 @@ def _durations(curve: Any) -> Array:
 
 
 def _eigenvalues(locus: Locus) -> Complex:
-    found = locus.eigenvalues
-    return np.full(locus.multipliers.shape, np.nan + 0j) if found is None else found
+    result = locus.eigenvalues
+    return np.full(locus.multipliers.shape, np.nan + 0j) if result is None else result
 
 
 def _stuck_fraction(curve: Any) -> Array:
@@ -427,15 +427,15 @@ class CurveDiagram(Result):
         points = joined([frame_of(variables, ["point"]), frame_of(variables, ["special"])])
         owners, along = points.columns[thing], points.columns["arclength"]
         rows = sorted(range(len(points)), key=lambda row: (known[owners[row]][0], along[row]))
-        found = points.take(rows)
+        result = points.take(rows)
         if below:
             others = frame_of(variables, [f"{below}_point"])
             named = {thing if name == below else name: own for name, own in others.columns.items()}
-            found = joined([found, Frame(named, others.units)])
-        owners = found.columns[thing]
+            result = joined([result, Frame(named, others.units)])
+        owners = result.columns[thing]
         said = {name: [getattr(known[each][1], name) for each in owners] for name in repeated}
-        columns = {**found.columns, **said}
-        return Frame({name: columns[name] for name in (*first, *columns)}, found.units)
+        columns = {**result.columns, **said}
+        return Frame({name: columns[name] for name in (*first, *columns)}, result.units)
 
     def _uncertain(self) -> list[str]:
         """Return which special points are less certain than they should be."""

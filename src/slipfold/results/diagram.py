@@ -173,15 +173,15 @@ class Diagram(CurveDiagram):
     @cached_property
     def _end_orbits(self) -> Mapping[tuple[int, int], PeriodicOrbit]:
         """First and last orbit of each branch, by its number and the index."""
-        found = {}
+        result = {}
         for branch in self.branches:
             for index in (0, len(branch) - 1) if len(branch) else ():
-                orbit = found[branch.id, index] = branch.orbit(index)
+                orbit = result[branch.id, index] = branch.orbit(index)
                 known = vars(branch).get("extrema")
                 if known is not None and not np.isnan(known.maximum[index]).all():
                     low, high = known.minimum[index, None], known.maximum[index, None]
                     vars(orbit)["extrema"] = Extrema(known.names, low, high)
-        return MappingProxyType(found)
+        return MappingProxyType(result)
 
     @property
     def interrupted(self) -> bool:
@@ -384,9 +384,9 @@ def finalized(diagram: Diagram) -> Diagram:
     for (period, _), orbits in groups.items():
         vectors = np.array([orbit.model.vector for orbit in orbits])
         nodes = np.array([orbit.nodes for orbit in orbits])
-        found = find_extrema(orbits[0].model, vectors, nodes, period)
+        result = find_extrema(orbits[0].model, vectors, nodes, period)
         for row, orbit in enumerate(orbits):
             one = slice(row, row + 1)
-            own = Extrema(found.names, found.minimum[one], found.maximum[one])
+            own = Extrema(result.names, result.minimum[one], result.maximum[one])
             vars(orbit)["extrema"] = own
     return diagram

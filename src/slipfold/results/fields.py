@@ -99,8 +99,8 @@ class Column:
         Shapes: values (n_rows, ...). An item has `own` axes of rows itself, or is a row.
         """
         missing = self.kind.missing
-        found = [missing if (value := self.of(item)) is None else value for item in items]
-        parts: list[NDArray[Any]] = [np.asarray(value, self.kind.type) for value in found]
+        result = [missing if (value := self.of(item)) is None else value for item in items]
+        parts: list[NDArray[Any]] = [np.asarray(value, self.kind.type) for value in result]
         if not own:
             parts, own = [part[None] for part in parts], 1
         shape = [
@@ -172,20 +172,20 @@ class Table:
     ) -> dict[str, Variable]:
         """Return the arrays of items, and their owners."""
         rows = list(items)
-        found: dict[str, Variable] = {}
+        result: dict[str, Variable] = {}
         if self.owner is not None:
             numbers = np.array(list(owners), np.int64)
             if self.joined:
                 numbers = np.repeat(numbers, [len(item) for item in rows])
             owner = Column("", WHOLE, self.owner[1], "", label=True, head=self.owner[0])
-            found |= owner.variables(self._owner_name, self.dimensions, numbers)
+            result |= owner.variables(self._owner_name, self.dimensions, numbers)
         for column in self.columns:
             if column.meaning:
                 values = column.values(rows, axes, self.own)
                 head = None if column.head is None else column.head.format(column.key)
                 told = replace(column, head=head)
-                found |= told.variables(self._name(column), self.dimensions, values)
-        return found
+                result |= told.variables(self._name(column), self.dimensions, values)
+        return result
 
     def record(self, item: Any) -> dict[str, Any]:
         """Return the record of an item."""
@@ -202,12 +202,12 @@ class Table:
 
     def read(self, saved: SavedTable, axes: Axes, rows: Any) -> dict[str, Any]:
         """Return the fields of the item in a row of a file, or in many rows if `joined`."""
-        found = {}
+        result = {}
         for column in self.columns:
             if column.meaning and not column.derived:
                 values = column.stored(self._name(column), self.dimensions, saved, axes)[rows]
-                found[column.key] = values if self.joined else column.item(values)
-        return nested(found)
+                result[column.key] = values if self.joined else column.item(values)
+        return nested(result)
 
     def _name(self, column: Column) -> str:
         return column.name or self.prefix + column.key
@@ -235,14 +235,14 @@ class Owners:
 
     def variables(self, items: Sequence[Any], axes: Axes) -> dict[str, Variable]:
         """Return the arrays of items, of their rows and of what they own."""
-        found = self.items.variables(items, axes)
+        result = self.items.variables(items, axes)
         if self.rows is not None:
-            found |= self.rows.variables(items, axes, [item.id for item in items])
+            result |= self.rows.variables(items, axes, [item.id for item in items])
         for key, table in self.owned.items():
             owned = [(item.id, own) for item in items for own in getattr(item, key)]
             numbers = [number for number, _ in owned]
-            found |= table.variables([own for _, own in owned], axes, numbers)
-        return found
+            result |= table.variables([own for _, own in owned], axes, numbers)
+        return result
 
     def read(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
         """Yield the fields of each item; for what it owns, a list of fields."""
@@ -263,14 +263,14 @@ def nested(flat: dict[str, Any]) -> dict[str, Any]:
     >>> nested({"id": 1, "begun.kind": "span", "begun.value": 0.5})
     {'id': 1, 'begun': {'kind': 'span', 'value': 0.5}}
     """
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for key, value in flat.items():
         *outer, last = key.split(".")
-        place = found
+        place = result
         for name in outer:
             place = place.setdefault(name, {})
         place[last] = value
-    return found
+    return result
 
 
 def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[str, Variable]:
@@ -288,14 +288,14 @@ def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[s
 def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str, list[str]]:
     """Return the labels along the dimensions that results share."""
     states = [headed(item) for item in model.states]
-    found = {
+    result = {
         "state": states,
         "output": [*states, *(headed(item) for item in model.outputs())],
         "multiplier": [str(number) for number in range(1, len(states) + 1)],
         "by_parameter": [headed(item) for item in model.parameters],
         "parameter": [headed(model.parameter(name)) for name in vary],
     }
-    return found | ({"node": [""] * nodes} if nodes else {})
+    return result | ({"node": [""] * nodes} if nodes else {})
 
 
 def meaning_of(parameter: Parameter) -> str:

@@ -58,12 +58,12 @@ class Gathered:
         if self._files:
             spoken = {item.name for item in self._items if item.kind == "text"}
             return _OnDisk(self._files, types, self._size, spoken, words)
-        found = {}
+        result = {}
         for item in self._items:
             blocks = self._blocks.pop(item.name)
             values = np.concatenate(blocks) if blocks else np.empty(0, types[item.name])
-            found[item.name] = words[values] if item.kind == "text" else values
-        return found
+            result[item.name] = words[values] if item.kind == "text" else values
+        return result
 
     def _put_away(self) -> None:
         rows, self._rows = self._rows, []
@@ -71,7 +71,7 @@ class Gathered:
             return
         self._size += len(rows)
         for item in self._items:
-            values = [KINDS[item.kind].missing if (found := row.get(item.name)) is None else found
+            values = [KINDS[item.kind].missing if (result := row.get(item.name)) is None else result
                       for row in rows]  # fmt: skip
             if item.kind == "text":
                 values = [self._words.setdefault(word, len(self._words)) for word in values]

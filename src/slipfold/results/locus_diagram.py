@@ -192,10 +192,10 @@ class LocusDiagram(CurveDiagram):
 
     def _sections(self) -> list[PrintedTable | list[str]]:
         regions = self.regions
-        found: list[PrintedTable | list[str]] = [self._rows(), self._notes()]
+        result: list[PrintedTable | list[str]] = [self._rows(), self._notes()]
         if regions is not None:
-            found += [_regions_table(self), self._disagreements(regions)]
-        return found
+            result += [_regions_table(self), self._disagreements(regions)]
+        return result
 
     def _rows(self) -> PrintedTable:
         """Return the ends and special points of all loci, numbered throughout."""

@@ -124,9 +124,9 @@ class MeasurementPlan(Result):
         """Expected correlations of the parameters, shape (p, p)."""
         errors = self.errors_expected
         with np.errstate(invalid="ignore"):
-            found = self.covariance / np.outer(errors, errors)
-        np.fill_diagonal(found, 1.0)
-        return np.asarray(found)
+            result = self.covariance / np.outer(errors, errors)
+        np.fill_diagonal(result, 1.0)
+        return np.asarray(result)
 
     def best(self, count: int) -> list[int]:
         """Return the numbers of the rows that determine all parameters best together.

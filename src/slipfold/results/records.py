@@ -282,8 +282,8 @@ class SavedTable:
         for name, item in self.table.variables.items():
             if item.dimensions[0] == dimension and len(item.values) != len(owners):
                 raise ValueError(f"{name} has {len(item.values)} rows, not {len(owners)}")
-        found = {int(key): np.flatnonzero(owners == key) for key in np.unique(owners)}
-        return defaultdict(lambda: np.empty(0, np.int64), found)
+        result = {int(key): np.flatnonzero(owners == key) for key in np.unique(owners)}
+        return defaultdict(lambda: np.empty(0, np.int64), result)
 
     def complex(self, name: str) -> NDArray[np.complex128]:
         """Return a column of complex numbers."""

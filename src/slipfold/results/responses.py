@@ -169,12 +169,12 @@ class Responses(Result, Sequence["Diagram | None"]):
         return {"vary": self.vary, "span": self.span, "cases": cases}
 
     def _frame(self) -> Frame:
-        found = frame_of(self._variables(), ["special"])
-        cases = np.array(found.columns["case"], int)
+        result = frame_of(self._variables(), ["special"])
+        cases = np.array(result.columns["case"], int)
         given = {name: values[cases] for name, values in self.over.items()}
         units = {name: self.model.parameter(name).unit for name in (*self.over, self.vary)}
         units |= dict.fromkeys(("value", "uncertainty"), units[self.vary])
-        return Frame({"case": cases, **given} | {**found.columns}, units)
+        return Frame({"case": cases, **given} | {**result.columns}, units)
 
     def _line(self) -> str:
         found = sum(diagram is not None for diagram in self.diagrams)

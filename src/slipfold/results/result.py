@@ -252,24 +252,24 @@ class Result(OneLine, ReadOnly, ABC):
     def _attributes(self) -> dict[str, Any]:
         """Return the fields that are no arrays, as attributes of a dataset."""
         types = types_of(type(self))
-        found = {}
+        result = {}
         for name in _plain_fields(type(self)):
             value = getattr(self, name)
             if types[name] is bool:
                 value = int(value)
             elif types[name] not in (str, int, float):
                 value = json.dumps(encoded(value))
-            found[name] = value
+            result[name] = value
         for name, each in parts_of(type(self)).items():
-            found |= each.attributes(self, name)
-        return found
+            result |= each.attributes(self, name)
+        return result
 
     def _variables(self) -> Mapping[str, Variable]:
         """Return all arrays with their names, units and meanings."""
-        found: dict[str, Variable] = {}
+        result: dict[str, Variable] = {}
         for name, each in parts_of(type(self)).items():
-            found |= each.variables(self, name)
-        return self._labels(found) | found
+            result |= each.variables(self, name)
+        return self._labels(result) | result
 
     def _labels(self, variables: Mapping[str, Variable]) -> dict[str, Variable]:
         """Return labels of the dimensions that results share, where they have them."""
@@ -280,11 +280,11 @@ class Result(OneLine, ReadOnly, ABC):
             "by_parameter": [*model.parameters],
         }
         dimensions = {name for item in variables.values() for name in item.dimensions}
-        found: dict[str, Variable] = {}
+        result: dict[str, Variable] = {}
         for name, items in known.items():
             if name in dimensions:
-                found |= names(name, items)
-        return found
+                result |= names(name, items)
+        return result
 
     def _table(self) -> LabeledTable:
         """Return everything as labeled arrays, with the input and the origin as attributes."""
@@ -302,20 +302,20 @@ class Result(OneLine, ReadOnly, ABC):
         types = types_of(cls)
         # Its fields are set as they are read, since names of later ones may depend on them.
         known = object.__new__(cls)
-        found = vars(known)
-        found |= {"model": saved.model, "provenance": saved.provenance}
+        result = vars(known)
+        result |= {"model": saved.model, "provenance": saved.provenance}
         if "checked" in types:
-            found["checked"] = saved.checked
+            result["checked"] = saved.checked
         for name in _plain_fields(cls):
             value = saved.attributes[name]
             if types[name] not in (str, int, float, bool):
                 value = json.loads(value)
-            found[name] = decoded(types[name], value)
+            result[name] = decoded(types[name], value)
         own = {item.name for item in fields(cast(Any, cls))}
         for name, each in parts_of(cls).items():
             if name in own:
-                found[name] = each.read(saved, known, name)
-        return cls(**{name: found[name] for name in own if name in found})
+                result[name] = each.read(saved, known, name)
+        return cls(**{name: result[name] for name in own if name in result})
 
     def __post_init__(self) -> None:
         """Lock arrays and mappings."""
@@ -326,10 +326,10 @@ class Result(OneLine, ReadOnly, ABC):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what can be copied and sent to other processes: fields, mappings unlocked."""
-        found = {item.name: getattr(self, item.name) for item in fields(cast(Any, self))}
+        result = {item.name: getattr(self, item.name) for item in fields(cast(Any, self))}
         return {
             name: dict(value) if isinstance(value, MappingProxyType) else value
-            for name, value in found.items()
+            for name, value in result.items()
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -404,8 +404,8 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Result | Perio
         module, _, name = known[schema].rpartition(".")
         reader = getattr(import_module(f"slipfold.results.{module}"), name)
         try:
-            found: Result = reader._read(open_table(table, kind))
-            return found._loaded
+            result: Result = reader._read(open_table(table, kind))
+            return result._loaded
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         # The numbers are those of the schema, or somebody changed the file.

@@ -120,8 +120,8 @@ def stick_columns(sticking: Sticking | None) -> dict[str, list[str]]:
     if sticking is None:
         return {}
     return {
-        name: [WORDS[Status(int(value))] for value in sticking.modes[:, place]]
-        for place, name in enumerate(sticking.contacts)
+        name: [WORDS[Status(int(value))] for value in sticking.modes[:, index]]
+        for index, name in enumerate(sticking.contacts)
     }
 
 
@@ -313,8 +313,8 @@ class Simulation(Trajectory, Result):
         return np.arange(len(self.strobe))
 
     def _frame(self) -> Frame:
-        found = super()._frame()
-        return Frame({**found.columns, **stick_columns(self.sticking)}, found.units)
+        result = super()._frame()
+        return Frame({**result.columns, **stick_columns(self.sticking)}, result.units)
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(self.summary())}</pre>"

@@ -329,13 +329,13 @@ class StudyResult(Result):
         def add(name: str, column: Column, axes: tuple[str, ...], get: Callable[[], Any]) -> None:
             made[name] = lambda: column.variables(name, axes, get())[name]
 
-        for place, (name, label) in enumerate(labels.items()):
+        for index, (name, label) in enumerate(labels.items()):
             item = self.model.parameter(name)
             column = Column(name, REAL, meaning_of(item), item.unit, label=True)
             if grid is not None:
                 add(label, column, (label,), partial(grid.__getitem__, name))
             else:
-                add(label, column, along, partial(self._given_values, place))
+                add(label, column, along, partial(self._given_values, index))
         for quantity in self.quantities:
             values = partial(self._shaped, quantity.name)
             add(quantity.name, _column(quantity), along, values)
@@ -374,8 +374,8 @@ class StudyResult(Result):
         keys = ("first", "total", "first_error", "total_error")
         return {
             name: {
-                parameter: {key: float(getattr(item, key)[place]) for key in keys}
-                for place, parameter in enumerate(item.names)
+                parameter: {key: float(getattr(item, key)[index]) for key in keys}
+                for index, parameter in enumerate(item.names)
             }
             for name, item in self._all_indices[0].items()
         }
@@ -385,8 +385,8 @@ class StudyResult(Result):
         owners = each.pop("case", None)
         records = []
         for number in range(len(self)):
-            found = {item.name: values[item.name][number] for item in self.quantities}
-            record = {"given": self.case(number), **found}
+            result = {item.name: values[item.name][number] for item in self.quantities}
+            record = {"given": self.case(number), **result}
             if owners is not None:
                 first, last = np.searchsorted(owners, [number, number + 1])
                 record[self.work.listed] = [
@@ -455,8 +455,8 @@ def study_result(
     for _ in range(number + 1, len(reasons)):
         values.add({})
     table = listed.columns() if described else {}
-    found = values.columns(), table, reasons
-    return StudyResult(plan.model, plan.work, plan.cases, *found, origin, stopped, damaged)
+    result = values.columns(), table, reasons
+    return StudyResult(plan.model, plan.work, plan.cases, *result, origin, stopped, damaged)
 
 
 def _cases_of(record: Mapping[str, Any]) -> Cases:

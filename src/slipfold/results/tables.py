@@ -227,9 +227,9 @@ class Frame:
         """Return it as a table of pandas, with the units among its attributes."""
         import pandas
 
-        found = pandas.DataFrame(dict(self.columns))
-        found.attrs["units"] = dict(self.units)
-        return found
+        result = pandas.DataFrame(dict(self.columns))
+        result.attrs["units"] = dict(self.units)
+        return result
 
 
 def _cells(column: Sequence[Any] | NDArray[Any]) -> list[Any]:

@@ -266,7 +266,7 @@ class RegimeMap(Result):
         Responses of one period are different where their means are, angles up to whole turns. Two
         tori, or two chaotic motions, or two that stick are not told apart.
         """
-        found = np.zeros(self.kinds.shape[1:], bool)
+        result = np.zeros(self.kinds.shape[1:], bool)
         named = [self.names(run) for run in self.runs]
         known = np.isin(self.kinds, KNOWN)
         scales, turns = self.model.state_scales(), self.model.whole_turns
@@ -274,8 +274,8 @@ class RegimeMap(Result):
             both = known[one] & known[other]
             between = without_turns(self.means[one] - self.means[other], turns)
             apart = np.abs(between / scales).max(axis=-1) > SAME
-            found |= both & ((named[one] != named[other]) | apart)
-        return found
+            result |= both & ((named[one] != named[other]) | apart)
+        return result
 
     def at(self, **values: float) -> dict[str, str]:
         """Return the regimes in the cell nearest to a point.
@@ -300,8 +300,8 @@ class RegimeMap(Result):
         first, second = (
             int(np.abs(places - values[name]).argmin()) for name, places in self.over.items()
         )
-        found = {run: str(self.names(run)[first, second]) for run in self.runs}
-        return {run: name for run, name in found.items() if name != NONE}
+        result = {run: str(self.names(run)[first, second]) for run in self.runs}
+        return {run: name for run, name in result.items() if name != NONE}
 
     def _head(self) -> str:
         spans = [
@@ -313,8 +313,8 @@ class RegimeMap(Result):
         return f"{self.model!r}: {', '.join(spans)}, {size} cells"
 
     def _notes(self) -> list[str]:
-        found = [f"Different regimes or responses in {int(self.coexist.sum())} cells"]
-        return found + [UNFINISHED] * self.interrupted
+        result = [f"Different regimes or responses in {int(self.coexist.sum())} cells"]
+        return result + [UNFINISHED] * self.interrupted
 
     def _run(self, run: str) -> int:
         if run in self.runs:
@@ -326,12 +326,12 @@ class RegimeMap(Result):
 
     def _rows(self) -> PrintedTable:
         counts = [Counter(self.names(run).ravel().tolist()) for run in self.runs]
-        found = sorted({name for each in counts for name in each} - {NONE}, key=_order)
+        result = sorted({name for each in counts for name in each} - {NONE}, key=_order)
         rows = [
-            [run, *(str(each[name]) for name in found)]
+            [run, *(str(each[name]) for name in result)]
             for run, each in zip(self.runs, counts, strict=True)
         ]
-        return PrintedTable(["cells", *found], rows)
+        return PrintedTable(["cells", *result], rows)
 
 
 def _order(name: str) -> tuple[int, int]:
@@ -459,14 +459,14 @@ class Sweep(Result):
 
     def _rows(self) -> PrintedTable:
         rows = []
-        for place, name in enumerate(self.runs):
-            ended = self.reasons[place] != ""
+        for index, name in enumerate(self.runs):
+            ended = self.reasons[index] != ""
             counts = Counter(self.repeats(name)[~ended].tolist())
             told = [f"{counts[each]} x {each}" for each in sorted(counts) if each]
-            missing = Counter(self.reasons[place][ended].tolist()).most_common(1)
+            missing = Counter(self.reasons[index][ended].tolist()).most_common(1)
             why = f"{int(ended.sum())}: {missing[0][0]}" if missing else ""
             rows.append(
-                [name, ", ".join(told), str(counts[0]), str(int(self.stuck[place].sum())), why]
+                [name, ", ".join(told), str(counts[0]), str(int(self.stuck[index].sum())), why]
             )
         heads = ["", "repeat (values x period)", "do not repeat", "stick", "without points"]
         return PrintedTable(heads, rows, words=(heads[1], heads[4]))

@@ -361,8 +361,10 @@ class ThresholdUncertainty(Result):
 
     def _indices(self, place: int) -> dict[str, Any]:
         """Indices of a parameter by name."""
-        found = self.indices
-        return {} if found is None else {key: float(getattr(found, key)[place]) for key in INDICES}
+        result = self.indices
+        return (
+            {} if result is None else {key: float(getattr(result, key)[place]) for key in INDICES}
+        )
 
     def _record(self) -> dict[str, Any]:
         return {
@@ -387,11 +389,11 @@ class ThresholdUncertainty(Result):
                     "mean": item.mean,
                     "size": item.size,
                     **({key: getattr(item, key) for key in ENDS} if self._cut else {}),
-                    "gradient": self.gradient[place],
-                    "share": self.shares[place],
-                    **self._indices(place),
+                    "gradient": self.gradient[index],
+                    "share": self.shares[index],
+                    **self._indices(index),
                 }
-                for place, item in enumerate(self.scatters)
+                for index, item in enumerate(self.scatters)
             },
         }
 

@@ -108,14 +108,14 @@ class _Patient(io.FileIO):
 def _check_replaceable(path: str | Path, target: Path) -> None:
     """Refuse a file that its owner has protected, and a name that no file can have."""
     try:
-        found = target.lstat()
+        result = target.lstat()
     except FileNotFoundError:
         return
     folder = target.parent.stat()
-    owners = (0, found.st_uid, folder.st_uid)
+    owners = (0, result.st_uid, folder.st_uid)
     # In a folder that all may write to, as /tmp, only a file's owner may replace it.
     theirs = folder.st_mode & stat.S_ISVTX and hasattr(os, "geteuid") and os.geteuid() not in owners
-    if theirs or not found.st_mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH):
+    if theirs or not result.st_mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH):
         raise InputError(
             f"{path} is read-only{' or belongs to somebody else' if theirs else ''}; make it "
             "writable or give another name"

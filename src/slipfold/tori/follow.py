@@ -127,10 +127,10 @@ class _Special(Zeros[CirclePoint]):
         self, found: Sequence[Found[CirclePoint]], interval: StepInterval[CirclePoint]
     ) -> MonitorResult[CirclePoint]:
         """Return what lies between two circles, as far as tori go."""
-        for place, item in enumerate(found):
+        for index, item in enumerate(found):
             end = _end_at(item)
             if end is not None:
-                return MonitorResult(found[:place], Stop(item.point, end))
+                return MonitorResult(found[:index], Stop(item.point, end))
         return MonitorResult(found)
 
 
@@ -220,17 +220,17 @@ def tori_of(
         for point in branch.special
         if point.type == "NS" and not point.interrupted
     ]
-    found: list[TorusBranch] = []
+    result: list[TorusBranch] = []
     for done, (branch, point) in enumerate(places):
-        if any(_ends_at(each, point, span) for each in found):
+        if any(_ends_at(each, point, span) for each in result):
             continue
-        number = len(branches) + len(found) + 1
+        number = len(branches) + len(result) + 1
         origin = _Origin(branch.model, point.vary, point.period, branch.id, number)
         reporter = _Reporter(observer, origin, done, len(places))
-        found.append(_tori_from(point, span, settings, origin, reporter))
-        if found[-1].interrupted:
+        result.append(_tori_from(point, span, settings, origin, reporter))
+        if result[-1].interrupted:
             break
-    return tuple(found)
+    return tuple(result)
 
 
 def tori_from(
@@ -245,15 +245,15 @@ def tori_from(
     start = circle_from_trajectory(model, vary, abs(span[1] - span[0]), state)
     if start is None:
         return ()
-    found: list[TorusBranch] = []
+    result: list[TorusBranch] = []
     for circle in (start, reversed_circle(start)):
-        origin = _Origin(model, vary, start.curve.period, 0, len(found) + 1)
-        found.append(
+        origin = _Origin(model, vary, start.curve.period, 0, len(result) + 1)
+        result.append(
             _followed([], circle, span, settings, origin, _Reporter(observer, origin, 0, 1))
         )
-        if found[-1].interrupted:
+        if result[-1].interrupted:
             break
-    return tuple(found)
+    return tuple(result)
 
 
 @dataclass(frozen=True)

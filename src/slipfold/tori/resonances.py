@@ -55,7 +55,7 @@ def locked_interval(
     values = np.array([orbits.value(phase, guess, farthest) for phase in phases])
     if np.isnan(values).any():
         return None
-    found = []
+    result = []
     for sign in (1.0, -1.0):
         best = phases[(sign * values).argmin()]
         around = best - phases[1], best + phases[1]
@@ -67,8 +67,8 @@ def locked_interval(
             method="bounded",
             options={"xatol": 1e-5 * phases[1]},
         )
-        found.append(float(sign * min(refined.fun, (sign * values).min())))
-    return found[0], found[1]
+        result.append(float(sign * min(refined.fun, (sign * values).min())))
+    return result[0], result[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,10 +145,10 @@ def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoi
     side = float(np.sign(apart[-1].z[-2] - rotation)) if apart else 0.0
     known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-HISTORY:]
     for times in BEYOND if len(known) > 1 else ():
-        found = _at(known, rotation - side * times * NEAR, -side)
-        if found is not None:
-            length = abs(found.z[-1] - last.z[-1]) + abs(found.z[-2] - last.z[-2])
-            return found.curve, replace(found, arclength=last.arclength + length)
+        result = _at(known, rotation - side * times * NEAR, -side)
+        if result is not None:
+            length = abs(result.z[-1] - last.z[-1]) + abs(result.z[-2] - last.z[-2])
+            return result.curve, replace(result, arclength=last.arclength + length)
     return None
 
 

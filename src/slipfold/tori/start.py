@@ -87,9 +87,9 @@ def circle_from_trajectory(
             continue
         strobe = strobe[:: rotation.period]
         for circle in _circles(strobe, rotation.number, model.whole_turns):
-            found = _corrected(motion.model, vary, width, rotation.period, circle, rotation.number)
-            if found is not None:
-                return found
+            result = _corrected(motion.model, vary, width, rotation.period, circle, rotation.number)
+            if result is not None:
+                return result
     return None
 
 

@@ -57,9 +57,9 @@ def growth_across(
         frame, factors = np.linalg.qr(step @ frame)
         sizes = np.abs(np.diagonal(factors, axis1=-2, axis2=-1))
         row[:] = np.log(np.maximum(sizes, np.finfo(float).tiny)).mean(axis=0)
-    found = average(growth[RETURNS:])
-    order = np.argsort(-found.values, kind="stable")
-    return Average(found.values[order], found.errors[order])
+    result = average(growth[RETURNS:])
+    order = np.argsort(-result.values, kind="stable")
+    return Average(result.values[order], result.errors[order])
 
 
 PER_PERIOD = 64
@@ -90,11 +90,11 @@ class Surface:
     def extremes(self) -> tuple[Array, Array]:
         """Return the smallest and the largest value of outputs anywhere on the torus, (k,) each."""
         outputs = [np.moveaxis(item, -1, 0) for item in (self.lines, self.values)]
-        found = [
+        result = [
             [sign * _largest(sign * lines, sign * values) for sign in (-1, 1)]
             for lines, values in zip(*outputs, strict=True)
         ]
-        low, high = np.array(found).reshape(-1, 2).T
+        low, high = np.array(result).reshape(-1, 2).T
         return low, high
 
 
@@ -127,7 +127,7 @@ def surface_of(model: Model, circle: Array, rotation: float, period: int) -> Sur
     constants, zero = flow.constants_of(model), np.zeros(len(circle))
     states = flow.sample(circle, zero, zero + period, count, constants)
     phases = np.arange(count) / PER_PERIOD % 1.0
-    found = np.stack(
+    result = np.stack(
         [
             turned(
                 flow.outputs(states[:, j], np.full(len(circle), phases[j]), constants),
@@ -137,7 +137,7 @@ def surface_of(model: Model, circle: Array, rotation: float, period: int) -> Sur
         ],
         axis=1,
     )
-    return Surface(rotation, period, found)
+    return Surface(rotation, period, result)
 
 
 SHOWN = 12

@@ -131,19 +131,19 @@ class Checked(OneLine):
         stopped = "; interrupted before the rest" if self.interrupted else ""
         if not self.checks:
             return "checked: nothing, as it was interrupted" if stopped else "checked: nothing"
-        found = f"checked: {self.agreeing} of {self.count} agree"
+        result = f"checked: {self.agreeing} of {self.count} agree"
         if self.agreeing:
-            found += f" to {self.to:.0e}"
+            result += f" to {self.to:.0e}"
         unknown = [check.unknown for check in self.checks if check.unknown]
         if unknown:
-            found += (
+            result += (
                 f" (states; multipliers of {len(unknown)} are known to {max(unknown):.0e} only)"
             )
         others = self.disagreeing
         more = f"; {len(others) - SHOWN} more do not agree" if len(others) > SHOWN else ""
         remark = f"; {self.remark}" if self.remark else ""
         named = "".join(f"; {each._line()}" for each in others[:SHOWN])
-        return found + named + more + remark + stopped
+        return result + named + more + remark + stopped
 
     def _line(self) -> str:
         return str(self)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from slipfold.loci.locus import Locus
     from slipfold.parameter_space.threshold_map import GridThresholds
 
-SHARE = 0.1
+FRACTION = 0.1
 """Fraction of the work for a result that goes into its checks."""
 
 ONCE, EACH, LARGE = 0.35, 0.0125, 20
@@ -144,10 +144,10 @@ def check_some(
 ) -> Checked:
     """Check orbits in their order as long as the work for so many points of a branch allows it.
 
-    The first is checked in any case; if it is too expensive, only its motion is. An interruption
+    The first is checked in any case; if it is too expensive, only its states are. An interruption
     returns what is done.
     """
-    left, checks = SHARE * points, list[Check]()
+    left, checks = FRACTION * points, list[Check]()
     try:
         for candidate in candidates:
             if left < QUICK and checks:

@@ -24,30 +24,30 @@ from slipfold.orbits.multipliers import multiplier_differences, product, without
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import SPREAD
 from slipfold.results.checks.checked import LOOSEST as NOT_KNOWN
-from slipfold.results.checks.retraced import SMALL, SMALL_SLOPES, Motion, Retraced, retrace
+from slipfold.results.checks.retraced import SMALL, SMALL_SLOPES, Retraced, SampledSolution, retrace
 
 PARTS = 8
 """Parts of an orbit, each from a node of its own, so that errors do not grow on the way."""
 
 
 def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
-    """Return by how much they miss where parts end, over the size; None if motion is not stiff."""
+    """Return the error at the ends of parts, over the size; None where the flow is not stiff."""
     constants = flow.constants_of(orbit.model)
     if not flow.is_stiff(orbit.state, constants):
         return None
-    takeover = StiffFallback(flow, constants)
+    fallback = StiffFallback(flow, constants)
     count = len(orbit.nodes)
-    places = np.arange(0, count, max(1, count // PARTS))
-    nodes = orbit.nodes[places] / constants.scales
-    phases = np.append(places, count) * (orbit.period / count)
+    starts = np.arange(0, count, max(1, count // PARTS))
+    nodes = orbit.nodes[starts] / constants.scales
+    phases = np.append(starts, count) * (orbit.period / count)
     apart = np.full(nodes.shape, np.inf)
     for row, (state, start, end) in enumerate(zip(nodes, phases, phases[1:], strict=False)):
-        motion = implicit_trajectory(takeover.field, state, start, end)
-        if motion.end is not End.ARRIVED:
+        solution = implicit_trajectory(fallback.field, state, start, end)
+        if solution.end is not End.ARRIVED:
             break
         following = nodes[(row + 1) % len(nodes)]
         apart[row] = without_turns(
-            motion.state - following, orbit.model.whole_turns / constants.scales
+            solution.state - following, orbit.model.whole_turns / constants.scales
         )
     return float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
 
@@ -77,8 +77,8 @@ LOOSEST = 1e-6
 """Uncertainty of a multiplier beyond which one on the unit circle does not agree."""
 
 FAR = 0.01
-"""Share of its distance from the unit circle by which a multiplier may be as uncertain as it says:
-that decides nothing. Fast modes of a mesh that is made for a slow motion are."""
+"""Fraction of its distance from the unit circle by which a multiplier may be uncertain: that
+decides nothing. Fast modes are as uncertain on a mesh that is made for slow ones."""
 
 SECANTS = 10
 """Steps to the place along a branch where multipliers agree: each adds half a digit at least."""
@@ -131,9 +131,9 @@ def orbit_difference(
     free = np.zeros(len(orbit.multipliers)) if uncertainty is None else uncertainty
     free = np.minimum(free, np.maximum(LOOSEST, FAR * np.abs(np.abs(orbit.multipliers) - 1)))
     if rests(orbit.model, orbit.nodes):
-        found = orbit.check(ALLOWED)
-        worst = max(found.states, found.multipliers)
-        what = "states" if worst == found.states else "multipliers"
+        result = orbit.check(ALLOWED)
+        worst = max(result.states, result.multipliers)
+        what = "states" if worst == result.states else "multipliers"
         return Difference(worst, ALLOWED, what=what)
     tried = []
     for finer in FINER:
@@ -223,7 +223,7 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     """
     flow = flow_of(orbit.model)
     retraced = retrace(
-        flow, orbit.model.state_scales(), motion_of(orbit, flow, PIECES * orbit.period)
+        flow, orbit.model.state_scales(), solution_of(orbit, flow, PIECES * orbit.period)
     )
     stiff = None if retraced.resolved else implicit_drift(orbit, flow)
     if stiff is not None:
@@ -231,10 +231,12 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     return Difference(retraced.drift, ALLOWED)
 
 
-def motion_of(orbit: PeriodicOrbit, flow: Flow, pieces: int, *, slopes: bool = False) -> Motion:
-    """Return the motion between an orbit's nodes, in so many pieces or a few more."""
+def solution_of(
+    orbit: PeriodicOrbit, flow: Flow, pieces: int, *, slopes: bool = False
+) -> SampledSolution:
+    """Return the solution between an orbit's nodes, in at least so many pieces."""
     segments = len(orbit.nodes)
-    return Motion(
+    return SampledSolution(
         np.linspace(0.0, orbit.period, segments + 1),
         np.concatenate([orbit.nodes, orbit.nodes[:1]]),
         flow.constants_of(orbit.model),
@@ -264,13 +266,13 @@ class _Compared(NamedTuple):
 def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> _Compared:
     """Compare states, duration and multipliers."""
     flow = flow_of(orbit.model)
-    motion = motion_of(orbit, flow, pieces, slopes=True)
-    retraced = retrace(flow, orbit.model.state_scales(), motion)
+    solution = solution_of(orbit, flow, pieces, slopes=True)
+    retraced = retrace(flow, orbit.model.state_scales(), solution)
     if not (retraced.complete and np.isfinite(retraced.stages).all()):
         return _Compared(Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED))
-    field = _field(orbit.model, flow, motion.constants)
+    field = _field(orbit.model, flow, solution.constants)
     try:
-        return _newton_step(orbit, motion.phases, field, retraced, free)
+        return _newton_step(orbit, solution.phases, field, retraced, free)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
         return _Compared(Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED))
 
@@ -349,8 +351,8 @@ def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Ar
             whole = piece[:, :n] @ whole
             whole[:, n:] += piece[:, n:]
         segments.append(whole)
-    found = np.array(segments)
-    return found[:, :, :n], found[:, :, n], found[:, :, n + 1]
+    result = np.array(segments)
+    return result[:, :, :n], result[:, :, n], result[:, :, n + 1]
 
 
 class _Solved(NamedTuple):

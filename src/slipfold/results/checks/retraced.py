@@ -49,7 +49,7 @@ _MIDDLE = _PLACES[-2]
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SampledSolution:
     """States that should lie on one solution; of a periodic one the last is the first."""
 
     phases: Array  # increasing, shape (m + 1,)
@@ -84,8 +84,8 @@ class Retraced:
     @property
     def drift(self) -> float:
         """Largest sum of the defects of successive pieces from the beginning, over the size."""
-        found = float(np.abs(np.cumsum(self.defects, axis=0)).max()) / self.size
-        return found if np.isfinite(found) else np.inf
+        result = float(np.abs(np.cumsum(self.defects, axis=0)).max()) / self.size
+        return result if np.isfinite(result) else np.inf
 
 
 class _Pieces(NamedTuple):
@@ -120,42 +120,42 @@ class _Compared(NamedTuple):
         return _Pieces(begin.ravel(), np.repeat(half, 2), states.reshape(-1, states.shape[2]))
 
 
-def retrace(flow: Flow, scales: Array, motion: Motion) -> Retraced:
+def retrace(flow: Flow, scales: Array, solution: SampledSolution) -> Retraced:
     """Cut a trajectory into pieces until each satisfies the equations.
 
     If that does not end, the pieces are the initial ones.
     """
-    first = compared = _compared(flow, scales, motion, _first_pieces(flow, motion))
-    done, end, tried = list[_Compared](), float(motion.phases[-1]), len(first.ends)
+    first = compared = _compared(flow, scales, solution, _first_pieces(flow, solution))
+    done, end, tried = list[_Compared](), float(solution.phases[-1]), len(first.ends)
     while True:
         done.append(compared.rows(compared.resolved))
         waiting = compared.rows(~compared.resolved)
         if not len(waiting.ends):
-            return _joined(done, motion, scales, end, tried)
+            return _joined(done, solution, scales, end, tried)
         if tried > MAX_TRIED or not np.isfinite(waiting.defects).all():
-            found = _joined([first], motion, scales, float(motion.phases[-1]), tried)
-            return replace(found, resolved=False)
+            result = _joined([first], solution, scales, float(solution.phases[-1]), tried)
+            return replace(result, resolved=False)
         if len(waiting.ends) > BATCH:
             end = float(waiting.begin[BATCH])
             waiting = waiting.rows(np.arange(len(waiting.ends)) < BATCH)
-        compared = _compared(flow, scales, motion, waiting.halves())
+        compared = _compared(flow, scales, solution, waiting.halves())
         tried += len(compared.ends)
 
 
-def _first_pieces(flow: Flow, motion: Motion) -> _Pieces:
+def _first_pieces(flow: Flow, solution: SampledSolution) -> _Pieces:
     """Cut the parts of a trajectory into equal pieces."""
-    count, phases = motion.pieces, motion.phases
-    states = flow.sample(motion.states[:-1], phases[:-1], phases[1:], count, motion.constants)
+    count, phases = solution.pieces, solution.phases
+    states = flow.sample(solution.states[:-1], phases[:-1], phases[1:], count, solution.constants)
     lengths = np.diff(phases) / count
     begin = phases[:-1, None] + lengths[:, None] * np.arange(count)
     return _Pieces(begin.ravel(), np.repeat(lengths, count), states.reshape(begin.size, -1))
 
 
-def _compared(flow: Flow, scales: Array, motion: Motion, pieces: _Pieces) -> _Compared:
+def _compared(flow: Flow, scales: Array, solution: SampledSolution, pieces: _Pieces) -> _Compared:
     """Integrate each piece to its end, and compare its change with the integral of the rates."""
     phases = pieces.begin[:, None] + pieces.length[:, None] * _FRACTIONS[_ORDER]
-    states = flow.along(pieces.states, phases, motion.constants)
-    rates = flow.rates(states.reshape(phases.size, -1), phases.ravel(), motion.constants)
+    states = flow.along(pieces.states, phases, solution.constants)
+    rates = flow.rates(states.reshape(phases.size, -1), phases.ravel(), solution.constants)
     rates = rates.reshape(states.shape) / scales * pieces.length[:, None, None]
     states = states / scales
     change = states[:, -1] - states[:, 0]
@@ -165,21 +165,26 @@ def _compared(flow: Flow, scales: Array, motion: Motion, pieces: _Pieces) -> _Co
     size = 1.0 + np.abs(states).max(axis=(1, 2)) + np.abs(rates).max(axis=(1, 2))
     worst = np.maximum(np.abs(coarse), np.abs(defects)).max(axis=1)
     resolved = worst <= SMALL * size  # not where it is not a number
-    if motion.slopes:
-        resolved &= _slopes_resolved(flow, scales, motion, pieces, phases, states)
+    if solution.slopes:
+        resolved &= _slopes_resolved(flow, scales, solution, pieces, phases, states)
     resolved |= (pieces.length < SHORTEST) & np.isfinite(worst)
     middles = states[:, _MIDDLE] * scales
     return _Compared(*pieces, states[:, _STAGES], middles, states[:, -1], defects, resolved)
 
 
 def _slopes_resolved(
-    flow: Flow, scales: Array, motion: Motion, pieces: _Pieces, phases: Array, states: Array
+    flow: Flow,
+    scales: Array,
+    solution: SampledSolution,
+    pieces: _Pieces,
+    phases: Array,
+    states: Array,
 ) -> Mask:
     """Whether the integral of the Jacobian is the same by half as many points."""
     chosen = np.concatenate([_STAGES, _FINE])
     n = len(scales)
     at, when = (states[:, chosen] * scales).reshape(-1, n), phases[:, chosen].ravel()
-    slopes = flow.jacobians(at, when, motion.constants) * (scales / scales[:, None])
+    slopes = flow.jacobians(at, when, solution.constants) * (scales / scales[:, None])
     slopes = slopes.reshape(len(states), len(chosen), n * n) * pieces.length[:, None, None]
     weights = np.concatenate([_GAUSS.weights, np.tile(-_GAUSS.weights / 2, 2)])
     change = np.abs(np.einsum("k,ikn->in", weights, slopes)).max(axis=1)
@@ -187,14 +192,14 @@ def _slopes_resolved(
 
 
 def _joined(
-    done: Sequence[_Compared], motion: Motion, scales: Array, end: float, tried: int
+    done: Sequence[_Compared], solution: SampledSolution, scales: Array, end: float, tried: int
 ) -> Retraced:
     """Put the pieces up to an end in their order."""
     pieces = _Compared(*map(np.concatenate, zip(*done, strict=True)))
     order = np.argsort(pieces.begin, kind="stable")
     pieces = pieces.rows(order[pieces.begin[order] < end])
-    nodes, complete = pieces.states / scales, end == motion.phases[-1]
-    last = motion.states[-1:] / scales if complete else pieces.ends[-1:]
+    nodes, complete = pieces.states / scales, end == solution.phases[-1]
+    last = solution.states[-1:] / scales if complete else pieces.ends[-1:]
     apart = np.concatenate([nodes[1:], last]) - pieces.ends
-    defects = pieces.defects + without_turns(apart, motion.turns / scales)
+    defects = pieces.defects + without_turns(apart, solution.turns / scales)
     return Retraced(np.append(pieces.begin, end), nodes, pieces.stages, defects, complete, tried)

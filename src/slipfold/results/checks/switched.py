@@ -27,7 +27,7 @@ FIRST = 0.0137
 elsewhere."""
 
 
-def elsewhere(
+def integrated_again(
     system: HybridSystem, mode: Mode, state: Array, end: float
 ) -> tuple[Array, list[Mode]]:
     """Return what a state comes to from phase zero by other steps, and the modes on its way.
@@ -47,22 +47,22 @@ def elsewhere(
 
 
 FORCES = 1e-11
-"""Violation of friction that rounding and the ends of events may make, as a share of what is usual:
-events count as met 1e-14 beyond zero, and slow slip in the plane comes to an end at 1e-13."""
+"""Violation of friction that rounding and the ends of events may make, relative to what is usual:
+events count as met 1e-14 beyond zero, and slow slip in the plane ends at 1e-13."""
 
 # A step of the integrator is a polynomial of degree 17 or so.
 _GAUSS = gauss_points(12)
 
 
 @dataclass(frozen=True)
-class Held:
-    """What a motion lacks."""
+class Violations:
+    """How far a trajectory violates equations and friction."""
 
     drift: float  # largest sum of what its steps lack, over the size of the states
-    forces: float  # largest violation at events and between them, as a share of what is usual
+    forces: float  # largest violation at events and between them, as a fraction of what is usual
 
 
-def hold_legs(system: HybridSystem, parts: Iterable[SmoothPhase], start: Array) -> Held:
+def compare_phases(system: HybridSystem, parts: Iterable[SmoothPhase], start: Array) -> Violations:
     """Compare successive phases and all between their ends with equations and friction.
 
     Shapes: start (n,).
@@ -86,7 +86,7 @@ def hold_legs(system: HybridSystem, parts: Iterable[SmoothPhase], start: Array) 
         forces = max(forces, _forces(system, part))
         before = part.state
     drift = float(np.abs(np.cumsum(lacking, axis=0)).max()) / max(1.0, largest)
-    return Held(drift if math.isfinite(drift) else math.inf, float(forces))
+    return Violations(drift if math.isfinite(drift) else math.inf, float(forces))
 
 
 def _forces(system: HybridSystem, part: SmoothPhase) -> float:
@@ -95,23 +95,23 @@ def _forces(system: HybridSystem, part: SmoothPhase) -> float:
     constants, weights = system.constants, system.weights
     phases = np.linspace(part.begin, part.end, 9)
     states = part.polynomials(phases)[:, : len(part.state)] * constants.scales
-    found, mode, count, places = [0.0], part.seen, len(part.mode), system.places
+    result, mode, count, places = [0.0], part.seen, len(part.mode), system.places
     along = system.flow.quantities.along(states, phases, constants)
     for now in along:
         friction = list[float]()
         if Status.STICK in mode:
             rest = at_rest(system, mode, now)
             friction = Instant(now, places, rest, mode).forces(mode)[0]
-        for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
-            slip = now.slip[place]
+        for contact, (status, index) in enumerate(zip(mode, places, strict=True)):
+            slip = now.slip[index]
             if status is Status.STICK:
-                over = math.hypot(*friction[place]) - now.holding[contact]
-                found += [math.hypot(*slip) * weights[contact], over * weights[count + contact]]
+                over = math.hypot(*friction[index]) - now.holding[contact]
+                result += [math.hypot(*slip) * weights[contact], over * weights[count + contact]]
             elif status is Status.OPEN:
-                found.append(now.normal[contact] * weights[count + contact])
+                result.append(now.normal[contact] * weights[count + contact])
             elif len(slip) == 1:
-                found.append(-float(status) * slip[0] * weights[contact])
-    return max(*found, _event(system, part, along[-1]))
+                result.append(-float(status) * slip[0] * weights[contact])
+    return max(*result, _event(system, part, along[-1]))
 
 
 def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
@@ -137,8 +137,8 @@ STEP = 1e-6
 """Perturbation of scaled states: a compromise of rounding and curvature."""
 
 COARSE = 1e-6
-"""Difference of multipliers from those of perturbed motions that is allowed: differences have no
-more digits, and in the plane nor has the linearization."""
+"""Allowed difference of multipliers from those of perturbed trajectories: differences have no more
+digits, and neither has the linearization in the plane."""
 
 
 def switched_difference(orbit: StickSlipOrbit) -> Difference:
@@ -153,13 +153,13 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 
     def integrated(state: Array) -> tuple[Array, list[Mode]]:
         start = system.held(orbit.first_mode, state, 0.0)
-        return elsewhere(system, orbit.first_mode, start, end)
+        return integrated_again(system, orbit.first_mode, start, end)
 
     arrived, order = integrated(orbit.state)
     passed = dense_phases(model, orbit.state, orbit.first_mode, end)
-    held = hold_legs(system, passed, orbit.state)
+    violations = compare_phases(system, passed, orbit.state)
     apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
-    states = max(float(np.abs(apart).max()), held.drift, held.forces * ALLOWED / FORCES)
+    states = max(float(np.abs(apart).max()), violations.drift, violations.forces * ALLOWED / FORCES)
     place = Difference(float(states) if np.isfinite(states) else np.inf, ALLOWED)
 
     def differenced(step: float) -> Array | None:
@@ -199,8 +199,8 @@ def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Differe
     better = (4 * finer - matrix) / 3
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     changed = multiplier_difference(_values(better), _values(finer)) / size
-    found = _judged(orbit, better)
-    return replace(found, allowed=max(COARSE, 0.1 * changed))
+    result = _judged(orbit, better)
+    return replace(result, allowed=max(COARSE, 0.1 * changed))
 
 
 def _values(matrix: Array) -> NDArray[np.complex128]:
