@@ -233,7 +233,7 @@ def test_an_interrupt_keeps_what_is_known():
     [
         ({"f": (12, 13)}, {}, "does not name two parameters"),
         (["f", "Nd"], {}, r"\['f', 'Nd'\] does not name two parameters with their spans; give"),
-        ({"f": (12, 12), "Nd": (0, 0.1)}, {}, "span of f from 12 to 12 is empty; give two values"),
+        ({"f": (12, 12), "Nd": (0, 0.1)}, {}, "span of f from 12 to 12 is empty; give two"),
         ({"f": (12, 13), "Nd": (0, 0.1)}, {"points": (1, 5)}, "points = 1 is not a whole"),
         ({"f": (12, 13), "Nd": (0, 0.1)}, {"Nd": 0.1}, "Nd is varied"),
         ({"f": (12, 13), "Nd": (0, 2)}, {}, "give Nd < Ns"),

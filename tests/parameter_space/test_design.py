@@ -122,10 +122,10 @@ def test_what_is_confirmed_is_the_loss_of_stability_behind_the_begin_of_stick(sl
     [
         ({}, {"above": 0.05}, "there is nothing to choose"),
         ({"Nd": (0, 1)}, {"above": 0.05}, "the threshold is a value of it"),
-        ({"Vd": (1, 0.5)}, {"above": 0.05}, "give the least value first"),
+        ({"Vd": (1, 0.5)}, {"above": 0.05}, "give the lower value first"),
         ({"Vd": (0.5, 1)}, {}, r"give either above \(--above\)"),
         ({"Vd": (0.5, 1)}, {"above": 0.05, "state": "z"}, "no state 'z'"),
-        ({"Vd": 0.5}, {"above": 0.05}, "is no pair of bounds"),
+        ({"Vd": 0.5}, {"above": 0.05}, "is not a pair of numbers"),
     ],
 )
 def test_bad_input(sliding, choose, options, said):

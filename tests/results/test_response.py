@@ -54,7 +54,7 @@ def test_states_along_meshes_are_found_one_orbit_after_the_other_until_interrupt
         ({"Nd": 0.1}, "Nd is varied, so it cannot be set to 0.1 as well"),
         ({"mu": -1}, "mu must be >= 0"),
         ({"mass": 1}, "no parameter 'mass'"),
-        ({"span": 3}, "span = 3 is not a pair of numbers"),
+        ({"span": 3}, "the span of Nd is 3, which is not a pair of numbers"),
         ({"span": (0, 1, 2)}, "is not a pair of numbers"),
         ({"span": (0, "x")}, "Nd = 'x' is not a number"),
         ({"span": (0, float("nan"))}, "Nd = nan is not a finite number"),

@@ -98,7 +98,7 @@ def test_one_dataset_holds_cases_and_their_special_points(found):
         ({"over": {"speed": [0.5]}}, "speed"),
         ({"over": {"Nd": [0.5]}}, "Nd is followed"),
         ({"mu": 0.4, "over": {"mu": [0.5]}}, "mu is varied"),
-        ({"span": (0.1, 0.1)}, "the span of Nd is empty"),
+        ({"span": (0.1, 0.1)}, "the span of Nd from 0.1 to 0.1 is empty"),
         ({"span": 0.1}, "not a pair of numbers"),
         ({"settings": 3}, "options of continuation"),
         ({"model": "sliding"}, "is not a model"),

@@ -11,10 +11,12 @@ import numpy as np
 
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.computations.given import (
+from slipfold.computations.arguments import (
     checked_count,
     checked_model,
     checked_settings,
+    interval,
+    pair,
     refuse_varied,
 )
 from slipfold.errors import InputError
@@ -23,7 +25,6 @@ from slipfold.loci.follow import follow_loci
 from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.quantity import parse_quantity
 from slipfold.options import (
     Interval,
     LocusStart,
@@ -246,11 +247,8 @@ def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
     if given is None:
         return None
     if not regions:
-        raise InputError(f"regimes = {given!r} are told in regions; ask for these too")
-    try:
-        first, second = given
-    except (TypeError, ValueError):
-        raise InputError(f"regimes = {given!r} are not two numbers; give e.g. (60, 50)") from None
+        raise InputError(f"regimes = {given!r} need regions; give regions=True as well")
+    first, second = pair(given, f"regimes = {given!r} are not two numbers; give e.g. (60, 50)")
     return checked_count(first, "regimes"), checked_count(second, "regimes")
 
 
@@ -271,7 +269,7 @@ def parse_plane(
     >>> parse_plane(SlidingOscillator(), ("f", "Nd"), {"Nd": (0, "500mN"), "f": (13, 12)})
     (('f', 'Nd'), ((12.0, 13.0), (0.0, 0.5)))
     """
-    first, second = _pair(
+    first, second = pair(
         vary,
         f'a locus is followed in two parameters, not in {vary!r}; give two names, e.g. ("f", "Nd")',
     )
@@ -289,19 +287,11 @@ def parse_plane(
             f"window={{{first!r}: (least, largest), {second!r}: (least, largest)}}"
         )
     ends = _in_order((first, second), window)
-    spans = (_span(model, first, ends[0]), _span(model, second, ends[1]))
-    return (first, second), check_window(model, (first, second), spans)
-
-
-def _pair(given: Any, sentence: str) -> tuple[Any, Any]:
-    """Return both items of what should be a pair; text is none, even of two letters."""
-    try:
-        items = tuple(given)
-    except TypeError:
-        items = ()
-    if isinstance(given, str) or len(items) != 2:
-        raise InputError(sentence)
-    return items[0], items[1]
+    low, high = (
+        interval(model.variable_parameter(name), each, "window")
+        for name, each in zip((first, second), ends, strict=True)
+    )
+    return (first, second), check_window(model, (first, second), (low, high))
 
 
 def _in_order(
@@ -310,24 +300,11 @@ def _in_order(
     wanted = f"give two values each for {vary[0]} and {vary[1]}"
     if not isinstance(window, Mapping):
         example = "e.g. ((11.5, 13.5), (0, 0.98))"
-        return _pair(window, f"window = {window!r} is not a pair of pairs; {wanted}, {example}")
+        return pair(window, f"window = {window!r} is not a pair of pairs; {wanted}, {example}")
     if set(window) != set(vary):
         names = ", ".join(map(str, window)) or "nothing"
         raise InputError(f"the window is given for {names}; {wanted}")
     return window[vary[0]], window[vary[1]]
-
-
-def _span(model: Model, name: str, ends: Interval) -> tuple[float, float]:
-    unit = model.parameter(name).unit
-    first, last = _pair(
-        ends,
-        f"the window of {name} is {ends!r}, which is not a pair; give its least and its largest "
-        "value",
-    )
-    for end in (first, last):
-        if isinstance(end, bool | np.bool_):
-            raise InputError(f"the window of {name} holds {end}, which is not a number; give one")
-    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
 
 
 def corner_model(

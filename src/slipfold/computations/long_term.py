@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.computations.given import (
+from slipfold.computations.arguments import (
     checked_count,
     checked_forced,
     checked_model,
+    checked_starts,
+    equidistant,
+    pair,
     refuse_varied,
-    spread_values,
-    starts_given,
 )
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured
@@ -96,7 +97,7 @@ def simulate(
 
     changed = checked_model(model).replace(**parameters)
     started = perf_counter()
-    watch = on_progress or _unobserved
+    watch = on_progress or (lambda progress: None)  # so that an interrupted solution is kept
     result = simulate(changed, periods, state, tolerance=tolerance, observer=watch)
     return Simulation(
         model=result.model,
@@ -109,10 +110,6 @@ def simulate(
         provenance=provenance(perf_counter() - started),
         checked=_checked(result, watch),
     )
-
-
-def _unobserved(progress: Progress) -> None:
-    """Keep an interrupted solution that nobody observes."""
 
 
 def _checked(motion: Trajectory, on_progress: Observer) -> Checked:
@@ -233,7 +230,7 @@ def attractors(
     from slipfold.results.attractors import Attractors
 
     changed = measured(checked_model(model).replace(**parameters))
-    where, states = starts_given(changed, box, starts, seed)
+    where, states = checked_starts(changed, box, starts, seed)
     most = checked_periods(periods)
     started = perf_counter()
     result = search(changed, states, most, on_progress)
@@ -294,9 +291,9 @@ def basin_fractions(
 
     refuse_varied((vary,), parameters, "span")
     changed = checked_model(model).replace(**parameters)
-    values = spread_values(changed.variable_parameter(vary), span, points)
+    values = equidistant(changed.variable_parameter(vary), span, points)
     changed = measured(changed.replace(**{vary: 0.5 * (values[0] + values[-1])}))
-    where, states = starts_given(changed, box, starts, seed)
+    where, states = checked_starts(changed, box, starts, seed)
     most = checked_periods(periods)
     started = perf_counter()
     result = find_fractions(changed, vary, values, states, most, on_progress)
@@ -403,9 +400,10 @@ def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int])
     known = [item.name for item in model.states]
     phase = PHASE.name if PHASE.name in plane and PHASE.name not in known else None
     box = checked_box(model, {name: ends for name, ends in plane.items() if name != phase})
-    counts = points if isinstance(points, tuple) else (points, points)
-    if len(counts) != 2:
-        raise InputError(f"points = {points!r} are not one or two numbers; give e.g. (300, 200)")
+    counts = pair(
+        points if isinstance(points, tuple) else (points, points),
+        f"points = {points!r} are not one or two numbers; give e.g. (300, 200)",
+    )
     axes = []
     for (name, ends), count in zip(plane.items(), counts, strict=True):
         if name == phase:
@@ -419,10 +417,11 @@ def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int])
 def _phases(model: Model, given: Any) -> tuple[float, float]:
     if not model.forced:
         raise InputError(f"nothing forces {model.name}, so its starts have no phase; give states")
+    sentence = f"the phases {given!r} are not two numbers; give e.g. (0, 1)"
     try:
-        low, high = (float(end) for end in given)
+        low, high = map(float, pair(given, sentence))
     except (TypeError, ValueError):
-        raise InputError(f"the phases {given!r} are not two numbers; give e.g. (0, 1)") from None
+        raise InputError(sentence) from None
     if not 0 <= low < high <= 1:
         raise InputError(
             f"the phases from {low:g} to {high:g} do not grow within 0 to 1; give e.g. (0, 1)"
@@ -475,11 +474,11 @@ def sweep(
 
     refuse_varied((vary,), parameters, "span")
     changed = checked_forced(checked_model(model).replace(**parameters))
-    values = spread_values(changed.variable_parameter(vary), span, points)
+    values = equidistant(changed.variable_parameter(vary), span, points)
     if isinstance(runs, str) or not {UP, DOWN}.issuperset(runs):
         raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
     wanted = tuple(name for name in (UP, DOWN) if name in runs)
-    _, states = starts_given(changed, box, starts, seed, least=0)
+    _, states = checked_starts(changed, box, starts, seed, least=0)
     if not wanted and not len(states):
         raise InputError("neither a sweep nor a start is asked for; give runs or starts")
     started = perf_counter()
@@ -558,13 +557,10 @@ def regimes(
         )
     refuse_varied(vary, parameters, "vary")
     checked_forced(changed)
-    try:
-        first, second = points
-    except (TypeError, ValueError):
-        raise InputError(f"points = {points!r} are not two numbers; give e.g. (60, 50)") from None
+    counts = pair(points, f"points = {points!r} are not two numbers; give e.g. (60, 50)")
     axes = [
-        spread_values(changed.variable_parameter(name), span, number)
-        for (name, span), number in zip(vary.items(), (first, second), strict=True)
+        equidistant(changed.variable_parameter(name), span, count)
+        for (name, span), count in zip(vary.items(), counts, strict=True)
     ]
     one, other = vary
     started = perf_counter()

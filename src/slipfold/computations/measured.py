@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipfold.computations.given import Values, checked_model, parse_ends, parse_values
+from slipfold.computations.arguments import Values, checked_model, interval, parse_values
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
@@ -186,18 +186,12 @@ def fit(
 
 def _bounds(model: Model, name: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
     """Return the bounds of a parameter, between which its value must lie."""
-    parameter = model.variable_parameter(name)
-    low, high = (parameter.check(end) for end in parse_ends(parameter, ends))
-    if not low < high:
-        raise InputError(
-            f"the bounds of {name} from {low:g} to {high:g} leave nothing between them; give the "
-            "least and the greatest value"
-        )
+    low, high = interval(model.variable_parameter(name), ends, "range", rising=True)
     value = model.values[name]
     if not low <= value <= high:
         raise InputError(
             f"{name} = {value:g} lies outside its bounds {low:g} to {high:g}; set it to a value "
-            "inside, with which to begin"
+            "inside, with which to start"
         )
     return low, high
 

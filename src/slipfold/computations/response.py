@@ -18,12 +18,12 @@ from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin, measured_over
-from slipfold.computations.given import (
+from slipfold.computations.arguments import (
     Values,
     checked_model,
     checked_point,
     checked_settings,
-    parse_ends,
+    interval,
     parse_values,
     refuse_varied,
 )
@@ -119,7 +119,7 @@ def response(
         model = _model_of(orbit, vary, span, {**parameters, **(start or {})})
     refuse_varied([vary], parameters, "the span")
     model = checked_model(model)
-    parameters[vary], last = _ends(model, vary, span)
+    parameters[vary], last = interval(model.variable_parameter(vary), span)
     chosen = checked_settings(settings)
     started = perf_counter()
     changed = model.replace(**parameters)
@@ -245,7 +245,7 @@ def _model_of(
             "with the values wanted"
         )
     model = orbit.model
-    first, last = _ends(model, vary, span)
+    first, last = interval(model.variable_parameter(vary), span)
     own = model.values[vary]
     if not min(first, last) <= own <= max(first, last):
         raise InputError(
@@ -305,12 +305,6 @@ def own_events(model: Model, vary: str) -> tuple[Event, ...]:
     return tuple(item for item in events if item.measure != "parameter" or item.name == vary)
 
 
-def _ends(model: Model, vary: str, span: tuple[float | str, float | str]) -> tuple[float, float]:
-    parameter = model.variable_parameter(vary)
-    first, last = parse_ends(parameter, span)
-    return parameter.check(first), parameter.check(last)
-
-
 class _ReportFailedError(BaseException):
     """An error that `on_progress` raised: the observed code must not catch it."""
 
@@ -364,10 +358,7 @@ def responses(
     refuse_varied(columns, parameters, "over")
     if vary in columns:
         raise InputError(f"{vary} is followed, so it cannot be in over as well; leave it out there")
-    followed = changed.variable_parameter(vary)
-    first, last = (followed.check(value) for value in parse_ends(followed, span))
-    if first == last:
-        raise InputError(f"the span of {vary} is empty; give two different values")
+    first, last = interval(changed.variable_parameter(vary), span)
     chosen = checked_settings(settings)
     total, started = len(next(iter(columns.values()))), perf_counter()
     diagrams: list[Diagram | None] = []

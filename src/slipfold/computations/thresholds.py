@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
-from slipfold.computations.given import (
+from slipfold.computations.arguments import (
     checked_count,
     checked_model,
     checked_point,
-    parse_ends,
+    interval,
     parse_values,
     refuse_varied,
 )
@@ -116,7 +116,7 @@ def threshold_map(
             name: parse_values(model.variable_parameter(name), values)
             for name, values in over.items()
         },
-        span=parse_ends(model.variable_parameter(threshold), span),
+        span=interval(model.variable_parameter(threshold), span),
         observer=on_progress,
     )
     checked = check_thresholds(result)
@@ -384,18 +384,7 @@ def _bounds(
             raise InputError(
                 f"{name} cannot be chosen, since the threshold is a value of it; give others"
             )
-        try:
-            least, most = ends
-        except (TypeError, ValueError):
-            raise InputError(
-                f"choose[{name!r}] = {ends!r} is no pair of bounds; give two"
-            ) from None
-        low, high = (parameter.check(_number(end, parameter)) for end in (least, most))
-        if not low < high:
-            raise InputError(
-                f"{name} is to be from {low:g} to {high:g}; give the least value first"
-            )
-        bounds[name] = low, high
+        bounds[name] = interval(parameter, ends, "range", rising=True)
     return bounds
 
 

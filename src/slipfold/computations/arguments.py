@@ -71,16 +71,34 @@ def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], place: st
             )
 
 
-def parse_ends(parameter: Parameter, span: Any) -> tuple[float, float]:
-    """Return the first and the last value of a parameter, in SI units."""
-    unit, name = parameter.unit, parameter.name
+def pair(given: Any, sentence: str) -> tuple[Any, Any]:
+    """Return both items of a pair; text is none, even of two letters."""
     try:
-        first, last = span
-    except (TypeError, ValueError):
-        raise InputError(
-            f"span = {span!r} is not a pair of numbers; give the first and the last value of {name}"
-        ) from None
-    return parse_quantity(first, unit, name), parse_quantity(last, unit, name)
+        items = tuple(given)
+    except TypeError:
+        items = ()
+    if isinstance(given, str) or len(items) != 2:
+        raise InputError(sentence)
+    return items[0], items[1]
+
+
+def interval(
+    parameter: Parameter, given: Any, what: str = "span", rising: bool = False
+) -> tuple[float, float]:
+    """Return two different values of a parameter, in SI units, or raise."""
+    unit, name = parameter.unit, parameter.name
+    ends = pair(
+        given,
+        f"the {what} of {name} is {given!r}, which is not a pair of numbers; give two values",
+    )
+    for end in ends:
+        if isinstance(end, bool | np.bool_):
+            raise InputError(f"the {what} of {name} holds {end}, which is not a number; give one")
+    first, last = (parameter.check(parse_quantity(end, unit, name)) for end in ends)
+    if first == last or (rising and first > last):
+        how = "the lower value first" if rising else "two different values"
+        raise InputError(f"the {what} of {name} from {first:g} to {last:g} is empty; give {how}")
+    return first, last
 
 
 def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
@@ -90,17 +108,13 @@ def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
     return values
 
 
-def spread_values(parameter: Parameter, span: Any, count: Any) -> NDArray[np.float64]:
-    """Return values spread evenly over a span, least first, shape (count,), or raise."""
-    low, high = sorted(parameter.check(end) for end in parse_ends(parameter, span))
-    if low == high:
-        raise InputError(
-            f"the span of {parameter.name} from {low:g} to {high:g} is empty; give two values"
-        )
+def equidistant(parameter: Parameter, span: Any, count: Any) -> NDArray[np.float64]:
+    """Return equidistant values of a parameter, rising, shape (count,), or raise."""
+    low, high = sorted(interval(parameter, span))
     return np.linspace(low, high, checked_count(count, "points", least=2))
 
 
-def starts_given(
+def checked_starts(
     model: Model, box: Any, starts: Any, seed: Any, least: int = 1
 ) -> tuple[Box, NDArray[np.float64]]:
     """Return a box, that around the model's start if none is given, and starts in it, or raise.
