@@ -18,9 +18,9 @@ import numpy as np
 
 import grid
 import machine
+from slipfold import SlidingOscillator
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
-from slipfold.models import SlidingOscillator
 from slipfold.parameter_space.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version
 

@@ -49,47 +49,47 @@ if TYPE_CHECKING:
     from slipfold.long_term.attractor import Attractor as Attractor
     from slipfold.long_term.spectrum import Spectrum as Spectrum
     from slipfold.long_term.spectrum import find_spectrum as find_spectrum
-    from slipfold.models import BaseMotion as BaseMotion
-    from slipfold.models import BoucWen as BoucWen
-    from slipfold.models import ConstantLoad as ConstantLoad
-    from slipfold.models import ContactLoad as ContactLoad
-    from slipfold.models import Cost as Cost
-    from slipfold.models import Coulomb as Coulomb
-    from slipfold.models import CoulombViscous as CoulombViscous
-    from slipfold.models import CraigBampton as CraigBampton
-    from slipfold.models import CubicSpring as CubicSpring
-    from slipfold.models import CubicStribeck as CubicStribeck
-    from slipfold.models import Dahl as Dahl
-    from slipfold.models import FrictionContact as FrictionContact
-    from slipfold.models import FrictionLaw as FrictionLaw
-    from slipfold.models import GapSpring as GapSpring
-    from slipfold.models import GeometricSpring as GeometricSpring
-    from slipfold.models import HarmonicForce as HarmonicForce
-    from slipfold.models import Iwan as Iwan
-    from slipfold.models import Jenkins as Jenkins
-    from slipfold.models import Limit as Limit
-    from slipfold.models import LinearSpring as LinearSpring
-    from slipfold.models import LuGre as LuGre
-    from slipfold.models import ModalDamping as ModalDamping
-    from slipfold.models import ModalReduction as ModalReduction
-    from slipfold.models import Model as Model
-    from slipfold.models import ModulatedLoad as ModulatedLoad
-    from slipfold.models import MultiHarmonicForce as MultiHarmonicForce
-    from slipfold.models import Output as Output
-    from slipfold.models import Parameter as Parameter
-    from slipfold.models import PolynomialSpring as PolynomialSpring
-    from slipfold.models import ProportionalDamping as ProportionalDamping
-    from slipfold.models import RationalStribeck as RationalStribeck
-    from slipfold.models import ReductionReport as ReductionReport
-    from slipfold.models import Regularized as Regularized
-    from slipfold.models import SlidingOscillator as SlidingOscillator
-    from slipfold.models import State as State
-    from slipfold.models import Stribeck as Stribeck
-    from slipfold.models import Structure as Structure
-    from slipfold.models import System as System
-    from slipfold.models import TabulatedForce as TabulatedForce
-    from slipfold.models import Unforced as Unforced
-    from slipfold.models import built_in_models as built_in_models
+    from slipfold.models.friction.jenkins import Iwan as Iwan
+    from slipfold.models.friction.jenkins import Jenkins as Jenkins
+    from slipfold.models.friction.law import FrictionLaw as FrictionLaw
+    from slipfold.models.friction.with_memory import BoucWen as BoucWen
+    from slipfold.models.friction.with_memory import Dahl as Dahl
+    from slipfold.models.friction.with_memory import LuGre as LuGre
+    from slipfold.models.friction.without_memory import Coulomb as Coulomb
+    from slipfold.models.friction.without_memory import CoulombViscous as CoulombViscous
+    from slipfold.models.friction.without_memory import CubicStribeck as CubicStribeck
+    from slipfold.models.friction.without_memory import RationalStribeck as RationalStribeck
+    from slipfold.models.friction.without_memory import Regularized as Regularized
+    from slipfold.models.friction.without_memory import Stribeck as Stribeck
+    from slipfold.models.model import Model as Model
+    from slipfold.models.output import Limit as Limit
+    from slipfold.models.output import Output as Output
+    from slipfold.models.parameter import Parameter as Parameter
+    from slipfold.models.parameter import State as State
+    from slipfold.models.registry import built_in_models as built_in_models
+    from slipfold.models.sliding_oscillator import SlidingOscillator as SlidingOscillator
+    from slipfold.models.structures.contacts import ConstantLoad as ConstantLoad
+    from slipfold.models.structures.contacts import ContactLoad as ContactLoad
+    from slipfold.models.structures.contacts import FrictionContact as FrictionContact
+    from slipfold.models.structures.contacts import ModulatedLoad as ModulatedLoad
+    from slipfold.models.structures.cost import Cost as Cost
+    from slipfold.models.structures.damping import ModalDamping as ModalDamping
+    from slipfold.models.structures.damping import ProportionalDamping as ProportionalDamping
+    from slipfold.models.structures.forcing import BaseMotion as BaseMotion
+    from slipfold.models.structures.forcing import HarmonicForce as HarmonicForce
+    from slipfold.models.structures.forcing import MultiHarmonicForce as MultiHarmonicForce
+    from slipfold.models.structures.forcing import TabulatedForce as TabulatedForce
+    from slipfold.models.structures.reduction import CraigBampton as CraigBampton
+    from slipfold.models.structures.reduction import ModalReduction as ModalReduction
+    from slipfold.models.structures.reduction import ReductionReport as ReductionReport
+    from slipfold.models.structures.springs import CubicSpring as CubicSpring
+    from slipfold.models.structures.springs import GapSpring as GapSpring
+    from slipfold.models.structures.springs import GeometricSpring as GeometricSpring
+    from slipfold.models.structures.springs import LinearSpring as LinearSpring
+    from slipfold.models.structures.springs import PolynomialSpring as PolynomialSpring
+    from slipfold.models.structures.structure import Structure as Structure
+    from slipfold.models.system import System as System
+    from slipfold.models.unforced import Unforced as Unforced
     from slipfold.orbits.check import OrbitCheck as OrbitCheck
     from slipfold.orbits.extrema import Extrema as Extrema
     from slipfold.orbits.find import periodic_orbit as periodic_orbit
@@ -148,62 +148,60 @@ _HOMES = {
     "slipfold.computations.thresholds": ("design", "threshold_map", "uncertainty"),
     "slipfold.continuation.end": ("End",),
     "slipfold.continuation.settings": ("Newton", "Steps"),
-    "slipfold.parameter_space.sampling": ("SobolIndices",),
-    "slipfold.parameter_space.scatter": ("Scatter",),
     "slipfold.errors": ("InputError",),
     "slipfold.loci.locus": ("Locus", "LocusEnd", "LocusPoint"),
     "slipfold.loci.region_map": ("Region", "RegionCheck", "RegionMap", "RegionMotion"),
     "slipfold.long_term.attractor": ("Attractor",),
     "slipfold.long_term.spectrum": ("Spectrum", "find_spectrum"),
-    "slipfold.parameter_space.least_squares": ("Estimate",),
-    "slipfold.parameter_space.measurement": ("Measurement", "Quantity", "read_measurement"),
-    "slipfold.models": (
-        "BaseMotion",
-        "BoucWen",
-        "ConstantLoad",
-        "ContactLoad",
-        "Cost",
+    "slipfold.models.friction.jenkins": ("Iwan", "Jenkins"),
+    "slipfold.models.friction.law": ("FrictionLaw",),
+    "slipfold.models.friction.with_memory": ("BoucWen", "Dahl", "LuGre"),
+    "slipfold.models.friction.without_memory": (
         "Coulomb",
         "CoulombViscous",
-        "CraigBampton",
-        "CubicSpring",
         "CubicStribeck",
-        "Dahl",
+        "RationalStribeck",
+        "Regularized",
+        "Stribeck",
+    ),
+    "slipfold.models.model": ("Model",),
+    "slipfold.models.output": ("Limit", "Output"),
+    "slipfold.models.parameter": ("Parameter", "State"),
+    "slipfold.models.registry": ("built_in_models",),
+    "slipfold.models.sliding_oscillator": ("SlidingOscillator",),
+    "slipfold.models.structures.contacts": (
+        "ConstantLoad",
+        "ContactLoad",
         "FrictionContact",
-        "FrictionLaw",
+        "ModulatedLoad",
+    ),
+    "slipfold.models.structures.cost": ("Cost",),
+    "slipfold.models.structures.damping": ("ModalDamping", "ProportionalDamping"),
+    "slipfold.models.structures.forcing": (
+        "BaseMotion",
+        "HarmonicForce",
+        "MultiHarmonicForce",
+        "TabulatedForce",
+    ),
+    "slipfold.models.structures.reduction": ("CraigBampton", "ModalReduction", "ReductionReport"),
+    "slipfold.models.structures.springs": (
+        "CubicSpring",
         "GapSpring",
         "GeometricSpring",
-        "HarmonicForce",
-        "Iwan",
-        "Jenkins",
-        "Limit",
         "LinearSpring",
-        "LuGre",
-        "ModalDamping",
-        "ModalReduction",
-        "Model",
-        "ModulatedLoad",
-        "MultiHarmonicForce",
-        "Output",
-        "Parameter",
         "PolynomialSpring",
-        "ProportionalDamping",
-        "RationalStribeck",
-        "ReductionReport",
-        "Regularized",
-        "SlidingOscillator",
-        "State",
-        "Stribeck",
-        "Structure",
-        "System",
-        "TabulatedForce",
-        "Unforced",
-        "built_in_models",
     ),
+    "slipfold.models.structures.structure": ("Structure",),
+    "slipfold.models.system": ("System",),
+    "slipfold.models.unforced": ("Unforced",),
     "slipfold.orbits.check": ("OrbitCheck",),
     "slipfold.orbits.extrema": ("Extrema",),
     "slipfold.orbits.find": ("periodic_orbit",),
     "slipfold.orbits.periodic_orbit": ("PeriodicOrbit",),
+    "slipfold.parameter_space.least_squares": ("Estimate",),
+    "slipfold.parameter_space.measurement": ("Measurement", "Quantity", "read_measurement"),
+    "slipfold.parameter_space.sampling": ("SobolIndices",),
+    "slipfold.parameter_space.scatter": ("Scatter",),
     "slipfold.progress": ("Progress",),
     "slipfold.results.attractors": ("Attractors", "BasinFractions", "Basins", "Share", "Shares"),
     "slipfold.results.diagram": ("Diagram",),
@@ -219,8 +217,6 @@ _HOMES = {
     "slipfold.tori.surface": ("TorusSpectrum",),
     "slipfold.tori.torus_branch": ("Locked", "TorusBranch"),
 }
-"""Where public names come from, each imported when it is first asked for."""
-
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = sorted(_HOME)

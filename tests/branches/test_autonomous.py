@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 
 def special(diagram, kind, branch=None):

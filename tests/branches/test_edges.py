@@ -3,7 +3,7 @@
 import pytest
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 ALONE = sf.Settings(largest_period=1)
 """Period doublings are not followed."""

@@ -3,7 +3,7 @@
 import pytest
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 
 def test_cycle_of_van_der_pol_is_found_from_the_motion():

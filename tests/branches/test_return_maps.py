@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 ALONE = sf.Settings(largest_period=1)
 ROUND = {"x": "x*(1 - x^2 - y^2) - y", "y": "y*(1 - x^2 - y^2) + x"}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 FOLDS = [1.269601955546, 1.115700251771]
 """Of Duffing's oscillator at the built-in values, from its upper branch on."""

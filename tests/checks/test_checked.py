@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 from slipfold.results.checks import curves as choice
 from slipfold.results.checks.checked import Check, Checked
 from slipfold.results.checks.curves import Candidate, check_some, check_thresholds

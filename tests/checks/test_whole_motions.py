@@ -7,7 +7,7 @@ import pytest
 import slipfold as sf
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import Trajectory
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 from slipfold.results.checks.checked import Checked
 from slipfold.results.checks.trajectories import check_trajectory
 

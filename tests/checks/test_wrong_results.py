@@ -11,8 +11,8 @@ from slipfold import Settings, SlidingOscillator, System, periodic_orbit, respon
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import Trajectory
-from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
+from slipfold.models.registry import model_named
 from slipfold.results.checks import orbit_difference as checks
 from slipfold.results.checks.checked import Check, Checked
 from slipfold.results.checks.orbit_difference import (

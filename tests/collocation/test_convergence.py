@@ -10,8 +10,8 @@ import slipfold as sf
 from slipfold import periodic_orbit
 from slipfold.collocation_points import gauss_points
 from slipfold.continuation.newton import correct
-from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
+from slipfold.models.registry import model_named
 from slipfold.orbits import check
 from slipfold.orbits.check import collocate
 from slipfold.orbits.collocation import Collocation

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 
 def system(start, **rates):

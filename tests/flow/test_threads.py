@@ -9,7 +9,7 @@ import slipfold as sf
 from slipfold.flow.equations import build_equations
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.simulate import simulate
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 THREADS = 16
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 QUIET = sf.Settings(largest_period=1)
 WINDOW = ((0.4, 0.9), (0.7, 1.4))

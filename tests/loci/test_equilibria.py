@@ -8,7 +8,7 @@ import scipy.linalg
 
 import slipfold as sf
 from slipfold.loci import fan
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 BOGDANOV_TAKENS = sf.System(
     name="bogdanov-takens",

@@ -7,9 +7,8 @@ from scipy.optimize import brentq
 
 import slipfold as sf
 from slipfold import InputError, built_in_models
-from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
-from slipfold.models.registry import built_in_text
+from slipfold.models.registry import built_in_text, model_named
 
 SYSTEMS = [name for name in built_in_models() if isinstance(model_named(name), sf.System)]
 

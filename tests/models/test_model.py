@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from helpers.toy_models import LinearOscillator
 from slipfold import InputError, SlidingOscillator, built_in_models
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 MODELS = st.builds(
     SlidingOscillator,

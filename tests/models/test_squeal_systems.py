@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
-from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
+from slipfold.models.registry import model_named
 
 SINGLE = sf.Settings(largest_period=1)
 UNDAMPED = model_named("pin-on-disc", c=0, C=0)

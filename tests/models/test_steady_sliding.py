@@ -8,8 +8,8 @@ from scipy.optimize import brentq
 import slipfold as sf
 from helpers.by_hand.sliding import BASE, rhs
 from slipfold import Coulomb, InputError, LuGre, SlidingOscillator, Stribeck, Unforced
-from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
+from slipfold.models.registry import model_named
 
 SINGLE = sf.Settings(largest_period=1)
 FALLING = Stribeck(mu_s=0.9, mu_k=0.3, vs=0.3)

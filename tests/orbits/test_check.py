@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from slipfold import Settings
 from slipfold.branches.response import trace_response
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 FORCED = [
     ("sliding", {"f": 12.5, "Nd": 0.2}, 1, None),

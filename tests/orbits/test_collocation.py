@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation.newton import correct
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.kinds import ForcedOrbits
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Cycles, Equilibria

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 
 import slipfold as sf
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 RESPONSES = {
     # Models, what is varied and the largest period followed: every kind of special point.

@@ -11,7 +11,7 @@ from helpers.locus_diagrams import (
     torus_locus,
 )
 from slipfold import LocusEnd
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from slipfold import Event, InputError, Settings, SlidingOscillator, System, load, response
-from slipfold.models import model_named
+from slipfold.models.registry import model_named
 
 
 @pytest.fixture(scope="module")

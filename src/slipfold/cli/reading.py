@@ -178,7 +178,7 @@ def parse_whole(text: str, option: str, least: int = 1) -> int:
 def parse_span(texts: Sequence[str], model: Model) -> tuple[str, tuple[float, float]]:
     """Read ``NAME=FIRST:LAST``. A unit behind the last value alone goes for both.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_span(["f=11:14Hz"], SlidingOscillator())
     ('f', (11.0, 14.0))
     """
@@ -195,7 +195,7 @@ def parse_window(
 ) -> tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]]:
     """Read ``NAME=FIRST:LAST`` twice, for two parameters.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_window(["f=11:14Hz", "Nd=0:0.5"], SlidingOscillator())
     (('f', 'Nd'), ((11.0, 14.0), (0.0, 0.5)))
     """
@@ -222,7 +222,7 @@ def refuse_varied(given: Mapping[str, str], varied: Sequence[str]) -> None:
 def parse_bounds(texts: Sequence[str], model: Model, option: str) -> dict[str, tuple[float, float]]:
     """Read every ``NAME=LEAST:GREATEST``.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_bounds(["mu=0.3:0.7", "L=40:60mm"], SlidingOscillator(), "--fit")
     {'mu': (0.3, 0.7), 'L': (0.04, 0.06)}
     """
@@ -257,7 +257,7 @@ def _parse_interval(
 def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
     """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
     Event(name='Vrel', value=0.2, measure='min', stop=False)
     """

@@ -81,7 +81,7 @@ def locus(
     >>> doubling.type, doubling.period, doubling.stopped.kind
     ('PD', 1, 'window')
 
-    >>> from slipfold.models import model_named
+    >>> from slipfold.models.registry import model_named
     >>> onset, = sf.locus(
     ...     model_named("lure"), ("a", "b"), ((0.9, 1.1), (0.9, 1.1)), type="HB"
     ... ).loci
@@ -265,7 +265,7 @@ def parse_plane(
 ) -> tuple[tuple[str, str], Window]:
     """Return the names of two parameters and the window in them, in SI units, or raise.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_plane(SlidingOscillator(), ("f", "Nd"), {"Nd": (0, "500mN"), "f": (13, 12)})
     (('f', 'Nd'), ((12.0, 13.0), (0.0, 0.5)))
     """

@@ -195,7 +195,7 @@ def first_view(model: Model) -> dict[str, Any]:
     It is declared for built-in models. A user's model may have the same name and other parameters:
     entries of a parameter that is not the same are left out.
 
-    >>> from slipfold.models import System
+    >>> from slipfold.models.system import System
     >>> own = System(name="duffing", parameters={"a": 1}, states={"q": "a - q"})
     >>> first_view(own)
     {'sliders': {}, 'show': 'q'}

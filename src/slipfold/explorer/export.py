@@ -110,7 +110,7 @@ def filed_model(model: Model, file: Path | None) -> Structure:
 def is_built_in(model: Model) -> bool:
     """Whether a model of this kind comes with the package under its name.
 
-    >>> from slipfold.models import System
+    >>> from slipfold.models.system import System
     >>> is_built_in(System(name="duffing", parameters={"k": 1}, states={"q": "-k*q"}))
     False
     """
@@ -235,7 +235,7 @@ def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str
     """Return a case file; its first line is the command that computes what the view shows.
 
     >>> from slipfold.explorer.messages import parse_request
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> view = parse_request(
     ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
     ...     ' "show": "x"}'

@@ -72,7 +72,7 @@ NUMBERED = re.compile(r"([A-Za-z])([0-9]*)")
 def axis_of(model: Model, name: str) -> dict[str, Any]:
     """Describe a parameter, state or output for an axis.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> axis_of(SlidingOscillator(), "alpha")["label"]
     'α'
     """

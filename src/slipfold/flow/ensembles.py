@@ -388,7 +388,7 @@ def stroboscopic_samples(
 
     Shapes: starts (k, n); values (k,) each.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> model, loads = SlidingOscillator(f=12.2), {"Nd": [0.05, 0.15]}
     >>> points = stroboscopic_samples(model, np.zeros((2, 4)), loads, 400)
     >>> points.states.shape, points.stopped

@@ -374,7 +374,7 @@ class Flow(Evaluated):
 def flow_of(model: Model) -> Flow:
     """Return the flow of a model; models with the same equations share one.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> flow_of(SlidingOscillator()).dimension
     4
     """

@@ -63,7 +63,7 @@ class GuardedFlow:
 
     It is that of one trajectory, from whose start what is watched has scales. Shapes: start (n,).
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> model = SlidingOscillator(f=12.2, Nd=0.05)
     >>> flow = GuardedFlow(model, flow_of(model).constants_of(model), model.start)
     >>> flow.strobe(model.start, 3).shape

@@ -314,7 +314,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
     Shapes: strobe (m, n).
 
     >>> from slipfold.flow.simulate import simulate
-    >>> from slipfold.models import model_named
+    >>> from slipfold.models.registry import model_named
     >>> round(simulate(model_named("vanderpol-free")).settlement.duration, 8)
     6.66328686
     """

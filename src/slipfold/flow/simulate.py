@@ -37,7 +37,8 @@ def simulate(
     `through_stick`: then it ends there, as at other limits. If it is observed, an interrupted
     trajectory is returned as far as it came. Shapes: state (n_states,).
 
-    >>> from slipfold.models import SlidingOscillator, model_named
+    >>> from slipfold.models.registry import model_named
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.05), periods=1000)
     >>> trajectory.settlement.settled, trajectory.settlement.period
     (True, 1)
@@ -72,7 +73,7 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -
 
     Shapes: state (n_states,); returns (n_states,).
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> [float(value) for value in initial_state(SlidingOscillator(), {"y": 0.1})]
     [0.0, 0.1, 0.0, 0.0]
     """

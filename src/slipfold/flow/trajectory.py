@@ -77,7 +77,7 @@ class Trajectory(OneLine):
     Examples
     --------
     >>> from slipfold.flow.simulate import simulate
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> trajectory = simulate(SlidingOscillator(f=12.2, Nd=0.15), periods=1000)
     >>> trajectory.settlement.period
     2

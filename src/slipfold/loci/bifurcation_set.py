@@ -190,7 +190,7 @@ def possible_types(model: Model) -> tuple[str, ...]:
 
     Only an autonomous one has equilibria, only one whose contacts may stick begins to.
 
-    >>> from slipfold.models import model_named
+    >>> from slipfold.models.registry import model_named
     >>> possible_types(model_named("lure"))
     ('LP', 'PD', 'NS', 'BP', 'HB')
     >>> possible_types(model_named("sliding"))

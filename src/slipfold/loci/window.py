@@ -23,7 +23,7 @@ Window = tuple[tuple[float, float], tuple[float, float]]
 def check_window(model: Model, vary: tuple[str, str], window: Window) -> Window:
     """Return a window with its ends in order, or raise if it cannot be used.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> check_window(SlidingOscillator(), ("f", "Nd"), ((13, 12), (0, 0.9)))
     ((12.0, 13.0), (0.0, 0.9))
     """

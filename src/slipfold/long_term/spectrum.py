@@ -79,7 +79,7 @@ class Spectrum(SpectralLines):
     Examples
     --------
     >>> from slipfold.flow.simulate import simulate
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> spectrum = find_spectrum(simulate(SlidingOscillator(f=12.2, Nd=0.15), 1000))
     >>> [round(spectrum.line("x", order), 6) for order in (0, 0.5, 1, 1.5)]
     [0.115373, 0.276327, 0.038987, 0.01296]

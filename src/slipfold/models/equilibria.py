@@ -17,7 +17,7 @@ from slipfold.newton import solve_each
 def check_followed(model: Model) -> None:
     """Refuse values at which there is motion but no orbit in slip: no moving surface moves on.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> check_followed(SlidingOscillator(Vd=0))
     Traceback (most recent call last):
     ...
@@ -113,7 +113,7 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
 
     Returns shape (n_states,).
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> [round(float(value), 6) for value in find_static_point(SlidingOscillator())[:2]]
     [0.117403, 0.061107]
     """
@@ -146,7 +146,7 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
 
     Shapes: start (n_states,).
 
-    >>> from slipfold.models import System
+    >>> from slipfold.models.system import System
     >>> fold = System(parameters={"a": -1.0}, states={"x": "a + x^2"})
     >>> float(abs(search_equilibrium(fold, fold.start)[0]))
     1.0

@@ -36,7 +36,7 @@ class Modes(OneLine):
 
     Examples
     --------
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> modes = SlidingOscillator(mu=0).modes()
     >>> [round(float(value), 6) for value in modes.frequency]
     [6.59, 12.459652]

@@ -193,7 +193,7 @@ def collocate(
 
     Shapes: nodes (M, n_states).
 
-    >>> from slipfold.models import model_named
+    >>> from slipfold.models.registry import model_named
     >>> angles = 2 * np.pi * np.arange(8)[:, None] / 8
     >>> circle = np.hstack([np.cos(angles), np.sin(angles)])
     >>> orbit = collocate(model_named("stuart-landau", r=1, w=1, duration=6), circle)

@@ -104,14 +104,14 @@ def periodic_orbit(
 
     Examples
     --------
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> orbit = periodic_orbit(SlidingOscillator(f=12.2, Nd=0.15), period=2)
     >>> orbit.stable
     True
 
     Van der Pol's cycle:
 
-    >>> from slipfold.models import model_named
+    >>> from slipfold.models.registry import model_named
     >>> cycle = periodic_orbit(model_named("vanderpol-free"))
     >>> round(cycle.duration, 9)
     6.663286859

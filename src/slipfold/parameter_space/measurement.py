@@ -59,7 +59,7 @@ def headed_quantities(quantities: Sequence[Quantity]) -> list[str]:
 def parse_measured(text: str, model: Model) -> Quantity:
     """Read ``MEASURE OUTPUT``.
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_measured("max y", SlidingOscillator())
     Quantity(measure='max', output='y', unit='')
     """

@@ -145,7 +145,7 @@ def find_threshold_map(
 
     Shapes: over (n,).
 
-    >>> from slipfold.models import SlidingOscillator
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> speeds, angles = [0.5, 0.6, 0.7], [1.0, 1.1]
     >>> over = {"Vd": speeds, "alpha": angles}
     >>> found = find_threshold_map(SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
