@@ -10,9 +10,9 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.branches.curve import CurvePoint
+from slipfold.flow.modes import MET
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.orbits.grazing import MET
 
 ALIKE = 1e-6
 """Multipliers this near to each other are one that is there more than once."""

@@ -337,3 +337,13 @@ def _slow_events(which: int, slip: Expression) -> list[Event]:
         ),
         Event(Ending.ARRIVES, which, PHASE - END, rising=True, scaled=True),
     ]
+
+
+GRAZED = {
+    "GRAZE": (Ending.STOPS, Ending.SLOWS, Ending.YIELDS),
+    "LIFT": (Ending.PARTS, Ending.MEETS),
+}
+"""Events that are touched at a place where contacts begin or cease to do something."""
+
+MET = (*GRAZED, "STICK")
+"""Types of loci on which a change of contacts is only just met."""

@@ -11,7 +11,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.errors import InputError
-from slipfold.flow.modes import contacts_of
+from slipfold.flow.modes import MET, contacts_of
 from slipfold.loci.fan import FanLine, GrazingEnds, follow_fan, follow_settled
 from slipfold.loci.follow import follow_found
 from slipfold.loci.into_stick import (
@@ -26,7 +26,6 @@ from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Plane, Window, check_window, measured_across
 from slipfold.models.model import Model
-from slipfold.orbits.grazing import MET
 from slipfold.progress import Observer
 
 LINES = (11, 5)

@@ -18,14 +18,14 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
-from slipfold.flow.modes import contacts_of
+from slipfold.flow.modes import GRAZED, contacts_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.window import Plane
 from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import attractor_from
-from slipfold.orbits.grazing import GRAZED, GrazingShooting
+from slipfold.orbits.grazing import GrazingShooting
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.orbit_curve import Orbits

@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
-from slipfold.flow.modes import contacts_of
+from slipfold.flow.modes import MET, contacts_of
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import last_round
 from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_expensive, slips_in_planes
@@ -22,7 +22,6 @@ from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.window import Plane, Window
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
-from slipfold.orbits.grazing import MET
 from slipfold.orbits.test_functions import CRITICAL, critical_places
 
 SAME = 1e-6

@@ -13,8 +13,9 @@ from slipfold.arrays import Array
 from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
+from slipfold.flow.modes import MET
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.grazing import MET, MarginalShooting
+from slipfold.orbits.grazing import MarginalShooting
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits

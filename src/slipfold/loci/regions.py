@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.flow.modes import MET
 from slipfold.loci.fan import BranchEnd, FanLine
 from slipfold.loci.into_stick import add_sticking, changes_in_stick, sticking_checks
 from slipfold.loci.isolated import PLACES, Starts
@@ -29,7 +30,6 @@ from slipfold.loci.region_votes import (
     where_models_exist,
 )
 from slipfold.loci.window import Plane
-from slipfold.orbits.grazing import MET
 from slipfold.orbits.test_functions import critical_places
 
 Labels = NDArray[np.int64]

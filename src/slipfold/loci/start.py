@@ -19,6 +19,7 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.flow.modes import GRAZED
 from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import plane_of
@@ -34,7 +35,7 @@ from slipfold.orbits.critical import (
     hopf_cycle,
 )
 from slipfold.orbits.eigenvalues import Cayley
-from slipfold.orbits.grazing import GRAZED, GrazingShooting
+from slipfold.orbits.grazing import GrazingShooting
 from slipfold.orbits.kinds import Equilibria, orbits_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.reversal import ReversalShooting

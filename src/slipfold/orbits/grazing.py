@@ -15,7 +15,7 @@ from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.hybrid_flow import HybridFlow, HybridSystem, SmoothPhase
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
-from slipfold.flow.modes import Ending, Event, Mode, Undetermined, shown
+from slipfold.flow.modes import GRAZED, Ending, Event, Mode, Undetermined, shown
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
 
@@ -97,15 +97,6 @@ class MarginalShooting(SwitchedShooting):
             return []
         return found if found[-1][0].end <= end else []
 
-
-GRAZED = {
-    "GRAZE": (Ending.STOPS, Ending.SLOWS, Ending.YIELDS),
-    "LIFT": (Ending.PARTS, Ending.MEETS),
-}
-"""Events that are touched at a place where contacts begin or cease to do something."""
-
-MET = (*GRAZED, "STICK")
-"""Types of loci on which a change of contacts is only just met."""
 
 SHORT = 0.02
 """Phases that what has just been born lasts at most."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +19,14 @@ from slipfold.flow.modes import Mode, shown
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.model import Model
 from slipfold.models.turns import turns_between, turns_by_name, without_turns
-from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
 from slipfold.orbits.extrema import Extrema, find_extrema, turns_of_segments
-from slipfold.orbits.kinds import orbits_at
-from slipfold.orbits.multipliers import multiplier_difference
-from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
-from slipfold.orbits.uncertainty import multiplier_change, multiplier_uncertainty
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
 from slipfold.text.stability import multipliers_text, outside, turns_text
+
+if TYPE_CHECKING:
+    from slipfold.orbits.check import OrbitCheck
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -189,6 +188,9 @@ class PeriodicOrbit(OneLine):
         >>> sf.periodic_orbit(sf.SlidingOscillator(f=12.5, Nd=0.05)).check().passed
         True
         """
+        from slipfold.orbits.check import OrbitCheck, orbit_by_collocation
+        from slipfold.orbits.multipliers import multiplier_difference
+
         found = orbit_by_collocation(self.model, self.nodes, self.period, self.multipliers)
         apart = without_turns(found.anchors - self.nodes, self.model.whole_turns)
         size = max(1.0, float(np.abs(self.multipliers).max()))
@@ -206,6 +208,8 @@ class PeriodicOrbit(OneLine):
 
         How much it moves when the monodromy matrix is integrated again with other steps.
         """
+        from slipfold.orbits.uncertainty import multiplier_uncertainty
+
         return multiplier_uncertainty(
             self.model,
             self.model.vector[None],
@@ -296,6 +300,10 @@ class StickSlipOrbit(PeriodicOrbit):
     @cached_property
     def multiplier_uncertainty(self) -> NDArray[np.float64]:
         """Computed uncertainty of each multiplier, started elsewhere on the orbit."""
+        from slipfold.orbits.kinds import orbits_at
+        from slipfold.orbits.switched_shooting import SwitchedShooting
+        from slipfold.orbits.uncertainty import multiplier_change
+
         orbits = orbits_at(self.model, self.period, 1, by=SwitchedShooting)
         z = orbits.unknown(self.nodes[:1], self.model)
         other, moved, _ = orbits.shifted(z, np.eye(1, len(z), len(z) - 1)[0])

@@ -16,9 +16,8 @@ from slipfold.branches.progress import branch_progress
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.flow.flow import flow_of
-from slipfold.flow.modes import contacts_of
+from slipfold.flow.modes import MET, contacts_of
 from slipfold.orbits.check import rests
-from slipfold.orbits.grazing import MET
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer
 from slipfold.results.checks.checked import Check, Checked
