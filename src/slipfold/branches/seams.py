@@ -118,7 +118,7 @@ class Seams:
         found = Found(kind, met or seam.before, float("inf"))
         end = _end(kind, self._orbits, found.point)
         beyond = seam.after if seam.apart < APART else None
-        known = met is not None and _is_known(found, interval.traced)
+        known = kind == "MEET" and _is_known(found, interval.traced)
         return MonitorResult([] if known else [found], Stop(seam.before, end, beyond=beyond))
 
     def _met(self, kind: str, seam: Seam[OrbitPoint]) -> OrbitPoint | None:

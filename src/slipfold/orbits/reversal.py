@@ -123,13 +123,14 @@ class ReversalShooting(MarginalShooting):
         """
         begin, period = float(by.start[0]), by.period
         passed = by.passed(nodes[0], begin, begin + 2 * period, constants)
-        found = list[tuple[float, Reversal]]()
+        # What an orbit passes in its own window it may pass otherwise a period later.
+        found = [(0.0, by)] if isinstance(by, cls) and sticks is not None else []
         stops = _reversals(by.switched, passed, constants, sticks)
         for near, met in sorted(stops, key=lambda item: item[0]):
-            gaps = [abs((met.phase - other.phase) / period) for _, other in found]
+            gaps = [abs((met.phase - other.met.phase) / period) for _, other in found]
             if all(abs(gap - round(gap)) * period > SHORT for gap in gaps):
-                found.append((near, met))
-        return [(near, cls(by.model, by.free, period, met)) for near, met in found]
+                found.append((near, cls(by.model, by.free, period, met)))
+        return found
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
         """Return what contacts do in turn, without stick that is as good as none."""
@@ -203,8 +204,11 @@ class ReversalShooting(MarginalShooting):
 
     def again(self, nodes: Array, constants: Constants) -> Self | None:
         """Return the same for the reversal as it is found again, None if it is not."""
-        stops = self.of(self, nodes, constants, sticks=self.sticks)
-        return next((item for _, item in stops), None)
+        begin = float(self.start[0])
+        passed = self.passed(nodes[0], begin, begin + 2 * self.period, constants)
+        stops = _reversals(self.switched, passed, constants, self.sticks)
+        found = min(stops, key=lambda item: item[0], default=None)
+        return None if found is None else type(self)(self.model, self.free, self.period, found[1])
 
     @property
     def sticks(self) -> bool:

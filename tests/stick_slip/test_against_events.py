@@ -1,0 +1,145 @@
+"""Orbits through stick and slip against an integrator with events that shares no code with them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import slipfold as sf
+
+EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+PAIR = np.array([[2.2, -1.2], [-1.2, 2.2]])
+
+
+def stribeck(static, kinetic, speed):
+    """A law, and its coefficient over the size of slip."""
+    law = sf.Stribeck(mu_s=static, mu_k=kinetic, vs=speed, exponent=1)
+    return law, lambda slip: kinetic + (static - kinetic) * np.exp(-slip / speed)
+
+
+def coulomb(static, kinetic):
+    """A law, and its coefficient over the size of slip."""
+    return sf.Coulomb(mu_s=static, mu_k=kinetic), lambda slip: kinetic
+
+
+class Masses:
+    """Masses one by one on surfaces: stiffness, damping, forces, frequency; of each contact its
+    surface's speed, load over time, coefficient of slip, static coefficient."""
+
+    def __init__(self, stiffness, damping, force, rate, contacts):
+        self.stiffness, self.damping, self.force = map(np.asarray, (stiffness, damping, force))
+        self.rate, self.contacts, self.n = rate, contacts, len(force)
+
+    def pull(self, time, state):
+        x, v = state[: self.n], state[self.n :]
+        return self.force * math.cos(self.rate * time) - self.stiffness @ x - self.damping * v
+
+    def rates(self, time, state, mode):
+        """With each contact at rest (0), or in slip."""
+        v, gained = state[self.n :], self.pull(time, state)
+        for i, (surface, load, mu, _) in enumerate(self.contacts):
+            friction = mode[i] * mu(abs(surface - v[i])) * load(time)
+            gained[i] = gained[i] + friction if mode[i] else 0.0
+        return np.append(v, gained)
+
+    def left(self, time, state, mode, i):
+        """Slip, or what friction can hold in excess."""
+        surface, load, _, static = self.contacts[i]
+        if mode[i]:
+            return mode[i] * (surface - state[self.n + i])
+        return static * load(time) - abs(self.pull(time, state)[i])
+
+    def mode_at(self, time, state, i):
+        surface, load, _, static = self.contacts[i]
+        if abs(surface - state[self.n + i]) > 1e-9:
+            return int(np.sign(surface - state[self.n + i]))
+        needed = -self.pull(time, state)[i]
+        return 0 if abs(needed) < static * load(time) else int(np.sign(needed))
+
+    def after(self, state, duration):
+        """The state a time later, and for how long something was at rest."""
+        time, stuck, state, which = 0.0, 0.0, np.array(state), range(self.n)
+        mode = [self.mode_at(time, state, i) for i in which]
+        while True:
+            events = [lambda t, q, m, i=i: self.left(t, q, m, i) for i in which]
+            for event in events:
+                event.terminal, event.direction = True, -1
+            args = {"args": (tuple(mode),), "events": events, **EXACT}
+            motion = solve_ivp(self.rates, (time, duration), state, **args)
+            stuck += (motion.t[-1] - time) * (0 in mode)
+            time, state = motion.t[-1], motion.y[:, -1].copy()
+            if motion.status != 1:
+                return state, stuck
+            i = next(i for i in which if len(motion.t_events[i]))
+            if mode[i]:
+                state[self.n + i] = self.contacts[i][0]
+                mode[i] = self.mode_at(time, state, i)
+            else:
+                mode[i] = -int(np.sign(self.pull(time, state)[i]))
+            state[self.n + i] = self.contacts[i][0] - 1e-13 * mode[i]
+
+
+def pair(f, static):
+    """Two coupled masses on two belts, one of them shaken."""
+    law, mu = coulomb(static, 0.4)
+    contacts = [
+        sf.FrictionContact("x", law, load=1.0, Vd=0.3, name="a"),
+        sf.FrictionContact("y", law, load=1.2, Vd=0.2, name="b"),
+    ]
+    force = sf.HarmonicForce("x", F=1.5)
+    parts = {"names": "x y", "contacts": contacts, "forcing": force, "f": f}
+    own = [(0.3, lambda t: 1.0, mu, static), (0.2, lambda t: 1.2, mu, static)]
+    model = sf.Structure(np.eye(2), 0.1 * np.eye(2), PAIR, **parts)
+    return model, Masses(PAIR, 0.1 * np.ones(2), [1.5, 0.0], 2 * math.pi * f, own)
+
+
+def pulsed(f, static, kinetic, speed):
+    """A shaken mass on a belt under a load that pulsates."""
+    (law, mu), rate = stribeck(static, kinetic, speed), 2 * math.pi * f
+    contact = sf.FrictionContact("x", law, load=sf.ModulatedLoad(Ns=1.0, Nd=0.6), Vd=0.4)
+    force = sf.HarmonicForce("x", F=0.5)
+    parts = {"names": "x", "contacts": contact, "forcing": force, "f": f}
+    own = [(0.4, lambda t: 1 + 0.6 * math.cos(rate * t), mu, static)]
+    model = sf.Structure([[1.0]], [[0.15]], [[1.0]], **parts)
+    return model, Masses([[1.0]], [0.15], [0.5], rate, own)
+
+
+def excited(surface, static, kinetic, speed):
+    """A mass that its belt excites."""
+    law, mu = stribeck(static, kinetic, speed)
+    contact = sf.FrictionContact("x", law, load=1.0, Vd=surface)
+    model = sf.Structure([[1.0]], [[0.05]], [[1.0]], names="x", contacts=contact)
+    return model, Masses([[1.0]], [0.05], [0.0], 1.0, [(surface, lambda t: 1.0, mu, static)])
+
+
+@pytest.mark.parametrize(
+    ("model", "other"),
+    [
+        pair(0.1, 0.4),
+        pair(0.118, 0.4),
+        pair(0.1, 0.5),
+        pair(0.35, 0.5),
+        pulsed(0.09, 0.5, 0.3, 0.2),
+        pulsed(0.25, 0.8, 0.5, 0.05),
+        excited(0.1, 0.5, 0.3, 0.2),
+        excited(1.0, 0.8, 0.4, 0.5),
+    ],
+)
+def test_orbits_close_in_another_integrator(model, other):
+    start = {} if model.forced else {"state": {"x": 1.0}}
+    orbit = sf.periodic_orbit(model, **start)
+    end, stuck = other.after(orbit.state, orbit.duration)
+    assert end == pytest.approx(orbit.state, abs=1e-10)
+    assert orbit.stuck_fraction > 0.01
+    assert stuck / orbit.duration == pytest.approx(orbit.stuck_fraction, abs=1e-9)
+
+
+def test_changes_of_two_contacts_that_meet_are_counted_once():
+    # Which of two begins to slip first changes there: seen from the last orbit before it twice.
+    model, _ = pair(0.13, 0.5)
+    settings = sf.Settings(largest_period=1)
+    (branch,) = sf.response(model, "f", (0.13, 0.1), settings=settings).branches
+    assert [point.type for point in branch.special] == ["STICK", "MEET", "STICK"]
+    assert branch.stopped.kind == "limit"
+    assert max(point.uncertainty for point in branch.special) < 1e-9
