@@ -25,7 +25,7 @@ GROWS = "grows"
 
 @dataclass(frozen=True)
 class _Before:
-    """The result of shooting."""
+    """The result of one discretization."""
 
     end: End
     points: list[OrbitPoint]
@@ -33,7 +33,7 @@ class _Before:
 
 
 class Change:
-    """Continues a branch once with another discretization where shooting ends."""
+    """Continues a branch with another discretization where shooting ends, once."""
 
     def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
         self._through_stick = through_stick and settings.discretization == "automatic"
@@ -41,18 +41,18 @@ class Change:
         self._before: _Before | None = None
         self._slipped: _Before | None = None
 
-    def may_come(self, curve: OrbitCurve) -> bool:
-        """Whether a branch may still be taken up."""
+    def may_change(self, curve: OrbitCurve) -> bool:
+        """Whether a branch may still change its discretization."""
         shot = type(curve.orbits.by) is Shooting
         return self._automatic and self._before is None and shot
 
     def otherwise(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
-        """Return the curve with which an ended branch continues, and where; None if it does not."""
+        """Return the curve with which an ended branch continues, and its first point; or None."""
         end, last = traced.end, traced.points[-1]
         if not last.curve.orbits.by.smooth:
             beyond = beyond_seam(traced)
             if beyond is None:
-                self._say_of_stick(traced)
+                self._restore_slip(traced)
             return beyond
         if end is not None and end.kind == "limit" and self._through_stick:
             self._slipped = _Before(end, list(traced.points), list(traced.found))
@@ -60,7 +60,7 @@ class Change:
             return through_stick(last.curve, last, before)
         if end is None or end.kind not in ("failed", "unresolved", GROWS):
             return None
-        if not self.may_come(last.curve):
+        if not self.may_change(last.curve):
             self._restore(traced)
             return None
         self._before = _Before(end, list(traced.points), list(traced.found))
@@ -70,14 +70,14 @@ class Change:
             found = None
         return (last.curve, last) if found is None and end.kind == GROWS else found
 
-    def _say_of_stick(self, traced: TracedCurve[OrbitPoint]) -> None:
-        """Go back to the limit of slip if nothing was found beyond it."""
+    def _restore_slip(self, traced: TracedCurve[OrbitPoint]) -> None:
+        """Return to the limit of slip if no orbit that sticks was found beyond it."""
         before, end = self._slipped, traced.end
         if before is None or end is None or end.kind != "failed":
             return
         if len(traced.found) > len(before.found):
             return
-        reason = f"{before.end.reason}; no orbit was found that goes on into stick"
+        reason = f"{before.end.reason}; no orbit was found that continues into stick"
         traced.end = End("limit", reason, before.end.values)
         traced.points, traced.found = before.points, before.found
         traced.curve = before.points[-1].curve
@@ -93,7 +93,7 @@ class Change:
 
 
 class Growing:
-    """Ends shooting where perturbations grow so much over one period that no digits remain."""
+    """Ends shooting where perturbations grow too much over one period to leave any digits."""
 
     def __init__(self, curve: OrbitCurve) -> None:
         self._curve = curve
@@ -103,12 +103,12 @@ class Growing:
         part = interval.point.linearization
         if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:
             return MonitorResult()
-        carried, largest = part.blocks[0], 0.0
+        propagated, largest = part.blocks[0], 0.0
         for block in part.blocks[1:]:
-            largest = max(largest, float(np.abs(carried).max()))
-            carried = block @ carried
+            largest = max(largest, float(np.abs(propagated).max()))
+            propagated = block @ propagated
         if largest <= RESOLVED:
             return MonitorResult()
-        reason = f"perturbations grow by {largest:.1e} within a round"
+        reason = f"perturbations grow by {largest:.1e} within a period"
         end = End(GROWS, reason, self._curve.place(interval.point.z))
         return MonitorResult(stop=Stop(interval.point, end))

@@ -13,15 +13,15 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.test_functions import floquet_multipliers
 
 AT_ORBIT = 1e-6
-"""A place this near to a known orbit, over the length of the branch, is that orbit."""
+"""Distance from a known orbit, over the length of the branch, at which that orbit is returned."""
 
-BESIDE = 0.1
-"""An orbit farther away than this, in scaled variables, is not the one beside the place, unless the
-points around the place are farther apart."""
+NEAR = 0.1
+"""Maximum distance of an orbit with a requested value, in scaled variables, unless the points
+around it are farther apart."""
 
 
 def orbit_between(branch: Branch, arclength: float, value: float | None = None) -> PeriodicOrbit:
-    """Find the orbit at any place of a branch.
+    """Find the orbit at any arclength of a branch.
 
     The chord between the two nearest known orbits is the guess; Newton's method corrects it across
     the chord, so that it works at folds too.
@@ -36,37 +36,37 @@ def orbit_between(branch: Branch, arclength: float, value: float | None = None) 
     known = _known(branch)
     if not known:
         raise InputError(f"branch {branch.id} has 0 points, so there is no orbit on it")
-    places = np.array([place for place, _ in known])
-    nearest = int(np.abs(places - arclength).argmin())
-    exact = abs(places[nearest] - arclength) <= AT_ORBIT * float(np.ptp(places))
-    outside = not places[0] < arclength < places[-1]
+    s = np.array([position for position, _ in known])
+    nearest = int(np.abs(s - arclength).argmin())
+    exact = abs(s[nearest] - arclength) <= AT_ORBIT * float(np.ptp(s))
+    outside = not s[0] < arclength < s[-1]
     if exact or outside:
-        return _with_value(branch, known[nearest][1], value, BESIDE)
-    after = int(np.searchsorted(places, arclength))
-    share = (arclength - places[after - 1]) / (places[after] - places[after - 1])
-    orbit = _corrected(branch, known[after - 1][1], known[after][1], float(share))
-    apart = float(places[after] - places[after - 1])
-    return _with_value(branch, orbit, value, max(BESIDE, apart))
+        return _with_value(branch, known[nearest][1], value, NEAR)
+    after = int(np.searchsorted(s, arclength))
+    apart = float(s[after] - s[after - 1])
+    fraction = float(arclength - s[after - 1]) / apart
+    orbit = _corrected(branch, known[after - 1][1], known[after][1], fraction)
+    return _with_value(branch, orbit, value, max(NEAR, apart))
 
 
 def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
-    """Points and special points with their places, each place once."""
+    """Return points and special points with their arclengths, each arclength once."""
     orbits = [(float(s), branch.orbit(i)) for i, s in enumerate(branch.arclength)]
     orbits += [(point.arclength, point.orbit) for point in branch.special]
-    return sorted({place: (place, orbit) for place, orbit in orbits}.values(), key=lambda p: p[0])
+    return sorted({s: (s, orbit) for s, orbit in orbits}.values(), key=lambda p: p[0])
 
 
 def _corrected(
-    branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, share: float
+    branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, fraction: float
 ) -> PeriodicOrbit:
     orbits = _orbits(branch, before)
     start = orbits.unknown(before.nodes, before.model)
     chord = orbits.in_phase(orbits.unknown(after.nodes, after.model), start) - start
-    found = correct(orbits, start + share * chord, chord / np.linalg.norm(chord))
+    found = correct(orbits, start + fraction * chord, chord / np.linalg.norm(chord))
     if not found.converged:
         raise InputError(
             f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
-            "choose a place nearer to a point"
+            "choose an arclength nearer to a point"
         )
     return _as_orbit(orbits, found)
 
@@ -74,15 +74,15 @@ def _corrected(
 def _with_value(
     branch: Branch, orbit: PeriodicOrbit, value: float | None, reach: float
 ) -> PeriodicOrbit:
-    """Return the orbit within reach of one that has a value of the parameter, if there is one."""
+    """Return the orbit with a value of the parameter, if there is one near a given orbit."""
     if value is None or value == orbit.model.values[branch.vary]:
         return orbit
     orbits = _orbits(branch, orbit)
     guess = orbits.unknown(orbit.nodes, orbit.model)
     guess[-1] = value / orbits.width
-    keep = np.zeros(len(guess))
-    keep[-1] = 1.0
-    found = correct(orbits, guess, keep)
+    row = np.zeros(len(guess))
+    row[-1] = 1.0
+    found = correct(orbits, guess, row)
     return _as_orbit(orbits, found) if found.converged and found.distance < reach else orbit
 
 

@@ -109,7 +109,7 @@ def _checked(
 
 
 class _Branches(CurveSet[OrbitPoint]):
-    """Branches followed so far, and how they are followed."""
+    """The branches of a response while they are followed."""
 
     def __init__(
         self,
@@ -175,7 +175,7 @@ class _Branches(CurveSet[OrbitPoint]):
     def report_described(
         self, followed: FollowedCurve[OrbitPoint], found: Found, done: int
     ) -> None:
-        """Say which special point is described next; not after an interruption."""
+        """Report which special point is described next; not after an interruption."""
         if self._observer is None or self.interrupted:
             return
         total = sum(len(each.traced.found) for each in self.curves)
@@ -184,7 +184,7 @@ class _Branches(CurveSet[OrbitPoint]):
         self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
 
     def report_orbits(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
-        """Say of how many points of a branch all states are found."""
+        """Report for how many points of a branch all states are computed."""
         if self._observer is None or self.interrupted:
             return
         traced = followed.traced
@@ -203,8 +203,8 @@ def _crosses(junction: Junction) -> bool:
 
 
 LEVEL = 1e-7
-"""Share of the tangent along the parameter below which rounding may decide its sign, so near to
-where another branch passes and Newton's method is singular."""
+"""Component of the tangent along the parameter whose sign rounding may decide: near another branch
+Newton's method is singular."""
 
 
 def trace_branch(
@@ -227,7 +227,7 @@ def trace_branch(
         orbits.bounds(span),
         lambda curve: [
             *_monitors(curve, span, settings, departs, births, events),
-            *([Growing(curve)] if change.may_come(curve) else []),
+            *([Growing(curve)] if change.may_change(curve) else []),
         ],
         settings=settings,
         departs=departs,
@@ -247,7 +247,7 @@ def _monitors(
     births: Sequence[Birth],
     events: Sequence[Event],
 ) -> list[Monitor[OrbitPoint]]:
-    """What is watched along a branch: what ends it early first, what takes longest last."""
+    """Return the monitors of a branch: those that end it first, the most expensive last."""
     monitors: list[Monitor[OrbitPoint]] = [
         Seams(orbits),
         Unresolved(orbits, partial(nears_homoclinic, orbits)),
@@ -268,9 +268,9 @@ def _monitors(
 def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     """Leave another branch by a step so short that nothing else can happen within it.
 
-    All multipliers of the orbit but the critical one are near those where the branches meet, so the
-    number outside the circle may differ by that one alone; and the parameter goes on in the
-    direction in which it began, else a fold lies between. Otherwise the step is shortened.
+    All multipliers but the critical one are near those of the common orbit, so that the number
+    outside the unit circle may differ by one at most. The parameter must continue in its initial
+    direction, else there is a fold. Otherwise the step is shortened.
     """
     others = np.delete(start.multipliers, np.abs(start.multipliers - 1).argmin())
     outside = int(np.count_nonzero(np.abs(others) > 1))
@@ -279,13 +279,13 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
         first = first_point(orbits, start, step, settings)
         if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
             nearer = first_point(orbits, start, step / 4, settings)
-            if isinstance(nearer, Failure) or _goes_on(nearer, first):
+            if isinstance(nearer, Failure) or _continues(nearer, first):
                 return step
         step /= 4
     return BIRTH
 
 
-def _goes_on(nearer: OrbitPoint, first: OrbitPoint) -> bool:
+def _continues(nearer: OrbitPoint, first: OrbitPoint) -> bool:
     """Whether the parameter moves in the same direction at both, or hardly at one of them."""
     slopes = float(nearer.tangent[-1]), float(first.tangent[-1])
     level = max(LEVEL, noise_beside_birth(nearer)[1])

@@ -1,4 +1,4 @@
-"""What ends a curve of orbits early: limits of the model, too little left to see, a family."""
+"""Monitors that end a curve of orbits: limits, unresolved multipliers, families."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 FAMILY = 150
-"""Orbits with one value of the parameter after which a family is followed no farther: round a
-center they are thirty thousand times as large then, soon beyond what rounding lets be corrected."""
+"""Number of orbits at one value of the parameter after which a family ends. Around a center they
+are thirty thousand times as large then, and rounding soon prevents corrections."""
 
 AWAY = 10
 """Equilibria with one value of the parameter, none of them singular, after which they run away."""
 
-STANDS_STILL = 1e-9
-"""Change of the parameter, in spans, that is none: special points are located to less, so all that
-could still be found would have one and the same value of it."""
+CONSTANT = 1e-9
+"""Change of the parameter, in spans, that counts as zero: special points are located more exactly,
+so that all further ones would have the same value."""
 
 LIMIT_CLOSE = 1e-9
-"""Arclength to which the end of the model is found: it is a convention within 1e-4 anyway."""
+"""Arclength to which a limit is located: its bound is a convention within 1e-4 anyway."""
 
 RESOLVED = 1e7
-"""Largest multiplier beside which those near the unit circle are still known to five digits."""
+"""Largest multiplier with which those near the unit circle are still known to five digits."""
 
 LOOSE = 1e9
-"""Times what its equations fail by that an orbit may move: rounding of 1e-14 is 1e-5 then, more
-than Newton's method takes for rounding, and steps become ever shorter."""
+"""Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by 1e-5
+then, more than Newton's method takes for rounding, and steps would become ever shorter."""
 
 ONE = 1e-3
-"""Distance of a multiplier from one beyond which every orbit is held well enough."""
+"""Distance of a multiplier from one beyond which errors move an orbit little."""
 
 
 class Limits:
@@ -48,7 +48,7 @@ class Limits:
         self._known: WeakKeyDictionary[OrbitPoint, NDArray[np.float64]] = WeakKeyDictionary()
 
     def _margins(self, point: OrbitPoint) -> NDArray[np.float64]:
-        """Return by how much each limit is kept; near a singularity that takes long: once."""
+        """Return the margin of each limit, computed once: near a singularity that takes long."""
         if point not in self._known:
             self._known[point] = limit_margins(self._curve.orbits, point.z)
         return self._known[point]
@@ -72,8 +72,7 @@ class Limits:
 class Unresolved:
     """Ends a curve before an orbit too unstable for its multipliers to be known.
 
-    `clause` says of the points so far where the curve leads, if that is known: it is then the
-    reason.
+    `clause` says where the curve leads, from its points so far; if that is known, it is the reason.
     """
 
     def __init__(
@@ -91,7 +90,7 @@ class Unresolved:
             return MonitorResult()
         reason = (
             f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
-            "could be missed beyond; the orbit is as good as unobservable there"
+            "could be missed beyond; the orbit is practically unobservable there"
         )
         clause = self._clause(interval.traced.points)
         kind = "homoclinic" if clause else "unresolved"
@@ -101,31 +100,31 @@ class Unresolved:
 
 
 class Undetermined:
-    """Ends a branch where its orbits are members of a family but for rounding.
+    """Ends a branch where its orbits belong to a family, to rounding.
 
-    So are those of large amplitude that nothing damps: they swing as if nothing forced them either,
-    with any phase.
+    Undamped orbits of large amplitude do: the forcing has almost no effect, and any phase is
+    possible.
     """
 
     def __init__(self, orbits: Orbits) -> None:
         self._orbits = orbits
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the second orbit in a row that rounding may move far; a branch point is one."""
+        """Return the second orbit in a row that rounding moves far; one is a branch point."""
         if interval.leaves or not self._moves(interval.before) > LOOSE:
             return MonitorResult()
         moves = self._moves(interval.point)
         if not moves > LOOSE:
             return MonitorResult()
         reason = (
-            f"an error of the equations moves the orbit by {moves:.0e} times as much: it is one of "
-            "a family, with any phase, but for rounding; with a little damping there is one orbit"
+            f"an error of the equations moves the orbit by {moves:.0e} times as much: to rounding "
+            "it belongs to a family, with any phase; with a little damping there is one orbit"
         )
         end = End("unresolved", reason, self._orbits.place(interval.point.z))
         return MonitorResult(stop=Stop(interval.point, end))
 
     def _moves(self, point: OrbitPoint) -> float:
-        """Return by how much errors of the equations move an orbit; 0 if by little."""
+        """Return the ratio of changes of an orbit to errors of its equations; 0 if it is small."""
         orbits, part = self._orbits, point.linearization
         if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > ONE:
             return 0.0
@@ -142,32 +141,31 @@ def _unit(place: int, size: int) -> NDArray[np.float64]:
 
 
 class Families:
-    """Ends a branch along which the parameter stands still.
+    """Ends a branch along which the parameter is constant.
 
-    The cycles round a center form such a family. It may be followed as far as one likes, and
-    nothing new happens on it.
+    The cycles around a center form such a family, which has no natural end.
     """
 
     def __init__(self, orbits: Orbits) -> None:
         self._orbits = orbits
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the point up to which the parameter stood still for long."""
+        """Return the last of many points with the same value of the parameter."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point][-FAMILY:]
         if orbits.kind == "equilibrium" and _runs_away(points[-AWAY:]):
             where = f" while {orbits.vary} stays at {orbits.value(points[-1].z):.9g}"
             end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
             return MonitorResult(stop=Stop(interval.point, end))
         values = [point.z[-1] for point in points]
-        if len(interval.traced.points) < FAMILY or max(values) - min(values) > STANDS_STILL:
+        if len(interval.traced.points) < FAMILY or max(values) - min(values) > CONSTANT:
             return MonitorResult()
-        if not _in_family(points):  # through a canard explosion the parameter stands still as well
+        if not _in_family(points):  # in a canard explosion the parameter is constant as well
             return MonitorResult()
         value = orbits.value(points[-1].z)
-        shown = 0.0 if abs(value) < STANDS_STILL * orbits.width else value
+        rounded = 0.0 if abs(value) < CONSTANT * orbits.width else value
         reason = (
-            f"{FAMILY} orbits have the same {orbits.vary} = {shown:.9g}: they are a family, as "
-            "round a center, that goes on; stop it at an amplitude by an event"
+            f"{FAMILY} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, as "
+            "around a center, that continues; stop it at an amplitude by an event"
         )
         return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
 
@@ -176,7 +174,7 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     """Whether equilibria move though the parameter does not: none of them is singular."""
     values = [point.z[-1] for point in points]
     regular = all(abs(point.tests["fold"]) > ON_CIRCLE for point in points)
-    return len(points) == AWAY and max(values) - min(values) < STANDS_STILL and regular
+    return len(points) == AWAY and max(values) - min(values) < CONSTANT and regular
 
 
 def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:

@@ -1,4 +1,4 @@
-"""Where branches begin and meet: which special points are known, and which branches they join."""
+"""Special points at which other branches begin, and which branches they join."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 SAME_VALUE = 1e-7
-"""Two branch points this close in the parameter, in spans, may be one."""
+"""Difference of the parameter, in spans, below which two branch points may be one."""
 
 
 TAIL = 0.01
-"""Distance, in spans, from the value about which a branch snakes, within which nothing is followed
-that begins on it: at every turn the same branches begin, on an ever smaller scale."""
+"""Distance, in spans, from the value about which a branch snakes, within which emanating branches
+are not followed: at every fold the same branches begin, on an ever smaller scale."""
 
 
 @dataclass(frozen=True, eq=False)
 class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins."""
 
-    orbits: Orbits | None = None  # what the branch it lies on consists of
+    orbits: Orbits | None = None  # equations of the branch on which it lies
     birth: Birth | None = None  # the branch that begins there
 
 
 def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> list[Junction]:
-    """Return the places of a branch at which others begin.
+    """Return the points of a branch at which others begin.
 
-    What may end at a place of birth is followed once those are known: equilibria before cycles,
-    orbits before those of longer period. Of a branch that snakes to a homoclinic orbit, which has
-    infinitely many, those near its end are left out, and so are longer periods.
+    Equilibria are followed before cycles, and shorter periods before longer ones, since a branch
+    may end where another one begins. A branch that snakes to a homoclinic orbit has infinitely many
+    such points: those near its end are excluded, and so are longer periods.
     """
     junctions, traced = [], followed.traced
     about = snakes_about(traced.found, followed.begun, traced.end)
@@ -53,7 +53,7 @@ def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> lis
             continue
         try:
             birth = emanating_branch(orbits, found, settings, largest)
-        except BREAKDOWNS:  # nothing can be followed from there; the point itself is kept
+        except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
             continue
         if birth is None:
             continue
@@ -77,7 +77,7 @@ def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> lis
 def emanating_branch(
     orbits: Orbits, found: Found, settings: Settings, largest: float
 ) -> Birth | None:
-    """Return the branch that begins at a special point, of at most the largest period; if any."""
+    """Return the branch that begins at a special point, if its period is not too long."""
     if found.type == "BP" and found.other is not None:
         return Birth(orbits, _other_branch(found, found.other))
     cycles = settings.largest_period > 0
@@ -101,12 +101,12 @@ def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:
 
 
 def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | None:
-    """Return the branch point of a known branch that another branch passed again, if it is one."""
+    """Return the same branch point as it was found on a known branch, if it was."""
     return next((other for other in known if _are_one(junction, other)), None)
 
 
 def _are_one(junction: Junction, other: Junction) -> bool:
-    """Whether two branch points are the same orbit, wherever it is begun."""
+    """Whether two branch points are the same orbit, whatever its phase."""
     if junction.found is None or other.found is None:
         return False
     if (junction.found.type, other.found.type) != ("BP", "BP"):

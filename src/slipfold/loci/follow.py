@@ -73,7 +73,7 @@ def trace_locus(
         orbits.bounds(*window),
         lambda curve: [
             *_monitors(curve, settings),
-            *([Growing(curve)] if change.may_come(curve) else []),
+            *([Growing(curve)] if change.may_change(curve) else []),
         ],
         settings=settings,
         departs=born,
