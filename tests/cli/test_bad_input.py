@@ -176,9 +176,9 @@ def test_a_file_that_cannot_be_written_does_not_spoil_the_others(tmp_path):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("", "does not say which model"),
-        ("model = 'sliding'\nparameter = 3", "unknown entry 'parameter'"),
-        ("model = 'sliding'\nparameters = 3", "does not say which model"),
+        ("", "has no model"),
+        ("model = 'sliding'\nparameter = 3", "has no entry 'parameter'; did you mean"),
+        ("model = 'sliding'\nparameters = 3", "line 2, column 14: parameters is a number"),
         ("model = sliding", "is not TOML"),
         ("model = 'sliding'\n[parameters]\nmu = -1", "mu must be >= 0"),
         ("model = 'sliding'\n[parameters]\nf = [1, 2]", "f = [1, 2] is not a number"),

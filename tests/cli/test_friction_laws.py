@@ -86,7 +86,7 @@ def test_what_cannot_be(arguments, words, tmp_path, monkeypatch):
         ("mu_s = 0.6", "mu = 0.1", "line 4, column 1: friction has no entry 'mu'; did you mean"),
         ('"20 cm/s"', '"20 cm"', "line 5, column 6: vs = '20 cm' has the unit 'cm'"),
         ('law = "Stribeck"\n', "", "line 2, column 1: friction has no law; give one of"),
-        ("[friction]", "[fraction]", "unknown entry 'fraction'"),
+        ("[friction]", "[fraction]", "has no entry 'fraction'; did you"),
         ('"sliding"', '"duffing"', "duffing takes no friction law"),
     ],
 )

@@ -66,7 +66,7 @@ def test_response_of_a_structure_and_its_saved_result(file, tmp_path):
         ('"frame.npz"', '"other.npz"', "frame.toml, line 4, column 5: "),
         ('"frame.npz"', '"../frame.npz"', "leads out of the folder of this file"),
         ("k3 = 40", 'k3 = "400 N"', "frame.toml, line 13, column 6: k3 = '400 N' has the unit"),
-        ("[structure]", "[structures]", "unknown entry"),
+        ("[structure]", "[structures]", "which has a table [structure]"),
         ("[structure]", "[structure", "line 3, column 11: this is not TOML"),
         ("[[forcing]]", "[states]\nq = 1\n[[forcing]]", "a system has no entry 'structure'"),
     ],

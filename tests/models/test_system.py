@@ -12,7 +12,7 @@ import slipfold as sf
 import slipfold.branches.settings
 from helpers.duffing_text import TEXT
 from helpers.textbook_models import Duffing
-from slipfold.models.definitions.definition import _TAKEN
+from slipfold.models.definitions.system_file import _TAKEN
 from slipfold.models.model import evaluation_of
 
 

@@ -154,8 +154,11 @@ def test_mistakes_are_one_sentence_with_the_name_of_the_entry(compute, cases, wo
     [
         ('model = "sliding"', "has no table [compute]"),
         ('model = "sliding"\ncompute = {}', "has no table [cases]"),
-        ("compute = {}\ncases = {}", "does not say which model it is about"),
-        ('model = "sliding"\ncompute = {}\ncases = {}\nextra = 1', "unknown entry 'extra'"),
+        ("compute = {}\ncases = {}", "a case file has no model; give e.g."),
+        (
+            'model = "sliding"\ncompute = {}\ncases = {}\nextra = 1',
+            "a case file has no entry 'extra'",
+        ),
         ("compute = {", "this is not TOML"),
     ],
 )

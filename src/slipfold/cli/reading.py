@@ -48,11 +48,12 @@ def _law_named(name: str) -> FrictionLaw:
 
 def equations_file(given: str) -> Path | None:
     """Return the file that holds the equations of a model that a command names."""
-    from slipfold.models.registry import read_case_file
+    from slipfold.models.definitions.source import source_of_file
+    from slipfold.models.registry import CASE_FILE
 
     if not given.endswith(".toml"):
         return None
-    tables = read_case_file(given).tables
+    tables = source_of_file(Path(given), CASE_FILE).tables
     if "model" not in tables:
         return Path(given).absolute()
     name = tables["model"]

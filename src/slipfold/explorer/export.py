@@ -21,7 +21,7 @@ from slipfold.explorer.messages import (
     SimulationRequest,
 )
 from slipfold.explorer.trajectories import start_of, timed
-from slipfold.models.definitions.definition import toml_value
+from slipfold.models.definitions.system_file import toml_value
 from slipfold.models.friction.record import law_record
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION

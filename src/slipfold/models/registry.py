@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Source, source_of_text
+from slipfold.models.definitions.parts import check_keys
+from slipfold.models.definitions.source import Source, source_of_file, source_of_text
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import read_law
 from slipfold.models.model import Model
@@ -18,11 +19,10 @@ from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure
 from slipfold.models.suggestion import not_supported, suggest
 from slipfold.models.system import System
+from slipfold.text.validated import WrongEntry, type_name
 
 WITH_FRICTION = ("sliding", "steady-sliding")
 """Models that take a friction law as ``friction``."""
-
-_KINDS: tuple[type[Model], ...] = (SlidingOscillator,)
 
 
 def built_in_models() -> dict[str, Callable[..., Model]]:
@@ -35,9 +35,11 @@ def built_in_models() -> dict[str, Callable[..., Model]]:
     >>> built_in_models()["duffing"](W=1.2)
     System('duffing', W=1.2)
     """
-    classes: dict[str, Callable[..., Model]] = {kind.name: kind for kind in _KINDS}
-    classes["steady-sliding"] = _steady_sliding
-    return {**classes, **{name: partial(_from_file, name) for name in _files()}}
+    return {
+        SlidingOscillator.name: SlidingOscillator,
+        "steady-sliding": _steady_sliding,
+        **{name: partial(_from_file, name) for name in _files()},
+    }
 
 
 def built_in_text(name: str) -> str:
@@ -102,30 +104,17 @@ def _steady_sliding(friction: FrictionLaw | None = None, **values: Any) -> Model
     return SlidingOscillator(friction).steady().replace(**values)
 
 
-FORM = (
-    'model = "sliding", or the name of a file with a system or structure, and a table '
-    '[parameters] with lines such as f = 12.5 or alpha = "60deg", '
-    'and it may have a table [friction] with e.g. law = "Stribeck"; '
-    "a system of equations has a table [states], see slipfold models --show duffing, and a "
-    "structure a table [structure], see slipfold models --show chain"
+EXAMPLE = (
+    'model = "sliding", or the name of a file with a system of equations, which has a table '
+    "[states], see slipfold models --show duffing, or a structure, which has a table [structure], "
+    "see slipfold models --show chain"
 )
-
-
-def read_case_file(given: str, wanted: str = "another case file or the name of a model") -> Source:
-    """Read a TOML file; say what is wanted where there is none."""
-    try:
-        text = Path(given).read_text(encoding="utf-8")
-    except OSError as error:
-        why = (error.strerror or str(error)).lower()
-        raise InputError(f"{given} cannot be read ({why}); give {wanted}") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{given} is not TOML ({error}); a case file has {FORM}") from error
-    return source_of_text(text, given)
+CASE_FILE = "the path of another case file, or the name of a model"
 
 
 def model_of_file(given: str, changes: Mapping[str, str], law: FrictionLaw | None = None) -> Model:
     """Make the model of a file: a case, a system of equations or a structure."""
-    source = read_case_file(given)
+    source = source_of_file(Path(given), CASE_FILE)
     own = _model_in(Path(given), source)
     if own is not None:
         return own.replace(**with_law(given, law), **changes)
@@ -140,25 +129,27 @@ def model_of_case(
     others: Collection[str] = (),
 ) -> Model:
     """Make the model that a case is about; it may have some other tables, too."""
-    given = source.label
-    unknown = sorted(set(source.tables) - {"model", "parameters", "friction", *others})
-    if unknown:
-        refused = not_supported(unknown[0])
-        raise InputError(
-            f"{given} has the unknown entry {unknown[0]!r}; {refused}a case file has {FORM}"
-        )
-    name, values = source.tables.get("model"), source.tables.get("parameters", {})
-    if not isinstance(name, str) or not isinstance(values, dict):
-        raise InputError(f"{given} does not say which model it is about; a case file has {FORM}")
-    if law is None and "friction" in source.tables:
-        law = source.read(read_law, source.tables["friction"], ("friction",))
-    try:
-        make: Callable[..., Model] = partial(model_named, name)
+
+    def make(tables: Mapping[str, Any]) -> Model:
+        if "model" not in tables:
+            refused = next(filter(None, map(not_supported, tables)), "")
+            raise WrongEntry(f"has no model; {refused}give e.g. {EXAMPLE}")
+        check_keys(tables, ["model", "parameters", "friction", *others], {})
+        name, values = tables["model"], tables.get("parameters", {})
+        if not isinstance(name, str):
+            raise WrongEntry(f"is {type_name(name)}; give e.g. {EXAMPLE}", path=["model"])
+        if not isinstance(values, Mapping):
+            message = f"is {type_name(values)}, not a table; give values by name, e.g. f = 12.5"
+            raise WrongEntry(message, path=["parameters"])
+        made: Callable[..., Model] = partial(model_named, name)
         if name.endswith(".toml"):
-            make = _named_model(folder / name).replace
-        return make(**{**with_law(name, law), **values, **changes})
-    except InputError as error:
-        raise InputError(f"{given}: {error}") from error
+            made = _named_model(folder / name).replace
+        return made(**{**with_law(name, own_law), **values, **changes})
+
+    own_law = law
+    if law is None and "friction" in source.tables:
+        own_law = source.read(read_law, source.tables["friction"], ("friction",))
+    return source.read(make, source.tables, root="a case file")
 
 
 def with_law(name: str, law: FrictionLaw | None) -> dict[str, Any]:
@@ -183,7 +174,7 @@ def _model_in(path: Path, source: Source) -> Model | None:
 
 def _named_model(path: Path) -> Model:
     """Return the system or structure of a file that a case file names."""
-    found = _model_in(path, read_case_file(str(path)))
+    found = _model_in(path, source_of_file(path, CASE_FILE))
     if found is None:
         raise InputError(f"{path} holds no system or structure; give the name of a file that does")
     return found

@@ -18,8 +18,8 @@ from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import State
 
 if TYPE_CHECKING:
-    from slipfold.models.definitions.definition import WatchedValue
     from slipfold.models.definitions.equations import SystemEquations
+    from slipfold.models.definitions.system_file import WatchedValue
 
 
 class System(Model):

@@ -15,11 +15,11 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.source import Source, source_of_file
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
 from slipfold.models.quantity import parse_quantity
-from slipfold.models.registry import model_of_case, read_case_file
+from slipfold.models.registry import model_of_case
 from slipfold.parameter_space.sampling import SALTELLI, check_power, drawn, index_design
 from slipfold.parameter_space.scatter import parse_correlation, parse_scatter
 from slipfold.studies.works import WORK, Work
@@ -157,7 +157,7 @@ def read_plan(given: str | Path | Mapping[str, Any]) -> Plan:
     """Read and check what a study is to compute."""
     if isinstance(given, Mapping):
         return _plan(given, "the study", Path())
-    source = read_case_file(str(given), "another file that holds a study")
+    source = source_of_file(Path(given), "another file that holds a study")
     return _plan(source.tables, str(given), Path(given).parent)
 
 

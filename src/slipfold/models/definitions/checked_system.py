@@ -17,9 +17,9 @@ import numpy as np
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.arrays import without_arrays
-from slipfold.models.definitions.definition import Definition, read_definition
 from slipfold.models.definitions.equations import ContactEquations, SystemEquations
 from slipfold.models.definitions.source import Keys, Source, source_of_text
+from slipfold.models.definitions.system_file import SystemFile, read_system
 from slipfold.models.formulas.grammar import Name, Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import normal_name
@@ -30,7 +30,7 @@ from slipfold.models.turns import TURN
 def build_system(source: Source, default_name: str = "system") -> SystemEquations:
     """Read a definition and check all of it."""
     source = without_arrays(source)
-    equations = SystemEquations(read_definition(source, default_name), source)
+    equations = SystemEquations(read_system(source, default_name), source)
     found = _why_not_repeated(equations, equations.defaults)
     if found is not None:
         raise source.error(*found)
@@ -236,7 +236,7 @@ def _moved(parameter: Parameter, share: float) -> float:
     return min(max(moved, parameter.lower), parameter.upper)
 
 
-def _points(definition: Definition, size: float) -> Iterator[tuple[dict[str, float], float]]:
+def _points(definition: SystemFile, size: float) -> Iterator[tuple[dict[str, float], float]]:
     """States around the start and phases; the same ones every time."""
     chance = random.Random(0)
     for _ in range(SAMPLES):

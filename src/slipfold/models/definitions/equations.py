@@ -9,8 +9,8 @@ from functools import cached_property
 import heyoka as hy
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.definition import ContactTable, Definition, write_definition
 from slipfold.models.definitions.source import Keys, Source
+from slipfold.models.definitions.system_file import ContactTable, SystemFile, write_system
 from slipfold.models.formulas.functions import CONSTANTS, TIME
 from slipfold.models.formulas.grammar import (
     FormulaError,
@@ -193,7 +193,7 @@ class SystemEquations:
     are in states, coefficients, `named` formulas and the phase.
     """
 
-    def __init__(self, definition: Definition, source: Source) -> None:
+    def __init__(self, definition: SystemFile, source: Source) -> None:
         self.definition = definition
         formulas = _Formulas(definition, source)
         trees, constant = formulas.trees, formulas.constant
@@ -224,7 +224,7 @@ class SystemEquations:
     @cached_property
     def text(self) -> str:
         """The definition as TOML, always the same for the same definition."""
-        return write_definition(self.definition)
+        return write_system(self.definition)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -328,7 +328,7 @@ class SystemEquations:
 class _Formulas:
     """All formulas of a system as trees, by the path of the entry."""
 
-    def __init__(self, definition: Definition, source: Source) -> None:
+    def __init__(self, definition: SystemFile, source: Source) -> None:
         self._source, self._forced = source, definition.period is not None
         texts: dict[Keys, str] = {
             ("formulas", name): text for name, text in definition.formulas.items()

@@ -179,15 +179,15 @@ def _excerpt(line: str, column: int, length: int, margin: str) -> str:
     return f"{margin}{shown}\n{' ' * len(margin)}{' ' * (column - first)}{carets}"
 
 
-def source_of_file(path: Path) -> Source:
-    """Read a TOML file."""
+def source_of_file(path: Path, wanted: str = "the path of a TOML file") -> Source:
+    """Read a TOML file; messages say what is wanted instead of one that cannot be read."""
     try:
         text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not TOML ({error}); give {wanted}") from error
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"{path} cannot be read ({str(why).lower()}); give the path of a TOML file"
-        ) from error
+        raise InputError(f"{path} cannot be read ({str(why).lower()}); give {wanted}") from error
     return source_of_text(text, str(path))
 
 

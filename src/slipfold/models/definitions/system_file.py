@@ -291,7 +291,7 @@ class WatchedValue:
     stop: bool = False  # whether the branch ends there
 
 
-class Definition(Table):
+class SystemFile(Table):
     """A system of first-order equations."""
 
     name: Line = "system"
@@ -326,11 +326,11 @@ class Definition(Table):
         return tuple(item.parameter(name) for name, item in self.parameters.items())
 
 
-def read_definition(source: Source, default_name: str = "system") -> Definition:
+def read_system(source: Source, default_name: str = "system") -> SystemFile:
     """Read a definition; formulas stay texts."""
     named = {"name": default_name} if source.tables.get("name", "") == "" else {}
-    definition: Definition = source.read(
-        partial(validate, Definition.model_validate), {**source.tables, **named}
+    definition: SystemFile = source.read(
+        partial(validate, SystemFile.model_validate), {**source.tables, **named}
     )
     for parameter in definition.own_parameters():
         try:
@@ -342,7 +342,7 @@ def read_definition(source: Source, default_name: str = "system") -> Definition:
     return definition
 
 
-def _check_names(definition: Definition, source: Source) -> None:
+def _check_names(definition: SystemFile, source: Source) -> None:
     """Refuse names that are taken, or given twice."""
     owners: dict[str, str] = {}
 
@@ -380,7 +380,7 @@ def _check_names(definition: Definition, source: Source) -> None:
             claim(("outputs", name), [name], "an output")
 
 
-def _check_references(definition: Definition, source: Source) -> None:
+def _check_references(definition: SystemFile, source: Source) -> None:
     """Refuse limits, events and a quiet parameter that name nothing there is."""
     parameters = list(definition.parameters)
     outputs = [*definition.states, *definition.outputs]
@@ -402,10 +402,10 @@ def _check_references(definition: Definition, source: Source) -> None:
         look_up(("events", event.name, "output"), event.output, known, what)
 
 
-def write_definition(definition: Definition) -> str:
+def write_system(definition: SystemFile) -> str:
     """Write a definition as TOML, always the same for the same definition.
 
-    >>> print(write_definition(Definition(name="decay", states={"q": "-q"})))
+    >>> print(write_system(SystemFile(name="decay", states={"q": "-q"})))
     name = "decay"
     <BLANKLINE>
     [states]
