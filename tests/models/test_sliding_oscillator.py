@@ -5,6 +5,8 @@ import pytest
 
 from helpers.by_hand.sliding import rhs
 from slipfold import SlidingOscillator
+from slipfold.models import model_named
+from slipfold.models.model import evaluation_of
 
 MODEL = SlidingOscillator(Nd=0.3, f=11.7, alpha=0.7, mu=0.35, zeta1=0.02)
 
@@ -23,10 +25,13 @@ def test_static_point_and_eigenvalues_of_the_design_page():
     model = SlidingOscillator()
     point = model.static_point()
     assert point == pytest.approx([0.117402977126, 0.061106649797, 0, 0], abs=1e-12)
-    assert model.modes().eigenvalues == pytest.approx(
-        [-1.898259036 + 44.811184307j, -0.530528347 + 78.291272945j], abs=1e-9
-    )
+    expected = np.array([-1.898259036 + 44.811184307j, -0.530528347 + 78.291272945j])
+    assert model.modes().eigenvalues == pytest.approx(expected, abs=1e-9)
     assert model.modes().stable
+    steady = model_named("steady-sliding")
+    assert steady == model.steady()
+    found = np.linalg.eigvals(evaluation_of(steady).jacobian(steady, steady.static_point()))
+    assert np.sort_complex(found)[[1, 3]] == pytest.approx(expected, abs=1e-8)
 
 
 def test_vertical_frequency_without_friction_of_the_design_page():

@@ -43,17 +43,6 @@ def belt(load=1.0, **others):
     return sf.Structure(M=[[1.0]], C=[[0.1]], K=[[1.0]], names="x", contacts=contact, **others)
 
 
-def test_eigenvalues_of_the_base_case_are_those_of_the_design():
-    model = model_named("steady-sliding")
-    assert model == SlidingOscillator().steady()
-    assert model.static_point()[:2] == pytest.approx([0.117402977126, 0.061106649797], abs=1e-12)
-    found = eigenvalues(model)
-    expected = [-1.898259036 + 44.811184307j, -0.530528347 + 78.291272945j]
-    assert found[found.imag > 0][np.argsort(found.imag[found.imag > 0])] == pytest.approx(
-        expected, abs=1e-8
-    )
-
-
 def test_the_forcing_leaves_no_parameter_behind():
     forced = SlidingOscillator(friction=FALLING, f=11.0, Nd=0.3, Vd=0.7)
     model = forced.steady()
