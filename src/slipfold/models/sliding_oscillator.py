@@ -13,7 +13,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.friction.contact import Contact, contact_outputs
-from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.law import FrictionLaw, cos, sin
 from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.output import (
@@ -26,7 +26,7 @@ from slipfold.models.output import (
 )
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.parametric import described
-from slipfold.models.structures.component import LocalState, cos_sin
+from slipfold.models.structures.component import LocalState
 from slipfold.models.structures.contacts import ModulatedLoad
 
 LOAD = ModulatedLoad()
@@ -244,7 +244,6 @@ class SlidingOscillator(MechanicalModel):
         """Mass-normalized stiffness, damping, friction and plate velocity."""
         w1, w2 = 2 * math.pi * p["f1"], 2 * math.pi * p["f2"]
         m1, m2 = p["k1"] / (w1 * w1), p["k2"] / (w2 * w2)
-        cos, sin = cos_sin(p["alpha"])
         return {
             "L": p["L"],
             "m1": m1,
@@ -257,8 +256,8 @@ class SlidingOscillator(MechanicalModel):
             "spring2": p["kext"] / m2,
             "push1": 1.0 / (m1 * p["L"]),
             "push2": 1.0 / (m2 * p["L"]),
-            "plate_x": p["Vd"] * cos,
-            "plate_y": p["Vd"] * sin,
+            "plate_x": p["Vd"] * cos(p["alpha"]),
+            "plate_y": p["Vd"] * sin(p["alpha"]),
             **{name: p[name] for name in ("Vd", "Ns", "Nd", "f")},
             **{f"{LAW_PREFIX}{name}": p[name] for name in self._law.values},
         }

@@ -48,6 +48,8 @@ def _function(symbolic: Any, numeric: Any) -> Callable[[Expression], Expression]
     return function
 
 
+cos = _function(hy.cos, np.cos)
+sin = _function(hy.sin, np.sin)
 exp = _function(hy.exp, np.exp)
 tanh = _function(hy.tanh, np.tanh)
 arctan = _function(hy.atan, np.arctan)
@@ -84,13 +86,8 @@ class FrictionLaw(Parametric, ABC):
     stiffness and damping, too, are those of the force over N.
 
     A subclass is a frozen dataclass. It states `title`, declares its parameters with `described`
-    and implements `formula`. Fields that are not parameters (an exponent, a shape) tell equations
-    apart.
-
-    Raises
-    ------
-    InputError
-        For a wrong unit, a value outside its bounds or values that contradict each other.
+    and implements `formula`; fields that are not parameters (an exponent, a shape) are made by
+    `structural`.
     """
 
     sticks: ClassVar[bool] = True

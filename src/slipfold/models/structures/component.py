@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
-from slipfold.models.friction.law import is_symbolic
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State
 from slipfold.models.parametric import Parametric, structural
@@ -35,18 +34,6 @@ def shown(value: Any) -> str:
     except ValueError:  # a whole number of more digits than Python prints
         text = f"a {type(value).__name__}"
     return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 3]}..."
-
-
-def cos_sin(angle: Expression) -> tuple[Expression, Expression]:
-    """Return the cosine and the sine."""
-    if is_symbolic(angle):
-        return hy.cos(angle), hy.sin(angle)
-    return math.cos(angle), math.sin(angle)
-
-
-def wave(harmonic: int, phase: Expression) -> tuple[Expression, Expression]:
-    """Return the cosine and the sine of a harmonic of the forcing."""
-    return cos_sin(2 * math.pi * harmonic * phase)
 
 
 def product(weight: float, symbol: Expression) -> Expression:

@@ -13,7 +13,7 @@ import heyoka as hy
 from slipfold.errors import InputError
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact, contact_outputs
-from slipfold.models.friction.law import FrictionLaw
+from slipfold.models.friction.law import FrictionLaw, cos, sin
 from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.output import PULSATING_LIMIT, STICK_LIMIT, Expression, Limit, Output, Symbols
 from slipfold.models.parameter import Parameter, State, nonnegative, positive
@@ -26,10 +26,8 @@ from slipfold.models.structures.component import (
     as_direction,
     as_directions,
     checked_harmonic,
-    cos_sin,
     shown,
     total,
-    wave,
 )
 
 _STATIC = positive("Ns", 1.0, "N", "static normal force", "$N_s$")
@@ -139,7 +137,7 @@ class ModulatedLoad(NormalLoad):
 
     def force(self, local: LocalState) -> Expression:
         """``Ns + Nd cos(2 pi h f t)``."""
-        return local.c["Ns"] + local.c["Nd"] * wave(self.harmonic, local.phase)[0]
+        return local.c["Ns"] + local.c["Nd"] * cos(2 * math.pi * self.harmonic * local.phase)
 
 
 @dataclass(frozen=True)
@@ -299,8 +297,7 @@ class FrictionContact(Component):
         if self.memory() and self.amplitudes:
             result["f"] = p["f"]
         if self.planar:
-            cos, sin = cos_sin(p["alpha"])
-            result |= {"plate_x": p["Vd"] * cos, "plate_y": p["Vd"] * sin}
+            result |= {"plate_x": p["Vd"] * cos(p["alpha"]), "plate_y": p["Vd"] * sin(p["alpha"])}
         return result
 
     # -- equations -----------------------------------------------------------------------------

@@ -69,28 +69,18 @@ class ProportionalDamping(Damping):
         ----------
         first, second
             Frequency in Hz and damping ratio.
-
-        Raises
-        ------
-        InputError
-            If the frequencies are not positive and different, or a factor becomes negative.
         """
         try:
             (f1, ratio1), (f2, ratio2) = first, second
-        except (TypeError, ValueError):
+            if not min(f1, f2) > 0:
+                raise ValueError
+            rows = [[0.25 / (math.pi * f), math.pi * f] for f in (f1, f2)]
+            alpha, beta = np.linalg.solve(rows, [ratio1, ratio2])
+        except (TypeError, ValueError, ArithmeticError):
             raise InputError(
-                f"{shown(first)} and {shown(second)} do not fix proportional damping; give "
-                "two pairs of a frequency in Hz and a damping ratio"
+                f"{shown(first)} and {shown(second)} do not define proportional damping; give two "
+                "pairs of a frequency > 0 in Hz and a damping ratio, at two frequencies"
             ) from None
-        if not (f1 > 0 and f2 > 0 and f1 != f2):
-            raise InputError(
-                f"the frequencies {f1:g} Hz and {f2:g} Hz do not fix proportional damping; give "
-                "two different ones > 0"
-            )
-        w1, w2 = 2 * math.pi * f1, 2 * math.pi * f2
-        alpha, beta = np.linalg.solve(
-            [[0.5 / w1, 0.5 * w1], [0.5 / w2, 0.5 * w2]], [ratio1, ratio2]
-        )
         if alpha < 0 or beta < 0:
             raise InputError(
                 f"the ratios {ratio1:g} at {f1:g} Hz and {ratio2:g} at {f2:g} Hz need a negative "

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.errors import InputError
+from slipfold.models.friction.law import cos, sin
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import Parameter
 from slipfold.models.parametric import described, structural
@@ -24,10 +25,8 @@ from slipfold.models.structures.component import (
     OneDirection,
     as_direction,
     checked_harmonic,
-    cos_sin,
     shown,
     total,
-    wave,
 )
 
 _PHASE = Parameter("phi", 0.0, "rad", "phase by which a forcing leads", symbol=r"$\varphi$")
@@ -54,15 +53,16 @@ class PeriodicForce(Component):
         """Return the sum of the series."""
         terms = []
         for key, value in local.c.items():
-            cos, sin = wave(int(key[3:]), local.phase) if key != "cos0" else (1.0, 0.0)
-            terms.append(value * (cos if key.startswith("cos") else sin))
+            function, angle = key[:3], 2 * math.pi * int(key[3:]) * local.phase
+            terms.append(
+                value if key == "cos0" else value * {"cos": cos, "sin": sin}[function](angle)
+            )
         return (total(terms),)
 
 
 def _leading(h: int, size: Expression, phi: Expression) -> dict[str, Expression]:
     """Return the terms of ``size cos(2 pi h f t + phi)``."""
-    cos, sin = cos_sin(phi)
-    return {f"cos{h}": size * cos, f"sin{h}": -(size * sin)}
+    return {f"cos{h}": size * cos(phi), f"sin{h}": -(size * sin(phi))}
 
 
 @dataclass(frozen=True)
