@@ -1,4 +1,4 @@
-"""Integrators and functions compiled from equations, kept on disk, a copy for each thread."""
+"""Compiled code, kept on disk, and functions compiled from equations."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache as memoise
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,17 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import LANES, OPTIMIZATION
-from slipfold.flow.equations import (
-    Constants,
-    Equations,
-    Scaled,
-    with_variations,
-)
-from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
+from slipfold.flow.equations import Constants, Equations
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.model import Kind, Model
-from slipfold.models.output import Limit
 
 
 class OwnCopies:
@@ -183,296 +175,8 @@ def _write(path: Path, digest: str, made: Any) -> None:
             Path(temporary).unlink(missing_ok=True)
 
 
-JET_ORDER = 3
-
-JET_TOLERANCE = 1e-10
-"""Normal form coefficients need eight digits, not thirteen: a third less time."""
-
-SHORT = 250
-"""Terms of the rates up to which code is not compact: that of two to four states runs in two thirds
-of the time then and is compiled in as much; what is longer takes ever longer to compile."""
-
-
-class CompiledCode:
-    """Everything a flow runs, compiled on first use and kept on disk.
-
-    Integrators work in scaled states, see `Scaled`: their parameters begin with the coefficients
-    and the scales. Functions work in the states themselves. Threads share functions, which hold no
-    work space, and have integrators of their own.
-
-    `tolerance` is the local error that a step of an integrator may make.
-    """
-
-    def __init__(self, equations: Equations, tolerance: float) -> None:
-        self._equations = equations
-        self._tolerance = tolerance
-        self._count = len(equations.coefficients)
-        self._known = self._count + equations.dimension
-        self._integrators = OwnCopies()
-
-    @cached_property
-    def _scaled(self) -> Scaled:
-        return Scaled.of(self._equations)
-
-    # -- integrators ---------------------------------------------------------------------------
-
-    @property
-    def plain(self) -> Any:
-        """Batch of the states alone, always optimized: searches for trajectories run long."""
-
-        def build() -> Any:
-            system = self._plain_system()
-            short = sum(len(rate) for _, rate in system) <= SHORT
-            return self._batch(system, self._known, self._places(), level=3, compact=not short)
-
-        return self._own("states", build)
-
-    def single(self, limits: Sequence[Limit] = ()) -> Any:
-        """One trajectory of the states alone, which ends where a limit is met.
-
-        Parameters are the coefficients, the scales, and one over the scale of each limit's output.
-        """
-
-        def build() -> Any:
-            known, outputs = self._places(), dict(self._equations.outputs)
-            watched = [outputs[limit.output] for limit in limits]
-            margins = [
-                hy.par[self._known + i] * (output - limit.bound)
-                for i, (output, limit) in enumerate(zip(watched, limits, strict=True))
-            ]
-            ends = [
-                hy.t_event(item, direction=hy.event_direction.negative)
-                for item in hy.subs(self._scaled.express(margins), known)
-            ]
-            turns = sharp_turns(self._equations, watched).scaled(self._scaled)
-            return hy.taylor_adaptive(
-                self._plain_system(),
-                state=[0.0] * self._equations.dimension,
-                pars=[0.0] * (self._known + len(limits)),
-                tol=self._tolerance,
-                opt_level=OPTIMIZATION,
-                t_events=[*ends, *turns.events(known, batch=False)],
-                nt_events=turns.passed(known, batch=False),
-            )
-
-        bounds = [(limit.output, limit.bound) for limit in limits]
-        return self._own(f"single, weighted limits={bounds!r}", build)
-
-    def variations(self, columns: int, directions: int = 0, *, tangent: bool = False) -> Any:
-        """Batch of the states and variations of them: see `with_variations`.
-
-        Parameters are the coefficients c, the scales, and the changes of c, one after the other.
-        With a tangent, one perturbation of the states is propagated as well, and there are
-        variations of both: second derivatives with the perturbation as one direction.
-        """
-
-        def build() -> Any:
-            base = with_variations(self._equations, 1) if tangent else self._equations
-            changes = [
-                [hy.expression(f"change {k} of {symbol}") for symbol in base.coefficients]
-                for k in range(directions)
-            ]
-            whole = with_variations(base, columns, changes)
-            scaled, known = Scaled.of(whole), self._places()
-            rows = np.arange(base.dimension) % self._equations.dimension
-            places = self._count + np.concatenate([rows, np.repeat(rows, columns + directions)])
-            symbols = [symbol for change in changes for symbol in change]
-            known |= {str(s): hy.par[i] for s, i in zip(scaled.scales, places, strict=True)}
-            known |= {str(symbol): hy.par[self._known + i] for i, symbol in enumerate(symbols)}
-            rates = hy.subs(list(scaled.rates), known)
-            system = list(zip(whole.states, rates, strict=True))
-            size = len(places) // self._equations.dimension
-            return self._batch(system, self._known + len(symbols), known, size=size)
-
-        return self._own(f"{columns} variations, {directions} along, tangent={tangent}", build)
-
-    def _places(self) -> dict[str, Any]:
-        """Parameters of an integrator that stand for coefficients, scales and the phase."""
-        known = [*self._equations.coefficients, *self._scaled.scales]
-        places: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(known)}
-        return {**places, str(self._equations.phase): hy.time}
-
-    @property
-    def jet(self) -> Any:
-        """Batch of the states and their Taylor jets along a direction of the start.
-
-        The variable is ``z = x - s v``, which starts at x(0) for every s; parameters are the
-        coefficients, the scales, the direction v and s = 0.
-        """
-
-        def build() -> Any:
-            first, n = self._known, self._equations.dimension
-            along = hy.par[first + n]
-            moved = self._places()
-            for i, symbol in enumerate(self._equations.states):
-                moved[str(symbol)] = symbol + along * hy.par[first + i]
-            variations = hy.var_ode_sys(self._system(moved), [along], order=JET_ORDER)
-            return self._batch(variations, first + n + 1, moved, tolerance=JET_TOLERANCE)
-
-        return self._own("jet", build)
-
-    # -- functions -----------------------------------------------------------------------------
-
-    @cached_property
-    def coefficients(self) -> Any:
-        """Coefficients, of the parameters."""
-        values = self._equations.coefficient_values
-        return self._kept("coefficient values", lambda: self._of_parameters(values))
-
-    @cached_property
-    def coefficient_slopes(self) -> Any:
-        """Derivatives of the coefficients with respect to the parameters, row by row."""
-
-        def build() -> Any:
-            values, parameters = self._equations.coefficient_values, self._equations.parameters
-            slopes = [hy.diff(value, parameter) for value in values for parameter in parameters]
-            return self._of_parameters(slopes)
-
-        return self._kept("coefficient slopes", build)
-
-    @cached_property
-    def rates(self) -> Any:
-        """Rates of the states, of states, phase and coefficients."""
-        return self._kept("rates", lambda: self._function(self._equations.rates))
-
-    @cached_property
-    def jacobian(self) -> Any:
-        """Derivatives of the rates with respect to the states, row by row."""
-        return self._kept("jacobian", lambda: self._function(self._slopes()))
-
-    @cached_property
-    def changing_slopes(self) -> tuple[Any, NDArray[np.intp]]:
-        """Those derivatives that states or phase change, and their places; None if all stay."""
-
-        def build() -> Any:
-            moving = {str(symbol) for symbol in (*self._equations.states, self._equations.phase)}
-            slopes = self._slopes()
-            changing = [not moving.isdisjoint(hy.get_variables(slope)) for slope in slopes]
-            places = np.flatnonzero(changing)
-            return self._function(slopes[places]) if len(places) else None, places
-
-        result: tuple[Any, NDArray[np.intp]] = self._kept("changing slopes", build)
-        return result
-
-    @cached_property
-    def curvature(self) -> Any:
-        """Derivatives of the rates and of their slope along a vector.
-
-        Arguments are states, phase, coefficients, the vector v and a direction d of the
-        coefficients. Values are ``D^2 f [v, .]`` row by row, then the derivative of ``Df v`` along
-        d.
-        """
-
-        def build() -> Any:
-            equations = self._equations
-            states, rates = equations.states, equations.rates
-            vector, along = (
-                self._directions("v", states),
-                self._directions("d", equations.coefficients),
-            )
-            slopes = _slopes(rates, states, vector)
-            second = _derivatives(slopes, states).ravel()
-            pulls = _slopes(slopes, equations.coefficients, along)
-            return self._function([*second, *pulls], [*vector, *along])
-
-        return self._kept("bent", build)
-
-    @cached_property
-    def pull(self) -> Any:
-        """Derivatives of the rates along a direction d of the coefficients.
-
-        Arguments are states, phase, coefficients and d.
-        """
-
-        def build() -> Any:
-            rates, coefficients = self._equations.rates, self._equations.coefficients
-            along = self._directions("d", coefficients)
-            return self._function(_slopes(rates, coefficients, along), along)
-
-        return self._kept("pull", build)
-
-    @cached_property
-    def powers(self) -> Any:
-        """``D^2 f [v, v]`` and ``D^3 f [v, v, v]``; arguments as for `rates`, then the vector v."""
-
-        def build() -> Any:
-            states = self._equations.states
-            vector = self._directions("v", states)
-            forms, values = list(self._equations.rates), []
-            for order in (1, 2, 3):
-                forms = _slopes(forms, states, vector)
-                values += forms if order > 1 else []
-            return self._function(values, vector)
-
-        return self._kept("powers", build)
-
-    @cached_property
-    def outputs(self) -> Any:
-        """All outputs."""
-        expressions = [item for _, item in self._equations.outputs]
-        return self._kept("outputs", lambda: self._function(expressions))
-
-    # -- how they are made ---------------------------------------------------------------------
-
-    def _slopes(self) -> NDArray[Any]:
-        states, rates = list(self._equations.states), list(self._equations.rates)
-        slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
-        return np.asarray(slopes).ravel()
-
-    def _own(self, kind: str, build: Callable[[], Any]) -> Any:
-        return self._integrators.get(kind, lambda: self._kept(kind, build))
-
-    def _kept(self, kind: str, build: Callable[[], Any]) -> Any:
-        options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
-        made = f"scaled {kind} {options} level={OPTIMIZATION} {VERSION}"
-        # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
-        hy.llvm_state.set_diskcache_enabled(False)
-        return cached(f"{made}\n{self._equations.fingerprint()}", build)
-
-    def _plain_system(self) -> list[tuple[Any, Any]]:
-        return self._system(self._places())
-
-    def _system(self, moved: dict[str, Any]) -> list[tuple[Any, Any]]:
-        rates = hy.subs(list(self._scaled.rates), moved)
-        return list(zip(self._equations.states, rates, strict=True))
-
-    @cached_property
-    def _turns(self) -> SharpTurns:
-        return sharp_turns(self._equations).scaled(self._scaled)
-
-    def _batch(
-        self,
-        system: Any,
-        parameters: int,
-        places: dict[str, Any],
-        *,
-        tolerance: float | None = None,
-        size: int = 1,
-        level: int = OPTIMIZATION,
-        compact: bool = True,
-    ) -> Any:
-        # Compact mode: compiled in a fifth of the time, and eight lanes hide most of its cost.
-        return hy.taylor_adaptive_batch(
-            system,
-            state=np.zeros((size * self._equations.dimension, LANES)),
-            pars=np.zeros((parameters, LANES)),
-            tol=tolerance or self._tolerance,
-            compact_mode=compact,
-            opt_level=level,
-            t_events=self._turns.events(places, batch=True),
-            nt_events=self._turns.passed(places, batch=True),
-        )
-
-    def _directions(self, letter: str, symbols: Iterable[Any]) -> list[Any]:
-        return [hy.expression(f"{letter}_{symbol}") for symbol in symbols]
-
-    def _of_parameters(self, expressions: Iterable[Any]) -> Any:
-        return compiled_function(expressions, self._equations.parameters)
-
-    def _function(self, expressions: Iterable[Any], more: Sequence[Any] = ()) -> Any:
-        equations = self._equations
-        arguments = [*equations.states, equations.phase, *equations.coefficients, *more]
-        return compiled_function(expressions, arguments)
+def _directions(letter: str, symbols: Iterable[Any]) -> list[Any]:
+    return [hy.expression(f"{letter}_{symbol}") for symbol in symbols]
 
 
 def _slopes(forms: Sequence[Any], symbols: Sequence[Any], direction: Sequence[Any]) -> list[Any]:
@@ -498,15 +202,42 @@ def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> NDArray[Any]:
 
 
 class Evaluated:
-    """What equations say at a state and a phase, nothing integrated."""
+    """What equations say at a state and a phase, nothing integrated.
 
-    def __init__(self, code: CompiledCode, dimension: int) -> None:
-        self._code = code
-        self.dimension = dimension
+    Functions are compiled on first use and kept on disk. Threads share them: they hold no work
+    space.
+    """
+
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+        self.dimension = equations.dimension
+        self._functions: dict[str, Any] = {}
+
+    def coefficients(self, parameters: Array) -> Array:
+        """Evaluate the coefficients. Shapes: parameters (..., n_p); returns (..., n_c)."""
+        equations = self.equations
+        function = self._compiled(
+            "coefficients",
+            lambda: compiled_function(equations.coefficient_values, equations.parameters),
+        )
+        return np.asarray(function(np.ascontiguousarray(parameters.T)).T)
+
+    def coefficient_slopes(self, parameters: Array) -> Array:
+        """Differentiate them. Shapes: parameters (..., n_p); returns (..., n_c, n_p)."""
+        values, symbols = self.equations.coefficient_values, self.equations.parameters
+
+        def build() -> Any:
+            slopes = [hy.diff(value, symbol) for value in values for symbol in symbols]
+            return compiled_function(slopes, symbols)
+
+        function = self._compiled("coefficient slopes", build)
+        slopes = function(np.ascontiguousarray(parameters.T)).T
+        return np.asarray(slopes.reshape(*parameters.shape[:-1], len(values), len(symbols)))
 
     def rates(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate dq/dphase. Shapes: states (m, n); phases (m,); returns (m, n)."""
-        return self._evaluate(self._code.rates, states, phases, constants)
+        function = self._compiled("rates", lambda: self._function(self.equations.rates))
+        return self._evaluate(function, states, phases, constants)
 
     def jacobians(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Evaluate the Jacobian of dq/dphase with respect to the states.
@@ -514,7 +245,8 @@ class Evaluated:
         Shapes: states (m, n); phases (m,); returns (m, n, n).
         """
         n = self.dimension
-        return self._evaluate(self._code.jacobian, states, phases, constants).reshape(-1, n, n)
+        function = self._compiled("jacobian", lambda: self._function(self._slopes()))
+        return self._evaluate(function, states, phases, constants).reshape(-1, n, n)
 
     def changing_jacobians(
         self, states: Array, phases: Array, constants: Constants
@@ -523,8 +255,16 @@ class Evaluated:
 
         Shapes: states (m, n); phases (m,); returns (n, n), places (c,), columns (m, n, c).
         """
+
+        def build() -> Any:
+            moving = {str(symbol) for symbol in (*self.equations.states, self.equations.phase)}
+            slopes = self._slopes()
+            changing = [not moving.isdisjoint(hy.get_variables(slope)) for slope in slopes]
+            places = np.flatnonzero(changing)
+            return self._function(slopes[places]) if len(places) else None, places
+
         first = self.jacobians(states[:1], phases[:1], constants)[0]
-        changing, places = self._code.changing_slopes
+        changing, places = self._compiled("changing slopes", build)
         rows, where = np.divmod(places, self.dimension)
         columns, own = np.unique(where, return_inverse=True)
         result = np.empty((len(states), self.dimension, len(columns)))
@@ -538,7 +278,9 @@ class Evaluated:
 
         Shapes: states (m, n); phases (m,); returns (m, n_outputs).
         """
-        return self._evaluate(self._code.outputs, states, phases, constants)
+        expressions = [item for _, item in self.equations.outputs]
+        function = self._compiled("outputs", lambda: self._function(expressions))
+        return self._evaluate(function, states, phases, constants)
 
     def curvatures(
         self,
@@ -553,10 +295,19 @@ class Evaluated:
         Shapes: states, vectors (m, n); phases (m,); directions (n_c, k); returns second (m, n, n),
         mixed (m, n, k).
         """
+
+        def build() -> Any:
+            symbols, coefficients = self.equations.states, self.equations.coefficients
+            vector, along = _directions("v", symbols), _directions("d", coefficients)
+            slopes = _slopes(self.equations.rates, symbols, vector)
+            second = _derivatives(slopes, symbols).ravel()
+            mixed = _slopes(slopes, coefficients, along)
+            return self._function([*second, *mixed], [*vector, *along])
+
         m, n, k = len(states), self.dimension, directions.shape[1]
         more = np.concatenate([np.repeat(vectors, k, axis=0), np.tile(directions.T, (m, 1))], 1)
         rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
-        result = self._evaluate(self._code.curvature, rows, at, constants, more)
+        result = self._evaluate(self._compiled("bent", build), rows, at, constants, more)
         result = result.reshape(m, k, n * n + n)
         mixed = np.swapaxes(result[:, :, n * n :], 1, 2)
         return result[:, 0, : n * n].reshape(m, n, n), mixed
@@ -566,10 +317,16 @@ class Evaluated:
 
         Shapes: states (m, n); phases (m,); directions (n_c, k); returns (m, n, k).
         """
+
+        def build() -> Any:
+            coefficients = self.equations.coefficients
+            change = _directions("d", coefficients)
+            return self._function(_slopes(self.equations.rates, coefficients, change), change)
+
         m, k = len(states), directions.shape[1]
         rows, at = np.repeat(states, k, axis=0), np.repeat(phases, k)
         along = np.tile(directions.T, (m, 1))
-        result = self._evaluate(self._code.pull, rows, at, constants, along)
+        result = self._evaluate(self._compiled("pull", build), rows, at, constants, along)
         return result.reshape(m, k, -1).transpose(0, 2, 1)
 
     def powers(
@@ -579,8 +336,34 @@ class Evaluated:
 
         Shapes: states, vectors (m, n); phases (m,); returns second, third (m, n).
         """
-        result = self._evaluate(self._code.powers, states, phases, constants, vectors)
+
+        def build() -> Any:
+            vector = _directions("v", self.equations.states)
+            forms, values = list(self.equations.rates), []
+            for order in (1, 2, 3):
+                forms = _slopes(forms, self.equations.states, vector)
+                values += forms if order > 1 else []
+            return self._function(values, vector)
+
+        function = self._compiled("powers", build)
+        result = self._evaluate(function, states, phases, constants, vectors)
         return result[:, : self.dimension], result[:, self.dimension :]
+
+    def _compiled(self, kind: str, build: Callable[[], Any]) -> Any:
+        if kind not in self._functions:
+            key = f"function {kind}\n{self.equations.fingerprint()}"
+            self._functions[kind] = cached(key, build)
+        return self._functions[kind]
+
+    def _function(self, expressions: Iterable[Any], more: Sequence[Any] = ()) -> Any:
+        equations = self.equations
+        arguments = [*equations.states, equations.phase, *equations.coefficients, *more]
+        return compiled_function(expressions, arguments)
+
+    def _slopes(self) -> NDArray[Any]:
+        states, rates = list(self.equations.states), list(self.equations.rates)
+        slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian
+        return np.asarray(slopes).ravel()
 
     def _evaluate(
         self, function: Any, states: Array, phases: Array, c: Constants, more: Array | None = None

@@ -26,7 +26,7 @@ from slipfold.flow.batches import (
     sampled,
     set_out,
 )
-from slipfold.flow.compiled_code import JET_ORDER, CompiledCode, Evaluated, shared_by_kind
+from slipfold.flow.compiled_code import Evaluated, shared_by_kind
 from slipfold.flow.equations import (
     Constants,
     Equations,
@@ -35,6 +35,7 @@ from slipfold.flow.equations import (
     power_of_two,
 )
 from slipfold.flow.implicit_steps import StiffFallback
+from slipfold.flow.integrators import JET_ORDER, Integrators
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.models.model import COLUMNS, Model, carried_whole
 from slipfold.models.output import Limit
@@ -49,8 +50,8 @@ class Flow(Evaluated):
     """
 
     def __init__(self, equations: Equations, tolerance: float = TOLERANCE) -> None:
-        super().__init__(CompiledCode(equations, tolerance), equations.dimension)
-        self.equations = equations
+        super().__init__(equations)
+        self._code = Integrators(equations, tolerance)
         self.tolerance = tolerance
         self.output_names = tuple(name for name, _ in equations.outputs)
 
@@ -69,15 +70,12 @@ class Flow(Evaluated):
 
         Shapes: parameters (n_p,); scales (n,) or (m, n).
         """
-        columns = np.ascontiguousarray(parameters.T)
-        *rows, width = parameters.shape
-
-        def rates() -> Array:
-            slopes = self._code.coefficient_slopes(columns).T
-            return np.asarray(slopes.reshape(*rows, len(self.equations.coefficients), width))
-
-        values = self._code.coefficients(columns).T
-        return Constants(values, np.ones(self.dimension) if scales is None else scales, rates)
+        values, ones = self.coefficients(parameters), np.ones(self.dimension)
+        return Constants(
+            values,
+            ones if scales is None else scales,
+            lambda: self.coefficient_slopes(parameters),
+        )
 
     # -- trajectories --------------------------------------------------------------------------
 
