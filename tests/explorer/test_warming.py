@@ -2,7 +2,7 @@
 
 from helpers.dry_friction import two_masses
 from slipfold.explorer import answering
-from slipfold.explorer.answering import Answering, Computing
+from slipfold.explorer.answering import Answering
 from slipfold.explorer.catalogue import Catalogue
 
 
@@ -12,6 +12,6 @@ def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):
             check()
 
     monkeypatch.setattr(answering, "WARMING", 0.1)
-    monkeypatch.setattr(Computing, "diagram", endless)
-    monkeypatch.setattr(Computing, "draft", lambda self, request: None)
+    monkeypatch.setattr(Answering, "_diagram", endless)
+    monkeypatch.setattr(Answering, "_draft", lambda self, request: None)
     Answering(Catalogue(two_masses(), None)).warm_up()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from time import perf_counter
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
-from slipfold.explorer.plain import BETWEEN, axis_of, number, short
+from slipfold.explorer.plain import BETWEEN, Emit, axis_of, number, short
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
@@ -192,7 +192,7 @@ class PlaneProgress:
     all its points so far, by ``number``; and ``loci`` once all are followed.
     """
 
-    def __init__(self, send: Callable[[dict[str, Any]], None]) -> None:
+    def __init__(self, send: Emit) -> None:
         self._tell = send
         self._told = perf_counter()
         self._grown: dict[LocusLine, list[tuple[float, float]]] = {}

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from slipfold.computations.long_term import simulate
 from slipfold.errors import InputError
-from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.computing import Computing
 from slipfold.explorer.messages import (
     DiagramRequest,
     DrawnRequest,
-    ExportRequest,
     OrbitRequest,
     PlaneRequest,
     SimulationRequest,
@@ -31,8 +26,6 @@ from slipfold.models.structures.structure import Structure
 from slipfold.models.system import System
 from slipfold.models.unforced import Unforced
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.results.orbit import SavedOrbit
-from slipfold.results.records import provenance
 from slipfold.results.result import Result
 
 MEDIA_TYPES = {
@@ -47,37 +40,8 @@ SUFFIXES = {"python": "py", "toml": "toml", "csv": "csv", "nc": "nc"}
 """Ends of the names of files."""
 
 
-def export_view(
-    catalogue: Catalogue,
-    computing: Computing,
-    request: ExportRequest,
-    check: Callable[[], None],
-) -> bytes:
-    """Make the content of a file."""
-    view = request.view
-    if request.format in ("python", "toml"):
-        orbit = computing.orbit(view, check) if isinstance(view, OrbitRequest) else None
-        model = catalogue.of(view)
-        file = catalogue.file(model)
-        if request.format == "toml":
-            return toml_text(model, view, file).encode()
-        return python_text(model, view, orbit, file, request.readings).encode()
-    result: Result
-    if isinstance(view, OrbitRequest):
-        found = computing.orbit(view, check)
-        result = SavedOrbit(found.model, found, provenance(0.0))
-    elif isinstance(view, DiagramRequest):
-        result = computing.diagram(view, check)
-    elif isinstance(view, PlaneRequest):
-        result = computing.plane(view, check)
-    else:
-        model = catalogue.of(view)
-        result = simulate(timed(model, view), view.periods, start_of(model, view))
-    return _written(result, request.format)
-
-
-def _written(result: Result, form: str) -> bytes:
-    """Let a result write itself; the name of the file is ours."""
+def written(result: Result, form: str) -> bytes:
+    """Return the content of a file that a result writes."""
     with tempfile.TemporaryDirectory(prefix="slipfold-") as folder:
         path = Path(folder) / "result"
         (result.save if form == "nc" else result.to_csv)(path)

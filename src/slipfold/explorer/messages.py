@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -27,8 +27,6 @@ MAX_NAME = 200
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 """Characters, as in a class of a regular expression, that no model's name in a request has."""
 
-KINDS = ("diagram", "orbit", "plane", "simulation", "exponents", "basins", "regimes", "cancel")
-
 MAX_SLOT = 8
 
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
@@ -50,6 +48,10 @@ Values = Annotated[dict[Name, Number], Field(max_length=MAX_NAMES)]
 
 class _Message(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+    rank: ClassVar[int] = 2  # of a request: the lowest is answered first
+    seconds: ClassVar[float] = 120.0  # that a worker may take over it
+    slow: ClassVar[bool] = False  # whether it takes so long that it must not take all workers
 
 
 class _Request(_Message):
@@ -88,6 +90,9 @@ class _ResponseRequest(_ModelRequest):
 class DiagramRequest(_ResponseRequest):
     """The response over a parameter, with its bifurcations."""
 
+    rank: ClassVar[int] = 1
+    seconds: ClassVar[float] = 60.0
+
     kind: Literal["diagram"]
     show: Name
     statistic: Literal["max", "min", "peak_to_peak", "modulus"] = "max"
@@ -113,6 +118,9 @@ class OrbitThrough(_Message):
 
 class OrbitRequest(_ResponseRequest):
     """One periodic orbit: a point on a branch of a diagram, or an orbit near a state."""
+
+    rank: ClassVar[int] = 0
+    seconds: ClassVar[float] = 30.0
 
     kind: Literal["orbit"]
     at: OnBranch | OrbitThrough
@@ -146,11 +154,19 @@ class _WindowRequest(_ModelRequest):
 class PlaneRequest(_WindowRequest):
     """The bifurcations in a window of two parameters, and the regions between them."""
 
+    rank: ClassVar[int] = 3
+    seconds: ClassVar[float] = 600.0
+    slow: ClassVar[bool] = True
+
     kind: Literal["plane"]
 
 
 class RegimesRequest(_WindowRequest):
     """The regimes in a window of two parameters, with increasing resolution."""
+
+    rank: ClassVar[int] = 3
+    seconds: ClassVar[float] = 600.0
+    slow: ClassVar[bool] = True
 
     kind: Literal["regimes"]
 
@@ -172,11 +188,17 @@ class SimulationRequest(MotionRequest):
 class ExponentsRequest(MotionRequest):
     """The kind of a solution, by its Lyapunov exponents."""
 
+    seconds: ClassVar[float] = 300.0
+
     kind: Literal["exponents"]
 
 
 class BasinsRequest(_ModelRequest):
     """Basins of attraction on a plane of two states, with increasing resolution."""
+
+    rank: ClassVar[int] = 3
+    seconds: ClassVar[float] = 600.0
+    slow: ClassVar[bool] = True
 
     kind: Literal["basins"]
     x: PlaneAxis
@@ -210,6 +232,9 @@ ViewRequest = Annotated[_View, Discriminator("kind")]
 
 Request = Annotated[_View | CancelRequest, Discriminator("kind")]
 """Any request over the WebSocket."""
+
+KINDS = tuple(get_args(item.model_fields["kind"].annotation)[0] for item in get_args(_View))
+"""Kinds of requests for something to look at."""
 
 _ANY: TypeAdapter[Any] = TypeAdapter(Request)
 
@@ -261,7 +286,7 @@ def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[
     read = given if isinstance(given, dict) else {}
     kind, number, slot = read.get("kind"), read.get("id"), read.get("slot")
     return {
-        "kind": kind if kind in KINDS else "error",
+        "kind": kind if kind in (*KINDS, "cancel") else "error",
         "id": number if isinstance(number, int) and abs(number) <= 2**53 else None,
         "slot": slot if isinstance(slot, str) and len(slot) <= MAX_SLOT else "live",
         "done": True,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from slipfold.computations.long_term import basins
 from slipfold.errors import InputError
 from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
-from slipfold.explorer.plain import axis_of, now_and_then, number, short
+from slipfold.explorer.plain import Check, Emit, axis_of, now_and_then, number, short
 from slipfold.loci.region_votes import model_exists
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import NOT_DONE, PERIODIC, TrajectoryGrid
@@ -26,8 +25,8 @@ BASIN_POINTS = (16, 48, 144)
 def send_basins(
     model: Model,
     request: BasinsRequest,
-    send: Callable[[dict[str, Any]], None],
-    check: Callable[[], None],
+    send: Emit,
+    check: Check,
 ) -> None:
     """Compute basins, coarse ones first, and send each picture when it is ready."""
     watch = now_and_then(send, check, _far)
@@ -69,8 +68,8 @@ REGIME_TRANSIENT = 400
 def send_regimes(
     model: Model,
     request: RegimesRequest,
-    send: Callable[[dict[str, Any]], None],
-    check: Callable[[], None],
+    send: Emit,
+    check: Check,
 ) -> None:
     """Classify solutions from the starting state, few of them first, and send each picture.
 

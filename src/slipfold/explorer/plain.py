@@ -18,6 +18,12 @@ from slipfold.models.parameter import State
 from slipfold.models.suggestion import unknown
 from slipfold.progress import Observer, Progress
 
+Emit = Callable[[dict[str, Any]], None]
+"""Takes a view, or a part of it, as plain data."""
+
+Check = Callable[[], None]
+"""Raises if what is computed is no longer wanted."""
+
 SMALL = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho"
 SMALL += " sigma tau upsilon phi chi psi omega"
 
@@ -140,8 +146,8 @@ BETWEEN = 0.1
 
 
 def now_and_then(
-    send: Callable[[dict[str, Any]], None],
-    check: Callable[[], None],
+    send: Emit,
+    check: Check,
     note: Callable[[Progress], dict[str, Any]],
 ) -> Observer:
     """Return an observer that sends notes of the progress to the page at intervals."""

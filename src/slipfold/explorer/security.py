@@ -7,7 +7,6 @@ from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from time import monotonic
-from types import MappingProxyType
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -22,21 +21,8 @@ class Limits:
     burst: int = 240  # requests of one client at once
     clients: int = 64  # open pages
     unsent_bytes: int = 64 * 2**20  # answers that wait for a slow client; beyond that it is let go
-    # Time that a worker may take over a request, by kind
-    seconds: Mapping[str, float] = field(
-        default_factory=lambda: MappingProxyType(
-            {
-                "diagram": 60.0,
-                "orbit": 30.0,
-                "simulation": 120.0,
-                "exponents": 300.0,
-                "plane": 600.0,
-                "basins": 600.0,
-                "regimes": 600.0,
-                "export": 120.0,
-            }
-        )
-    )
+    # Time in s that a worker may take over a request, by kind, where not its own
+    seconds: Mapping[str, float] = field(default_factory=dict)
     worker_bytes: int = 2**30  # memory beyond which a worker is replaced once it is idle
 
 

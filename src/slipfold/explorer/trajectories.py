@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.computations.long_term import lyapunov
 from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, MotionRequest, SimulationRequest
-from slipfold.explorer.plain import now_and_then, number, short
+from slipfold.explorer.plain import Check, Emit, now_and_then, number, short
 from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import Flow, flow_of
@@ -130,7 +130,7 @@ TOLERANCE = 1e-9
 
 
 def stream_simulation(
-    model: Model, request: SimulationRequest, emit: Callable[[dict[str, Any]], None]
+    model: Model, request: SimulationRequest, emit: Emit, check: Check = lambda: None
 ) -> None:
     """Integrate a solution and send it piece by piece.
 
@@ -154,9 +154,7 @@ def stream_simulation(
 NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
 
 
-def _smooth(
-    model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
-) -> SmoothIntegration:
+def _smooth(model: Model, start: Array, periods: int, every: int, emit: Emit) -> SmoothIntegration:
     motion, flow = SmoothIntegration(model, start), flow_of(model)
     constants = flow.constants_of(model)
     phases = np.arange(SAMPLES) / SAMPLES
@@ -173,9 +171,7 @@ def _smooth(
     return motion
 
 
-def _switched(
-    model: Model, start: Array, periods: int, every: int, emit: Callable[[dict[str, Any]], None]
-) -> Trajectory:
+def _switched(model: Model, start: Array, periods: int, every: int, emit: Emit) -> Trajectory:
     motion = HybridIntegration.begin(model, start, paced=True)
     phases = np.arange(SAMPLES) / SAMPLES
     # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
@@ -327,8 +323,8 @@ EXPONENT_TOLERANCE = 1e-6
 def send_exponents(
     model: Model,
     request: ExponentsRequest,
-    send: Callable[[dict[str, Any]], None],
-    check: Callable[[], None],
+    send: Emit,
+    check: Check,
 ) -> None:
     """Compute the exponents of a solution and send progress; None is minus infinity."""
 

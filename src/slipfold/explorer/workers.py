@@ -18,21 +18,6 @@ from slipfold.explorer.security import Limits
 from slipfold.explorer.worker import READY, Reply, Task, run_worker
 from slipfold.models.model import Model
 
-RANK = {
-    "orbit": 0,
-    "diagram": 1,
-    "simulation": 2,
-    "exponents": 2,
-    "export": 2,
-    "plane": 3,
-    "basins": 3,
-    "regimes": 3,
-}
-"""Quick answers first."""
-
-SLOW = ("plane", "basins", "regimes")
-"""What takes so long that it must not take all workers."""
-
 OVERTAKEN = 40
 """Later jobs that may go before one of the next rank, so that no job waits for ever."""
 
@@ -65,11 +50,9 @@ class Job:
 
     @property
     def order(self) -> int:
-        """Position in the queue."""
-        rank = RANK[self.kind]
-        if isinstance(self.request, DiagramRequest) and self.request.slot != "live":
-            rank += 1
-        return self.place + OVERTAKEN * rank
+        """Position in the queue: quick answers first."""
+        pinned = isinstance(self.request, DiagramRequest) and self.request.slot != "live"
+        return self.place + OVERTAKEN * (self.request.rank + pinned)
 
 
 GRACE = 2.0
@@ -245,11 +228,11 @@ class Workers:
         """Return a free worker for a job: that of its client, or any that is not."""
         home = self._workers[job.home % self._count]
         idle = [worker for worker in self._workers if worker.idle]
-        if job.kind in SLOW:
+        if job.request.slow:
             # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
             others = [worker for worker in idle if worker is not home]
             slow = sum(
-                worker.job is not None and worker.job.kind in SLOW for worker in self._workers
+                worker.job is not None and worker.job.request.slow for worker in self._workers
             )
             if self._count > 1:
                 return others[0] if others and slow < self._count - 1 else None
@@ -259,7 +242,7 @@ class Workers:
 
     def _hand_over(self, job: Job, worker: WorkerProcess) -> None:
         loop = asyncio.get_running_loop()
-        seconds = self._limits.seconds[job.kind]
+        seconds = self._limits.seconds.get(job.kind, job.request.seconds)
         worker.timer = loop.call_later(seconds, self._too_long, worker, job, seconds)
         worker.give(job)
 
