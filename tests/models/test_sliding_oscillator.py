@@ -5,8 +5,8 @@ import pytest
 
 from helpers.by_hand.sliding import rhs
 from slipfold import SlidingOscillator
-from slipfold.models import model_named
 from slipfold.models.model import evaluation_of
+from slipfold.models.registry import model_named
 
 MODEL = SlidingOscillator(Nd=0.3, f=11.7, alpha=0.7, mu=0.35, zeta1=0.02)
 

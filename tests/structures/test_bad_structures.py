@@ -85,7 +85,7 @@ BAD = {
     "negative frequency": (
         lambda: ProportionalDamping.from_ratios((-1, 0.01), (1, 0.02)), "pairs of a frequency > 0"
     ),
-    "no pairs": (lambda: ProportionalDamping.from_ratios(1, 2), "do not define proportional damping"),
+    "no pairs": (lambda: ProportionalDamping.from_ratios(1, 2), "not define proportional damping"),
     "no triples": (lambda: MultiHarmonicForce("q1", (1, 2)), "is not a periodic force"),
     "pairs": (lambda: PolynomialSpring("q1", (1, 2)), "is not a polynomial"),
     "axis number": (lambda: GeometricSpring("q1", 3), "axis = 3 does not fit"),

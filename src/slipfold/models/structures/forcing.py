@@ -53,10 +53,9 @@ class PeriodicForce(Component):
         """Return the sum of the series."""
         terms = []
         for key, value in local.c.items():
-            function, angle = key[:3], 2 * math.pi * int(key[3:]) * local.phase
-            terms.append(
-                value if key == "cos0" else value * {"cos": cos, "sin": sin}[function](angle)
-            )
+            function = cos if key.startswith("cos") else sin
+            angle = 2 * math.pi * int(key[3:]) * local.phase
+            terms.append(value if key == "cos0" else value * function(angle))
         return (total(terms),)
 
 
