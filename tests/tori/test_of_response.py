@@ -242,7 +242,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
     assert up.rotation[-1] == pytest.approx(0.11315204, abs=1e-7)
     assert down.stopped.kind == "span"
     assert up.stable[:-3].all()
-    assert "begin where a motion settles, at Nd = 0.155 N" in found.summary()
+    assert "begin on an attractor, at Nd = 0.155 N" in found.summary()
     # Over two periods a simulation leads along the circle by the rotation number.
     model, circle = sf.SlidingOscillator(f=12.5, Nd=0.155), up.circle(0)
     motion = sf.simulate(model, 2, circle[0])

@@ -174,7 +174,7 @@ class OrbitsAlong(Curve):
 
     @property
     def failed(self) -> bool:
-        """Whether it was given up before it came to an end of its own."""
+        """Whether the continuation failed before the curve reached an end of its own."""
         return any(end.early for end in self.ends)
 
     @property

@@ -26,7 +26,7 @@ class Happened(Found[OrbitPoint]):
 
 
 class Events(Zeros[OrbitPoint]):
-    """Records where outputs or the parameter take the values asked for, or ends the branch."""
+    """Records where outputs or the parameter take the values requested, or ends the branch."""
 
     def __init__(self, orbits: Orbits, events: Sequence[Event]) -> None:
         super().__init__(orbits)
@@ -35,7 +35,7 @@ class Events(Zeros[OrbitPoint]):
         self._known: WeakKeyDictionary[OrbitPoint, Array] = WeakKeyDictionary()
 
     def values(self, point: OrbitPoint) -> Array:
-        """Return by how much what each event measures exceeds the value asked for."""
+        """Return by how much what each event measures exceeds the value requested."""
         if point not in self._known:
             self._known[point] = self._measured(point.z)
         return self._known[point]

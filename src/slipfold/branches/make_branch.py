@@ -168,7 +168,7 @@ def _nodes(found: Found) -> Array:
 
 
 def _stuck_fraction(found: Found) -> float:
-    """Return the share of the period in which a contact sticks: what vanishes there has none."""
+    """Return the fraction of the period in which a contact sticks: what vanishes there has none."""
     point = found.point
     if not isinstance(found, FoundTouch):
         return point.curve.orbits.stuck_fraction(point.z)

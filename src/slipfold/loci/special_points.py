@@ -265,7 +265,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if self._curve.condition not in CRITICAL:  # multipliers of what goes on are not watched
+        if self._curve.condition not in CRITICAL:  # multipliers of what continues are not watched
             return True
         change = abs(self._outside(b) - self._outside(a))
         single = sum(item.type in _SINGLE[self._curve.condition] for item in found)

@@ -62,7 +62,7 @@ COLUMNS = (
     Column("duration", meaning="period of a cycle", unit="s", optional=True, record=True),
     Column("state", meaning="a state on it, at phase zero", dimensions=("state",), name="states",
            record=True),
-    Column("minimum", meaning="least values of outputs", dimensions=("output",), record=True),
+    Column("minimum", meaning="smallest values of outputs", dimensions=("output",), record=True),
     Column("maximum", meaning="largest values of outputs", dimensions=("output",), record=True),
     Column("multipliers", COMPLEX, "Floquet multipliers; of an equilibrium eigenvalues in 1/s",
            dimensions=("multiplier",), record=True),
@@ -74,13 +74,14 @@ COLUMNS = (
 ATTRACTORS = Items("attractor", Attractor, COLUMNS, doc="The attractors, each verified.")
 
 REACHED = (
-    "number of the attractor that the motion came to; 0 undecided, -1 ended before, -2 not finished"
+    "number of the attractor that the trajectory converged to; 0 undecided, -1 ended before, -2 "
+    "not finished"
 )
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class FoundAttractors(Result):
-    """Attractors, and which of them each of many starts came to."""
+    """Attractors, and which of them each of many starts converged to."""
 
     model: Model
     labels: Annotated[NDArray[np.int64], "Number of the attractor of each start."]
@@ -108,14 +109,14 @@ class FoundAttractors(Result):
         return "forcing period" if self.model.forced else "s"
 
     def share(self, attractor: Attractor | int) -> Share:
-        """Return the share of the starts that came to an attractor.
+        """Return the fraction of the starts that converged to an attractor.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less.
 
         Parameters
         ----------
         attractor
-            One of them, or its number; 0 for undecided motions, -1 for those that ended before.
+            One of them, or its number; 0 for undecided starts, -1 for those that ended before.
 
         Returns
         -------
@@ -164,7 +165,7 @@ def starts_notes(
         notes.append(f"{(labels == UNDECIDED).sum()} undecided; give more periods")
     if unfinished:
         notes.append(f"{unfinished} {what} not finished, the search was interrupted")
-    return notes or ["Every start came to one of them"]
+    return notes or ["Every start converged to one of them"]
 
 
 def in_words(item: Attractor) -> str:
@@ -188,7 +189,7 @@ def _growth(item: Attractor) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Attractors(FoundAttractors):
-    """All that motions from a box of starts settle on; frozen.
+    """All that trajectories from a box of starts settle on; frozen.
 
     Made by `slipfold.attractors` and `slipfold.load`. It is a sequence of
     `slipfold.Attractor`.
@@ -295,7 +296,7 @@ class Basins(FoundAttractors):
     ]  # fmt: skip
 
     def uncertain_share(self, least: int = WITHIN_CELL) -> float:
-        """Return the share of the cells whose label does not stand for the cell.
+        """Return the fraction of the cells whose label does not stand for the cell.
 
         Parameters
         ----------
@@ -364,7 +365,7 @@ class Shares(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BasinFractions(Result):
-    """Which share of the starts each attractor wins along a parameter; frozen.
+    """Which fraction of the starts each attractor wins along a parameter; frozen.
 
     Made by `slipfold.basin_fractions` and `slipfold.load`.
 
@@ -431,14 +432,14 @@ class BasinFractions(Result):
         return {float(self.values[place]): item for place, item in result if item.id == number}
 
     def share(self, number: int) -> Shares:
-        """Return the shares of the starts that came to an attractor, with their bounds.
+        """Return the shares of the starts that converged to an attractor, with their bounds.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less.
 
         Parameters
         ----------
         number
-            Its number; 0 for undecided motions, -1 for those that ended before.
+            Its number; 0 for undecided trajectories, -1 for those that ended before.
 
         Returns
         -------

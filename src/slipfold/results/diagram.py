@@ -136,7 +136,7 @@ class Diagram(CurveDiagram):
     and branches of ``"kind": "torus"`` with their ``rotation`` and ``values``.
 
     `plot` draws the diagram, e.g. with ``measure="peak_to_peak"``, ``measured=`` a
-    `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose motions are dots under the
+    `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose trajectories are dots under the
     branches; with ``kind="spectrum"`` the lines of the torus nearest to the value ``at=``.
 
     Examples
@@ -263,7 +263,7 @@ class Diagram(CurveDiagram):
         return PrintedTable([*heads, "stable", ""], lines, words=("TY", "stable", ""))
 
     def _gradients(self) -> list[PrintedTable | list[str]]:
-        """Return how special points move with each parameter, if that was asked for."""
+        """Return how special points move with each parameter, if that was requested."""
         points = points_by_label(self).items()
         known = {label: point for label, point in points if point.gradients}
         if not known:

@@ -225,7 +225,7 @@ ROWS = (
     Column("readings", REAL, "what was measured", None, ("quantity",), head="read"),
     Column("errors", REAL, "standard deviations of the readings", None, ("quantity",),
            head="error of"),
-    Column("sweep", TEXT, "how the parameter came to its value"),
+    Column("sweep", TEXT, "how the parameter reached its value"),
 )  # fmt: skip
 """What was measured."""
 

@@ -41,7 +41,7 @@ MOTIONS = Table(
     (
         Column("values", meaning="values of the parameters", dimensions=("parameter",),
                name="motion_value", record=True),
-        Column("kind", TEXT, "what the motion does", record=True),
+        Column("kind", TEXT, "what the trajectory does", record=True),
         Column("period", WHOLE, "period in forcing periods, 0 for none", "", record=True),
         Column("exponent", meaning="largest Lyapunov exponent, where it was needed",
                unit="1/forcing period", optional=True, record=True),
@@ -58,11 +58,11 @@ REGIONS = Table(
                record=True),
         Column("sticking", WHOLE, "periods of those that stick, 0: no more", "", ("sticking",),
                record=True),
-        Column("stuck", meaning="least and largest share of the time in which those stick", unit="",
-               dimensions=("bound",), record=True),
+        Column("stuck", meaning="smallest and largest fraction of the time in which those stick",
+               unit="", dimensions=("bound",), record=True),
         Column("name", TEXT, record=True),
         Column("known", TRUTH, record=True),
-        Column("share", meaning="share of the area of the window", unit="", record=True),
+        Column("share", meaning="fraction of the area of the window", unit="", record=True),
         Column("place", meaning="values of the parameters well inside", dimensions=("parameter",),
                record=True),
         Column("consistent", TRUTH, "whether all responses across it agree on its label",
@@ -110,7 +110,7 @@ class Regions(Part):
         return variables
 
     def record(self, result: Any, key: str) -> list[dict[str, Any]] | None:
-        """Return a record of each region; None if they were not asked for."""
+        """Return a record of each region; None if they were not requested."""
         regions: RegionMap | None = getattr(result, key)
         return None if regions is None else [REGIONS.record(item) for item in regions.regions]
 

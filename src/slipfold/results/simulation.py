@@ -139,7 +139,7 @@ def stick_text(last: LastRound, unit: str) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Simulation(Trajectory, Result):
-    """A motion over many forcing periods, with its input; frozen.
+    """A trajectory over many forcing periods, with its input; frozen.
 
     Made by `slipfold.simulate` and `slipfold.load`.
 
@@ -159,8 +159,8 @@ class Simulation(Trajectory, Result):
     Examples
     --------
     >>> import slipfold as sf
-    >>> motion = sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.15)
-    >>> motion.settlement.period, round(motion.spectrum().line("x", 0.5), 6)
+    >>> trajectory = sf.simulate(sf.SlidingOscillator(), periods=1000, f=12.2, Nd=0.15)
+    >>> trajectory.settlement.period, round(trajectory.spectrum().line("x", 0.5), 6)
     (2, 0.276327)
     """
 
@@ -191,7 +191,7 @@ class Simulation(Trajectory, Result):
 
     @property
     def interrupted(self) -> bool:
-        """Whether the computation was interrupted: of the motion, or of its checks."""
+        """Whether the computation was interrupted: of the trajectory, or of its checks."""
         unchecked = self.checked is not None and self.checked.interrupted
         return unchecked or (self.stopped is not None and self.stopped.kind == "interrupted")
 
@@ -199,7 +199,7 @@ class Simulation(Trajectory, Result):
     def last_round(self) -> LastRound | None:
         """The last whole round: extrema of the states, when contacts stick; None if there is none.
 
-        That is the last response or cycle; of a motion that has not settled the last forcing
+        That is the last response or cycle; of a trajectory that has not settled the last forcing
         period.
         """
         return last_round(self)
@@ -219,7 +219,7 @@ class Simulation(Trajectory, Result):
 
     @property
     def stuck_fraction(self) -> float | None:
-        """Share of the last whole round in which a contact sticks; None if there is no round."""
+        """Fraction of the last whole round in which a contact sticks; None if there is no round."""
         return None if self.last_round is None else self.last_round.fraction
 
     def spectrum(self, periods: int = 64, per_period: int = 64) -> Spectrum:
@@ -245,7 +245,7 @@ class Simulation(Trajectory, Result):
         length = f"{self.duration:.6g} s"
         if self.model.forced:
             return f"{self.model!r} over {self.periods} forcing periods ({length})"
-        # The intervals at which an autonomous motion is stored are no property of the model.
+        # The intervals at which an autonomous trajectory is stored are no property of the model.
         return f"{self.model.replace(**{DURATION.name: DURATION.default})!r} over {length}"
 
     def _sections(self) -> list[PrintedTable | list[str]]:

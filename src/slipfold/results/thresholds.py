@@ -189,7 +189,7 @@ class Design(Result):
         NDArray[np.bool_],
         Field(
             "design",
-            "whether a response followed anew meets the threshold first",
+            "whether a response followed again meets the threshold first",
             more="of a longer period, whether doublings lead to it, each of them soft",
         ),
     ]

@@ -115,7 +115,7 @@ def _points(model: Model, vary: str) -> Table:
 def _owners(model: Model, vary: str) -> Owners:
     """Return the tables of tori, of their points, folds and resonances."""
     unit = model.parameter(vary).unit
-    fold = Column("value", REAL, f"{vary} where tori turn round", unit, get=float)
+    fold = Column("value", REAL, f"{vary} where tori have a fold", unit, get=float)
     owned = {
         "folds": Table(("fold",), (fold,), "fold_", OWNER),
         "locked": _resonances(vary, unit),
@@ -184,7 +184,7 @@ def torus_sentence(tori: TorusBranch) -> str:
         return with_unit(f"{vary} = {value:.8g}", unit)
 
     head = f"Tori {tori.id} (period {tori.period}, {len(tori)} points)"
-    origin = f"are born on branch {tori.parent}" if tori.parent else "begin where a motion settles"
+    origin = f"emanate from branch {tori.parent}" if tori.parent else "begin on an attractor"
     parts = [f"{head} {origin}, at {at(tori.parameter[0])}"]
     if len(tori) > 1:
         hertz = np.abs(tori.frequency)
@@ -194,7 +194,7 @@ def torus_sentence(tori: TorusBranch) -> str:
         words = {0: "none of them attracts", count: "all attract"}
         parts.append(words.get(attracting, f"{attracting} of {count} attract"))
         parts.append(f"they are modulated at {low:.4g} to {high:.4g} Hz")
-    parts += [f"they turn round at {at(value)}" for value in tori.folds]
+    parts += [f"they have a fold at {at(value)}" for value in tori.folds]
     if tori.locked:
         parts.append(f"they pass the resonances {', '.join(map(_resonance, tori.locked))}")
     if tori.omitted.any():
@@ -204,7 +204,7 @@ def torus_sentence(tori: TorusBranch) -> str:
 
 
 def _resonance(item: Locked) -> str:
-    """Say where motion is locked."""
+    """Say where trajectories are locked to an orbit."""
     if not item.low < item.high:
         return str(item.ratio)
     return f"{item.ratio} (locked from {item.low:.10g} to {item.high:.10g})"

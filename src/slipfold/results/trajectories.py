@@ -76,11 +76,11 @@ class LyapunovExponents(Result):
     ]  # fmt: skip
     verdict: Annotated[
         Verdict,
-        "What the motion is: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with "
-        "its sentence, and the period, duration, rotation number or resonance.",
+        "Its classification: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with its "
+        "sentence, and the period, duration, rotation number or resonance.",
     ]
-    start: Annotated[Array, Field("state", "first state of the motion")]
-    state: Annotated[Array, Field("state", "last state of the motion", name="last")]
+    start: Annotated[Array, Field("state", "first state of the trajectory")]
+    state: Annotated[Array, Field("state", "last state of the trajectory", name="last")]
     tolerance: Annotated[float, "Error of the exponents at which the computation ends."]
     asked: int | None
     interrupted: bool
@@ -101,7 +101,7 @@ class LyapunovExponents(Result):
 
     @property
     def periods(self) -> int:
-        """Forcing periods of the motion; of an autonomous model intervals of its ``duration``."""
+        """Length in forcing periods; of an autonomous model in intervals of its ``duration``."""
         return self.estimates[-1].periods
 
     @property
@@ -111,7 +111,7 @@ class LyapunovExponents(Result):
 
     @property
     def dimension(self) -> float:
-        """Dimension of what the motion settles on, by the conjecture of Kaplan and Yorke (1979).
+        """Dimension of the attractor, by the conjecture of Kaplan and Yorke (1979).
 
         That of a periodic response at its discrete phases is 0.
         """
@@ -159,16 +159,16 @@ def _digits(error: float) -> int:
 
 KNOWN = (PERIODIC, TORUS, CHAOS, STICKS)
 
-UNFINISHED = "Interrupted before all motions were done"
+UNFINISHED = "Interrupted before all trajectories were done"
 
 RUNS = (
     "``rest``, from the model's start; ``up`` and ``down``, swept along the second parameter; "
-    "``continued 1`` and so on, motions that none of the runs before has in a cell, continued from "
-    "a neighboring cell"
+    "``continued 1`` and so on, trajectories that none of the runs before has in a cell, continued "
+    "from a neighboring cell"
 )
 KINDS_OF_MOTION = (
     "``periodic``, ``torus``, ``chaos``, ``sticks``, ``stopped`` at a limit of the model, "
-    "``undecided``, ``not done``, or ``none`` where a cell has no further motion"
+    "``undecided``, ``not done``, or ``none`` where a cell has no further trajectory"
 )
 
 CELLS = "run {axes[0]} {axes[1]}"
@@ -186,7 +186,7 @@ class RegimeMap(Result):
     The dataset of `to_xarray` lies along ``run``, the two parameters by their names, and ``state``:
     ``found.to_xarray().sel(f=12.2, method="nearest")``. In the spreadsheet of `to_csv` a cell is a
     row, for each run. In `to_json`, schema slipfold.regimes/1. `plot` draws a color for each regime
-    of the motions of ``run="rest"``, hatched where others coexist, and over it the lines of
+    of the trajectories of ``run="rest"``, hatched where others coexist, and over it the lines of
     ``over=`` a `slipfold.LocusDiagram` of the same plane.
 
     Examples
@@ -206,17 +206,17 @@ class RegimeMap(Result):
         "over", "runs", "kinds", "periods", "exponents", "coexist", "transient", "interrupted",
     )  # fmt: skip
     arrays = MappingProxyType({
-        "coexist": Field("{axes[0]} {axes[1]}", "whether different motions coexist", kind=TRUTH),
+        "coexist": Field("{axes[0]} {axes[1]}", "whether different attractors coexist", kind=TRUTH),
     })  # fmt: skip
 
     model: Model
     over: Annotated[Mapping[str, Array], Labels()]
     runs: Annotated[
-        tuple[str, ...], Field("run", "where motions begin", name="run", label=True, more=RUNS)
+        tuple[str, ...], Field("run", "where trajectories begin", name="run", label=True, more=RUNS)
     ]
     kinds: Annotated[
         NDArray[np.str_],
-        Field(CELLS, "what the motion does", name="kind", head="regime", more=KINDS_OF_MOTION),
+        Field(CELLS, "what the trajectory does", name="kind", head="regime", more=KINDS_OF_MOTION),
     ]
     periods: Annotated[
         NDArray[np.int64], Field(CELLS, "period in forcing periods, 0 for none", head="period")
@@ -253,7 +253,7 @@ class RegimeMap(Result):
         Returns
         -------
         ndarray, shape (n1, n2)
-            What the motion of each cell does.
+            What the trajectory of each cell does.
         """
         place = self._run(run)
         told = np.char.add("period ", self.periods[place].astype(str))
@@ -264,7 +264,7 @@ class RegimeMap(Result):
         """Where trajectories of different runs converge to different attractors, shape (n1, n2).
 
         Responses of one period are different where their means are, angles up to whole turns. Two
-        tori, or two chaotic motions, or two that stick are not told apart.
+        tori, or two chaotic trajectories, or two that stick, are not distinguished.
         """
         result = np.zeros(self.kinds.shape[1:], bool)
         named = [self.names(run) for run in self.runs]
@@ -288,7 +288,7 @@ class RegimeMap(Result):
         Returns
         -------
         dict
-            What the motion of each run does, as far as there is one.
+            What the trajectory of each run does, as far as there is one.
 
         Raises
         ------
@@ -345,7 +345,7 @@ def _order(name: str) -> tuple[int, int]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep(Result):
-    """Motions at many values of a parameter, once a forcing period; frozen.
+    """Trajectories at many values of a parameter, once a forcing period; frozen.
 
     Made by `slipfold.sweep` and `slipfold.load`.
 

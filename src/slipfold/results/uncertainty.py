@@ -28,8 +28,8 @@ WAYS = ("samples", "gradients")
 
 
 INDICES = {
-    "first": "share of the variance that the parameter accounts for by itself",
-    "total": "share of the variance that the parameter takes part in",
+    "first": "fraction of the variance that the parameter accounts for individually",
+    "total": "fraction of the variance that the parameter takes part in",
     "first_error": "half the interval of 95 % confidence of the first index",
     "total_error": "half the interval of 95 % confidence of the total index",
 }
@@ -42,7 +42,7 @@ SCATTERS = Items("scattered", Scatter, (
     Column("mean", REAL, "value about which it scatters; the median if lognormal"),
     Column("size", REAL, "standard deviation if normal, half the width if uniform, deviation of "
            "the logarithm if lognormal"),
-    Column("low", REAL, "least value of it, where it is cut off"),
+    Column("low", REAL, "smallest value of it, where it is cut off"),
     Column("high", REAL, "largest value of it, likewise"),
 ), "scatter_", doc="How each parameter scatters.")  # fmt: skip
 
@@ -164,7 +164,7 @@ class ThresholdUncertainty(Result):
 
     @property
     def shares(self) -> Array:
-        """Share of the variance that each parameter accounts for by the gradients, shape (d,).
+        """Fraction of the variance that each parameter accounts for by the gradients, shape (d,).
 
         Of correlated parameters a covariance counts half to each, so that a share may be negative.
         """
@@ -192,7 +192,7 @@ class ThresholdUncertainty(Result):
         level
             The probability.
         by
-            ``"samples"``: thresholds located anew; ``"gradients"``: those that are linear in the
+            ``"samples"``: thresholds located again; ``"gradients"``: those that are linear in the
             parameters, at the same samples.
 
         Returns

@@ -87,7 +87,7 @@ def _write_in_pieces(descriptor: int, write: Callable[[IO[bytes]], object]) -> N
 
 
 class _Patient(io.FileIO):
-    """A file that takes note of its first failure and goes on as if there were room.
+    """A file that stores its first failure and continues as if there were room.
 
     HDF5 gives up neither its place nor its memory while it cannot write the rest of a file.
     """

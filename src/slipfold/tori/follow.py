@@ -1,4 +1,4 @@
-"""Branches of tori, from where they emanate or where a motion settles, to their ends."""
+"""Branches of tori, from where they emanate or a trajectory converges to one, to their ends."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ class _Resolved:
     """Ends tori whose circles are points, or have more harmonics than can be computed."""
 
     def watch(self, interval: StepInterval[CirclePoint]) -> MonitorResult[CirclePoint]:
-        """Look at how smooth the circle is that was come to."""
+        """Look at how smooth the circle is that was reached."""
         point = interval.point
         circles = point.curve
         states = circles.states(point.z)
@@ -181,7 +181,7 @@ class _Endings(Endings[CirclePoint]):
     """How tori end by following them itself."""
 
     def left(self, traced: TracedCurve[CirclePoint]) -> End:
-        """Return the end of tori that came to the end of the span."""
+        """Return the end of tori that reached the end of the span."""
         last = traced.points[-1]
         at = f"{last.curve.vary} = {last.curve.value(last.z):g}"
         return self._end(traced, "span", f"reached the end of the span at {at}")
@@ -241,7 +241,7 @@ def tori_from(
     settings: Settings,
     observer: Observer | None = None,
 ) -> tuple[TorusBranch, ...]:
-    """Follow the torus that a motion from a state settles on, in both directions; none if none."""
+    """Follow the torus to which a trajectory converges, if there is one, in both directions."""
     start = circle_from_trajectory(model, vary, abs(span[1] - span[0]), state)
     if start is None:
         return ()

@@ -1,4 +1,4 @@
-"""The first circle: beside a Neimark-Sacker point, or where a motion settles."""
+"""The first circle: beside a Neimark-Sacker point, or where a trajectory converges."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def first_circle(
 ) -> CirclePoint | None:
     r"""Return a small circle round an orbit with multipliers :math:`e^{\pm 2 \pi i \rho}`.
 
-    It is an ellipse in the plane of their eigenvectors, to first order. The curve goes on to
+    It is an ellipse in the plane of their eigenvectors, to first order. The curve continues to
     larger ones. None where Newton's method finds none: at a strong resonance, say.
 
     Shapes: state (n,), at phase zero.
@@ -65,16 +65,16 @@ def _critical(model: Model, state: Array, period: int) -> tuple[float, NDArray[n
 
 
 PERIODS = (2_000, 6_000, 18_000)
-"""Forcing periods of a motion, the last half of which is taken to lie on the torus: more if no
+"""Forcing periods of a trajectory, the last half of which is taken to lie on the torus: more if no
 circle is found from fewer."""
 
 
 def circle_from_trajectory(
     model: Model, vary: str, width: float, state: ArrayLike | Mapping[str, float]
 ) -> CirclePoint | None:
-    """Return the circle on which a motion from a state passes phase zero; None if there is none.
+    """Return the circle on which a trajectory passes phase zero; None if there is none.
 
-    Its harmonics are averages along the motion; Newton's method makes them exact.
+    Its harmonics are averages along the trajectory; Newton's method makes them exact.
     """
     motion = SmoothIntegration(model, initial_state(model, state))
     for periods in PERIODS:

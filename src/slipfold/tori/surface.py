@@ -73,7 +73,7 @@ STEPS = 4
 class Surface:
     r"""Outputs over two angles, in both of which they are periodic with one turn.
 
-    A motion has :math:`\psi = \psi_0 + \rho t/(k T)` and :math:`\tau = t/(k T)`: its values are
+    A trajectory has :math:`\psi = \psi_0 + \rho t/(k T)` and :math:`\tau = t/(k T)`: its values are
     sums of lines at the frequencies :math:`(l \rho + j) f/k`.
     """
 
@@ -149,8 +149,7 @@ class TorusSpectrum(SpectralLines, ReadOnly):
     """Single-sided spectra of all outputs on one torus; frozen.
 
     Made by `TorusBranch.spectrum`. Lines lie at ``k f1 + l f2``. They come from the series of the
-    torus and not from a motion of some length, so that none leaks into another however near they
-    are.
+    torus and not from a trajectory of some length, so that none leaks into another, however near.
 
     Parameters
     ----------
@@ -159,16 +158,16 @@ class TorusSpectrum(SpectralLines, ReadOnly):
     names
         The outputs; states come first.
     frequencies
-        f1 and f2 in Hz: that of the orbit which the tori are born from, i.e. of the forcing over
+        f1 and f2 in Hz: that of the orbit from which the tori emanate, i.e. of the forcing over
         its period, and the modulation frequency, which is negative if the circle turns the other
         way.
     orders
         Whole numbers k and l of each line, shape (m, 2). Of a line and its mirror image it is the
         one at a positive frequency.
     coefficients
-        Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs): to the motion
-        from the first state of the circle a line contributes ``Re(a exp(2 pi i f t))``. That of
-        ``k = l = 0`` is the mean.
+        Complex amplitudes ``a``, in the units of the outputs, shape (m, n_outputs). A line
+        contributes ``Re(a exp(2 pi i f t))`` to the trajectory from the first state of the circle.
+        That of ``k = l = 0`` is the mean.
 
     Examples
     --------

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Locked(OneLine, ReadOnly):
-    """A resonance that a branch of tori passes, where motion may be locked to an orbit; frozen."""
+    """A resonance that tori pass, where trajectories may be locked to an orbit; frozen."""
 
     ratio: Annotated[
         Fraction, "The rotation number p/q: a locked orbit closes after q returns of the map."
@@ -132,9 +132,9 @@ class TorusBranch(Curve):
 
     @property
     def begun(self) -> End:
-        """Where it begins: at a Neimark-Sacker point, or at the torus that a motion settles on."""
+        """Where it begins: at a Neimark-Sacker point or at the limit of a trajectory."""
         if not self.parent:
-            reason = "begins at the torus that a motion settles on"
+            reason = "begins at the torus that a trajectory converges to"
             return End("settled", reason, float(self.parameter[0]))
         reason = f"born at a Neimark-Sacker point of branch {self.parent}"
         return End("born", reason, float(self.parameter[0]))

@@ -32,7 +32,7 @@ class Check(OneLine):
         equations; ``"other steps"`` where it was integrated again, ``"implicit steps"`` where that
         is the only way; ``"forces"`` where contact forces and events were compared with friction.
     difference
-        Largest difference: of states in their scales or as a share of the largest of them, of
+        Largest difference: of states in their scales or as a fraction of the largest of them, of
         durations and multipliers as a share.
         Infinite where it could not be computed again.
     allowed

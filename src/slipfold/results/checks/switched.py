@@ -30,7 +30,7 @@ elsewhere."""
 def integrated_again(
     system: HybridSystem, mode: Mode, state: Array, end: float
 ) -> tuple[Array, list[Mode]]:
-    """Return what a state comes to from phase zero by other steps, and the modes on its way.
+    """Integrate a state from phase zero with other steps; return its end and the modes on its way.
 
     It is NaN if it does not get there. Shapes: state (n,).
     """

@@ -176,7 +176,7 @@ def _remark(trajectory: Trajectory, checks: Sequence[Check]) -> str:
 
 
 def _ends(trajectory: Trajectory, states: NDArray[np.float64], shares: int) -> NDArray[np.float64]:
-    """Return what states come to in a forcing period, in so many calls."""
+    """Integrate states over a forcing period, in so many calls."""
     flow = flow_of(trajectory.model)
     constants, one = flow.constants_of(trajectory.model), np.ones(len(states))
     for k in range(shares):
