@@ -48,7 +48,7 @@ LATER_NAMES: dict[str, str] = {}
 """Names of variables and dimensions in files of before, and what they are called now."""
 
 NOT_COMPARED = (
-    *("computed", "seconds", "checked", "settings", "title"),
+    *("computed", "seconds", "checked", "settings", "title", "output_long_name"),
     *("slipfold_version", "heyoka_version", "numpy_version", "python_version"),
     *("scipy_version", "xarray_version", "schema", "residual", "uncertainty", "processor"),
 )

@@ -70,7 +70,9 @@ class Parametric:
         own = {name: vars(cls).get(name) for name in inspect.get_annotations(cls)}
         new = {name: getattr(item, "metadata", {}) for name, item in own.items()}
         last = {item.name: item.metadata for item in known if item.kw_only}
-        cls.__doc__ = _completed(inspect.cleandoc(cls.__doc__ or ""), {**first, **new, **last})
+        cls.__doc__ = _completed(
+            inspect.cleandoc(cls.__doc__ or ""), {**first, **new, **last, **new}
+        )
 
     def __post_init__(self) -> None:
         """Check the fields and convert what has a unit."""

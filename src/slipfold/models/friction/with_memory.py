@@ -202,10 +202,11 @@ class BoucWen(MemoryLaw):
 
         \dot z = A v - |z|^{n-2} z\, (b |v \cdot z| + c\, v \cdot z)
 
-    which is the same on a line and isotropic. :math:`|v \cdot z|` is rounded off
-    at :math:`\varepsilon \mu`, so that slip may reverse; speeds of interest are well above
-    :math:`\varepsilon`. With b = c a contact unloads along a straight line, and as n grows the law
-    tends to the elastic Coulomb contact of a Jenkins element under a constant normal force.
+    which is the same on a line and isotropic. :math:`|v \cdot z|` is rounded off at
+    :math:`\varepsilon \mu`, so that slip may reverse; speeds of interest are well above
+    :math:`\varepsilon`. With ``|c| > b`` the contact would give energy. With b = c it unloads along
+    a straight line, and as n grows the law tends to the elastic Coulomb contact of a Jenkins
+    element under a constant normal force.
 
     References
     ----------

@@ -191,7 +191,7 @@ class Component(Parametric, ABC):
     """Whether forces act with the masses along the direction, as those of a moving base do."""
 
     name: Any = structural(
-        "name that tells components of one kind apart; empty if there is one",
+        "name that tells components of one kind apart; empty if there is only one",
         "",
         _checked_name,
         kw_only=True,
@@ -321,7 +321,9 @@ class Component(Parametric, ABC):
 class OneDirection(Component):
     """A component along one direction: a degree of freedom, or weights by name."""
 
-    at: Any = structural("degree of freedom, or weights by name", read=as_direction)
+    at: Any = structural(
+        'degree of freedom, or weights by name such as ``{"a": 1, "b": -1}``', read=as_direction
+    )
 
     @property
     def directions(self) -> tuple[Direction | None, ...]:

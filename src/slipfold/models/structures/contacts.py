@@ -200,7 +200,7 @@ class FrictionContact(Component):
         F = N \mu(|v|) v/|v|, \qquad v = V_d (\cos\alpha, \sin\alpha) - \dot u
 
     with the displacement u of the structure along one or two directions; along one
-    :math:`v = V_d - \dot u`.
+    :math:`v = V_d - \dot u` and there is no angle. A surface at rest is a wall.
 
     Examples
     --------
