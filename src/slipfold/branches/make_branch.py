@@ -28,9 +28,9 @@ from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.extrema import TOGETHER, Extrema
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 from slipfold.text.one_line import certain
@@ -78,7 +78,8 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
     point = found.place.nearest if isinstance(found, FoundTouch) else found.point
-    solved = isinstance(orbits.orbits.by, ReversalShooting)
+    by = orbits.orbits.by
+    solved = isinstance(by, MarginalShooting) and by.met.stops is not None
     again, rounding = _solved_again(orbits, point) if solved else recomputed(orbits, point)
     moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:

@@ -28,9 +28,8 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
 from slipfold.orbits.continued import locate_marginal_stops
-from slipfold.orbits.grazing import GrazingShooting, MarginalShooting
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
-from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 SEAM = "seam"
@@ -233,11 +232,11 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
     changes: list[tuple[str, MarginalShooting | None]] = [
-        ("GRAZE", GrazingShooting.at(by, nodes, constants, "GRAZE")),
-        *(("STICK", stop) for _, stop in ReversalShooting.of(by, nodes, constants)[:1]),
+        ("GRAZE", MarginalShooting.at(by, nodes, constants, "GRAZE")),
+        *(("STICK", stop) for _, stop in MarginalShooting.stops_of(by, nodes, constants)[:1]),
     ]
     for kind, change in changes:
-        if change is None or change.level:  # slip in the plane vanishes in its own way
+        if change is None or change.met.level:  # slip in the plane vanishes in its own way
             continue
         curve = last.curve.described_by(change)
         again = curve.converted(last)

@@ -25,9 +25,9 @@ from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.orbits.find import attractor_from
-from slipfold.orbits.grazing import GrazingShooting
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.progress import Observer, Progress
@@ -127,7 +127,7 @@ def _corrected(
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     try:
-        grazing = GrazingShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
+        grazing = MarginalShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
         if grazing is None:
             return None
         curve = LocusEquations(orbits.described_by(grazing), kind)

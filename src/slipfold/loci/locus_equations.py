@@ -15,8 +15,8 @@ from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.newton import correct
 from slipfold.flow.modes import MET
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.grazing import MarginalShooting
 from slipfold.orbits.linearization import Linearization
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED, critical_places
@@ -116,10 +116,10 @@ class LocusEquations(Critical):
         There is no direction of slip at none at all, but everything goes with its least value.
         """
         by = self.orbits.by
-        if not isinstance(by, MarginalShooting) or not by.level:
+        if not isinstance(by, MarginalShooting) or not by.met.level:
             return point.z
         last = np.zeros(len(point.z))
-        last[-2] = by.level  # the condition comes last, but for the tangent
+        last[-2] = by.met.level  # the condition comes last, but for the tangent
         linearization = point.linearization or self.linearize(point.z)
         return np.asarray(point.z - linearization.bordered(point.tangent).solve(last))
 

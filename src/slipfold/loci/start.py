@@ -35,10 +35,9 @@ from slipfold.orbits.critical import (
     hopf_cycle,
 )
 from slipfold.orbits.eigenvalues import Cayley
-from slipfold.orbits.grazing import GrazingShooting
 from slipfold.orbits.kinds import Equilibria, orbits_of
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import PAIRED, floquet_multipliers
@@ -516,7 +515,7 @@ def _through_stick(
     if point.type in GRAZED:
         by, z = _grazing(orbits, orbits.by, z, point.type)
     elif point.type == "STICK":
-        by = ReversalShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z))
+        by = MarginalShooting.at(orbits.by, orbits.nodes(z), orbits.constants(z), "STICK")
         if by is None:
             raise InputError("the orbit at this STICK turns nowhere; compute it again")
     else:
@@ -529,7 +528,7 @@ def _through_stick(
 
 def _grazing(
     orbits: Orbits, known: SwitchedShooting, z: Array, kind: str
-) -> tuple[GrazingShooting, Array]:
+) -> tuple[MarginalShooting, Array]:
     """Return what passes the grazing of an orbit, and the orbit, or one with a little slip left.
 
     In the plane nothing can be integrated where slip vanishes, so the first parameter gives way.
@@ -537,7 +536,7 @@ def _grazing(
     for share in GIVING_WAY:
         near = z.copy()
         near[-2] *= 1 + share
-        by = GrazingShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
+        by = MarginalShooting.at(known, orbits.nodes(near), orbits.constants(near), kind)
         if by is not None:
             return by, near
     raise InputError(f"the orbit at this {kind} touches nothing; compute it again")

@@ -19,8 +19,8 @@ from slipfold.orbits.discretization import STAGES
 from slipfold.orbits.kinds import STANDING
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.linearization import Conditions, Linearization
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
-from slipfold.orbits.reversal import ReversalShooting
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 MESHES = 4
@@ -86,8 +86,8 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
     by = orbits.by
     assert isinstance(by, SwitchedShooting)
     nodes, constants = orbits.nodes(point.z), orbits.constants(point.z)
-    sticks = by.sticks if isinstance(by, ReversalShooting) else True
-    stops = ReversalShooting.of(by, nodes, constants, sticks=sticks)
+    kind = by.met.kind if isinstance(by, MarginalShooting) else "MEET"
+    stops = MarginalShooting.stops_of(by, nodes, constants, kind)
     found = [stop for near, stop in stops if near < MARGINAL]
     for some in (found, found[:1]) if len(found) > 1 else (found,):
         met = _meet(orbits, point, some) if some else None
@@ -97,7 +97,7 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
 
 
 def _meet(
-    orbits: Orbits, point: OrbitPoint, stops: Sequence[ReversalShooting]
+    orbits: Orbits, point: OrbitPoint, stops: Sequence[MarginalShooting]
 ) -> OrbitPoint | None:
     curve = orbits.described_by(stops[0])
     nodes, along = orbits.by.moved_to(

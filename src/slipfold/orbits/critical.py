@@ -11,9 +11,9 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.orbits.discretization import Cut
 from slipfold.orbits.eigenvalues import transition
-from slipfold.orbits.grazing import MarginalShooting
 from slipfold.orbits.kinds import Cycles, Equilibria
 from slipfold.orbits.linearization import MANY, Conditions, Linearization, defect_of
+from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.multipliers import on_quotient
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.shooting import Shooting
@@ -114,7 +114,7 @@ class Critical(OrbitCurve):
     The equations are those of the orbits and one more, that the matrix of their spectrum has a
     critical eigenvalue (see `slipfold.orbits.test_functions`), that two families of them
     cross (see `slipfold.orbits.critical`), or that a change of contacts is only just met (see
-    `slipfold.orbits.grazing`); an unknown is that of an orbit.
+    `slipfold.orbits.marginal`); an unknown is that of an orbit.
 
     `condition` is ``"LP"``, ``"PD"``, ``"NS"``, ``"BP"``, ``"GRAZE"``, ``"LIFT"``, ``"STICK"``, or
     ``"HB"`` of equilibria.
