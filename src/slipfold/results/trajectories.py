@@ -76,8 +76,8 @@ class LyapunovExponents(Result):
     ]  # fmt: skip
     verdict: Annotated[
         Verdict,
-        "Its classification: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with its "
-        "sentence, and the period, duration, rotation number or resonance.",
+        "Its classification: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with "
+        "its sentence, and the period, duration, rotation number or resonance.",
     ]
     start: Annotated[Array, Field("state", "first state of the trajectory")]
     state: Annotated[Array, Field("state", "last state of the trajectory", name="last")]

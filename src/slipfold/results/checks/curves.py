@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from slipfold.branches.branch import Branch
+from slipfold.branches.curve import OrbitsAlong
 from slipfold.branches.progress import branch_progress
 from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.branches.special_point import SpecialPoint
@@ -19,7 +20,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import MET, contacts_of
 from slipfold.orbits.check import rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.progress import Observer
+from slipfold.progress import Observer, Progress
 from slipfold.results.checks.checked import Check, Checked
 from slipfold.results.checks.orbit_difference import (
     ALLOWED,
@@ -63,46 +64,30 @@ class Candidate(NamedTuple):
 
 
 def check_branches(branches: Sequence[Branch], observer: Observer | None = None) -> Checked:
-    """Check special points, those that come first on each branch first, then ends.
-
-    Nothing is checked of interrupted branches.
-    """
-    if any(branch.interrupted for branch in branches):
-        return Checked((), interrupted=True)
-    points = sum(len(branch) * branch.period for branch in branches)
+    """Check special points, those that come first on each branch first, then ends."""
     special = (_special(branch, point) for branch, point in _ranked(branches))
     # The first point is left out where it is the special point from which the branch emanates.
     ends = (
-        _end(branch, index, word, branch.parameter[index])
+        _end(branch, index, word)
         for branch in branches
         for index, word in (ENDS if len(branch) else ())
         if index == -1 or (branch.begun.kind != "born" and len(branch) > 1)
     )
 
-    def report(done: int) -> None:
-        if observer is not None:
-            last = branches[-1]
-            at = last.id, last.period, len(last), last.stopped.value
-            names = tuple(point.type for point in last.special)
-            parameter = last.model.parameter(last.vary)
-            observer(branch_progress(parameter, *at, names, "checks", done))
+    def progress(done: int) -> Progress:
+        last = branches[-1]
+        at = last.id, last.period, len(last), last.stopped.value
+        names = tuple(point.type for point in last.special)
+        return branch_progress(last.model.parameter(last.vary), *at, names, "checks", done)
 
-    return check_some(chain(special, ends), points, report)
+    return _check_curves(branches, chain(special, ends), progress, observer)
 
 
 def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Checked:
-    """Check the ends of each locus, then its special points, those that come first first.
-
-    Nothing is checked of interrupted loci.
-    """
-    if any(locus.interrupted for locus in loci):
-        return Checked((), interrupted=True)
-    points = sum(len(locus) * locus.period for locus in loci)
+    """Check the ends of each locus, then its special points, those that come first first."""
     # Next to a grazing orbit the order of events changes, so there is nothing to compare with.
     chosen = [locus for locus in loci if len(locus) and locus.type not in MET]
-    ends = (
-        _end(locus, index, word, locus.values[index]) for index, word in ENDS for locus in chosen
-    )
+    ends = (_end(locus, index, word) for index, word in ENDS for locus in chosen)
     special = (
         Candidate(
             f"{point.type} of locus {locus.id} at {_at(locus, point.values)}",
@@ -113,14 +98,30 @@ def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Check
         if point.type not in SEAMS
     )
 
+    def progress(done: int) -> Progress:
+        from slipfold.loci.window import locus_progress  # a response needs no loci
+
+        first, second = loci[-1].stopped.values
+        return locus_progress("checks", done, None, (first, second), "by another method")
+
+    return _check_curves(loci, chain(ends, special), progress, observer)
+
+
+def _check_curves(
+    curves: Sequence[OrbitsAlong],
+    candidates: Iterable[Candidate],
+    progress: Callable[[int], Progress],
+    observer: Observer | None,
+) -> Checked:
+    """Check orbits of curves; none of interrupted ones."""
+    if any(curve.interrupted for curve in curves):
+        return Checked((), interrupted=True)
+
     def report(done: int) -> None:
         if observer is not None:
-            from slipfold.loci.window import locus_progress  # a response needs no loci
+            observer(progress(done))
 
-            first, second = loci[-1].stopped.values
-            observer(locus_progress("checks", done, None, (first, second), "by another method"))
-
-    return check_some(chain(ends, special), points, report)
+    return check_some(candidates, sum(len(curve) * curve.period for curve in curves), report)
 
 
 def check_thresholds(found: GridThresholds) -> Checked:
@@ -200,15 +201,15 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
     return 0.0, None
 
 
-def _ranked(curves: Sequence[Branch] | Sequence[Locus]) -> list[tuple[Any, Any]]:
+def _ranked(curves: Sequence[OrbitsAlong]) -> list[tuple[Any, Any]]:
     """Return curves with their special points, those that come first on each first."""
     ranked = [(rank, curve, point) for curve in curves for rank, point in enumerate(curve.special)]
     return [(curve, point) for _, curve, point in sorted(ranked, key=lambda item: item[0])]
 
 
-def _end(curve: Branch | Locus, index: int, word: str, values: Any) -> Candidate:
+def _end(curve: OrbitsAlong, index: int, word: str) -> Candidate:
     thing = "branch" if isinstance(curve, Branch) else "locus"
-    name = f"{word} of {thing} {curve.id} at {_at(curve, values)}"
+    name = f"{word} of {thing} {curve.id} at {_at(curve, curve._values[index])}"
     return Candidate(name, curve.orbit(index), curve.kind == "equilibrium")
 
 
@@ -228,7 +229,7 @@ def _special(branch: Branch, point: SpecialPoint) -> Candidate:
     return Candidate(f"orbit beside {name}, at {place},", branch.orbit(index), False)
 
 
-def _at(curve: Branch | Locus, values: Any) -> str:
+def _at(curve: OrbitsAlong, values: Any) -> str:
     names = (curve.vary,) if isinstance(curve.vary, str) else curve.vary
     pairs = zip(names, np.atleast_1d(values).tolist(), strict=True)
     return ", ".join(parameter_text(curve.model.parameter(name), value) for name, value in pairs)
