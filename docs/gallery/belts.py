@@ -54,7 +54,7 @@ round_trip = motion.settlement.duration
 table.add("Coulomb: period in s", round_trip, slips + sticks, "exact", within=1e-10)
 table.add("stuck, s", stuck.end - stuck.begin, sticks, "exact", within=1e-10)
 largest = 0.5 + math.hypot(drop, v)
-table.add("largest x", motion.last_round.most[0], largest, "exact", within=1e-10)
+table.add("largest x", motion.last_round.maximum[0], largest, "exact", within=1e-10)
 damped = belt(coulomb, v, damping=0.1).settlement.duration
 table.add("with damping 0.1: period", damped, "8.38379742099", "two methods")
 
@@ -66,6 +66,6 @@ source = "Leine et al. 1998, to more digits"
 table.add("Leine: period in s", motion.settlement.duration, "12.001031294830", source)
 slips = motion.settlement.duration - (stuck.end - stuck.begin)
 table.add("slips, s", slips, "4.295999525480", source)
-table.add("largest x", motion.last_round.most[0], "1.133944676442", source)
+table.add("largest x", motion.last_round.maximum[0], "1.133944676442", source)
 table.add("v = 0.3: period", belt(leine, 0.3).settlement.duration, "9.953457266154", source)
 table

@@ -59,7 +59,7 @@ for W in (0.6, 0.8, 2.0):
     amplitude = math.sqrt(V * V - (0.2 * U) ** 2)
     motion = settled(W, 0.2)
     name = f"W = {W:g}, S = 0.2: largest x"
-    table.add(name, motion.last_round.most[0], amplitude, "Den Hartog 1930", within=1e-10)
+    table.add(name, motion.last_round.maximum[0], amplitude, "Den Hartog 1930", within=1e-10)
 
 U = math.sin(math.pi / 0.6) / (0.6 * (1 + math.cos(math.pi / 0.6)))
 most = 1 / (1 - 0.6**2) / math.hypot(U, 0.6**-2)
@@ -84,9 +84,9 @@ def misses(unknown: np.ndarray, W: float, S: float) -> list[float]:
 
 for W, slip in ((0.3, 0.2), (0.6, 0.7)):
     motion, name = settled(W, slip), f"W = {W:g}, S = {slip:g}"
-    guess = motion.last_round.most[0] + 1e-3, math.pi / W * (1 - motion.stuck_fraction) + 1e-3
+    guess = motion.last_round.maximum[0] + 1e-3, math.pi / W * (1 - motion.stuck_fraction) + 1e-3
     x, length = fsolve(misses, guess, (W, slip), xtol=1e-13)
-    table.add(f"{name}: largest x", motion.last_round.most[0], x, "closed form", within=1e-10)
+    table.add(f"{name}: largest x", motion.last_round.maximum[0], x, "closed form", within=1e-10)
     time = motion.stuck_fraction * motion.forcing_period
     exact = 2 * (math.pi / W - length)
     table.add(f"{name}: stuck a period, s", time, exact, "closed form", within=1e-9)
@@ -96,7 +96,7 @@ for W, slip in ((0.3, 0.2), (0.6, 0.7)):
 
 motion, source = settled(0.6, 0.5, 0.8), "two methods that share no code"
 name = "W = 0.6, S = 0.5, static 0.8"
-table.add(f"{name}: largest x", motion.last_round.most[0], "1.5704484209", source)
+table.add(f"{name}: largest x", motion.last_round.maximum[0], "1.5704484209", source)
 time = motion.stuck_fraction * motion.forcing_period
 table.add(f"{name}: stuck a period, s", time, "1.427132002", source)
 table

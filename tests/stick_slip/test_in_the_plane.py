@@ -29,7 +29,7 @@ def test_published_motions(row):
     assert motion.stuck_fraction == pytest.approx(fraction, abs=1e-9)
     assert len(motion.last_round.sticking) == (1 if fraction else 0)
     last = motion.last_round
-    found = (last.most[0], last.least[0], last.most[1], last.least[1])
+    found = (last.maximum[0], last.minimum[0], last.maximum[1], last.minimum[1])
     assert found == pytest.approx(extrema, abs=1e-10)
 
 

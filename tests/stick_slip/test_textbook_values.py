@@ -32,8 +32,8 @@ def test_den_hartog_without_stops(W):
     assert motion.regime == "slip"
     assert motion.stuck_fraction == 0
     last = motion.last_round
-    assert last.most[0] == pytest.approx(math.sqrt(V**2 - (S * U) ** 2), abs=1e-10)
-    assert last.least[0] == pytest.approx(-last.most[0], abs=1e-10)
+    assert last.maximum[0] == pytest.approx(math.sqrt(V**2 - (S * U) ** 2), abs=1e-10)
+    assert last.minimum[0] == pytest.approx(-last.maximum[0], abs=1e-10)
 
 
 def with_two_stops(W, S):
@@ -61,7 +61,7 @@ def test_den_hartog_with_two_stops(W, S):
     motion = sf.simulate(den_hartog(W, S), 200)
     assert motion.settlement.period == 1
     assert motion.regime == "stick-slip"
-    assert motion.last_round.most[0] == pytest.approx(amplitude, abs=1e-11)
+    assert motion.last_round.maximum[0] == pytest.approx(amplitude, abs=1e-11)
     times = stuck_times(motion, unit=2 * math.pi / W)
     assert len(times) == 2
     assert sum(times) == pytest.approx(stuck, abs=1e-10)
@@ -70,7 +70,7 @@ def test_den_hartog_with_two_stops(W, S):
 
 def test_den_hartog_with_static_friction():
     motion = sf.simulate(den_hartog(0.6, 0.5, 0.8), 200)
-    assert motion.last_round.most[0] == pytest.approx(1.5704484209, abs=1e-10)
+    assert motion.last_round.maximum[0] == pytest.approx(1.5704484209, abs=1e-10)
     assert sum(stuck_times(motion, unit=2 * math.pi / 0.6)) == pytest.approx(1.427132002, abs=1e-9)
 
 
@@ -123,7 +123,7 @@ def test_a_belt_under_coulomb_friction(speed):
     slips = 2 * (math.pi - math.atan(drop / speed))
     assert motion.settlement.duration == pytest.approx(slips + 2 * drop / speed, abs=1e-10)
     assert stuck_times(motion) == pytest.approx([2 * drop / speed], abs=1e-10)
-    assert motion.last_round.most[0] == pytest.approx(0.5 + math.hypot(drop, speed), abs=1e-10)
+    assert motion.last_round.maximum[0] == pytest.approx(0.5 + math.hypot(drop, speed), abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_the_slip_time_and_extremum_under_leines_law():
     motion = sf.simulate(belt(LEINE))
     (stuck,) = stuck_times(motion)
     assert motion.settlement.duration - stuck == pytest.approx(4.295999525480, abs=1e-10)
-    assert motion.last_round.most[0] == pytest.approx(1.133944676442, abs=1e-10)
+    assert motion.last_round.maximum[0] == pytest.approx(1.133944676442, abs=1e-10)
 
 
 def test_exponential_stribeck():

@@ -23,7 +23,7 @@ KEEPING = frozenset(
         "slipfold.results.checks.trajectories.check_trajectory",
         "slipfold.continuation.curve_set.CurveSet.births_until_interrupted",
         "slipfold.continuation.follow.follow",
-        "slipfold.flow.integration.Integration.run",
+        "slipfold.flow.simulate.Integration.run",
         "slipfold.loci.bifurcation_set.until_interrupted",
         "slipfold.loci.make_locus.describe_in_turn",
         "slipfold.loci.regions.map_regions",

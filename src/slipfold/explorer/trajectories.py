@@ -17,9 +17,10 @@ from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import CHUNK
-from slipfold.flow.integration import HybridIntegration, SmoothIntegration
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.simulate import (
+    HybridIntegration,
+    SmoothIntegration,
     initial_state,
     reaches_stick_limit,
     starts_in_slip,

@@ -18,10 +18,15 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow, Stop
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
-from slipfold.flow.integration import LARGEST, HybridIntegration, unbounded_at
 from slipfold.flow.modes import Status, shown
 from slipfold.flow.scales import measured, measured_within
-from slipfold.flow.simulate import limits_are_defined, reaches_stick_limit
+from slipfold.flow.simulate import (
+    LARGEST,
+    HybridIntegration,
+    limits_are_defined,
+    reaches_stick_limit,
+    unbounded_at,
+)
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
 from slipfold.progress import Observer, Progress

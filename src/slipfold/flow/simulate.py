@@ -3,23 +3,44 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.equations import Constants
-from slipfold.flow.equilibrium import divided, paced
+from slipfold.flow.batches import ROUNDING
+from slipfold.flow.equations import Constants, power_of_two
+from slipfold.flow.equilibrium import AT_REST, PUSH, divided, paced, perturbed_off, rounded_down
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import Stop
-from slipfold.flow.integration import HybridIntegration, SmoothIntegration
-from slipfold.flow.modes import contacts_of
-from slipfold.flow.trajectory import Trajectory
+from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, Stop
+from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_system
+from slipfold.flow.hybrid_trajectory import Broken, Recorder, alternate, first_mode, smooth_phases
+from slipfold.flow.modes import Mode, Status, contacts_of, shown
+from slipfold.flow.scales import measured
+from slipfold.flow.settlement import (
+    Settlement,
+    judge_autonomous,
+    judge_changes,
+    judge_settlement,
+    not_converged,
+)
+from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.model import Model
+from slipfold.models.parameter import DURATION
 from slipfold.models.suggestion import unknown
-from slipfold.progress import Observer
+from slipfold.models.turns import turns_between, turns_by_name
+from slipfold.progress import Observer, Progress
+from slipfold.text.stability import turns_text
+
+PERIODS = 1000
+"""Forcing periods of a trajectory by default."""
+
+LARGEST = 1e12
+"""Size in scales beyond which a trajectory has left whatever its equations mean."""
 
 
 def simulate(
@@ -155,3 +176,333 @@ def _limits_at(model: Model, starts: Array, constants: Constants) -> tuple[Array
     watched = [item for item in model.limits if item.name in beyond]
     reached = values[:, [flow.output_index(item.output) for item in watched]]
     return reached, np.array([item.bound for item in watched])
+
+
+class Integration(ABC):
+    """A trajectory while it is integrated, one forcing period after the other."""
+
+    checks: Sequence[int]
+    """Intervals after which an autonomous trajectory is judged, and ended if it has converged."""
+
+    def __init__(self, model: Model, constants: Constants) -> None:
+        self.model, self.constants = model, constants
+        self.stopped: Stop | None = None  # why and when it ended early
+
+    @property
+    @abstractmethod
+    def strobe(self) -> Array:
+        """States at the start of every period so far, read-only, shape (periods + 1, n)."""
+
+    @property
+    @abstractmethod
+    def periods(self) -> int:
+        """Complete periods so far."""
+
+    @property
+    def time(self) -> float:
+        """Seconds so far."""
+        return self.periods * self.constants.period
+
+    @abstractmethod
+    def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
+        """Integrate some more periods, as far as it comes; `on_progress` may interrupt."""
+
+    @abstractmethod
+    def settlement(self, tolerance: float) -> Settlement:
+        """Return whether it has converged, and to what."""
+
+    def result(self, tolerance: float) -> Trajectory:
+        """Return the trajectory so far, as data."""
+        return Trajectory(self.model, self.strobe, self.settlement(tolerance), self.stopped)
+
+    def ends(self, periods: int | None) -> Sequence[int]:
+        """Return the numbers of periods after which it is judged, and ended if it has converged."""
+        if periods is not None:
+            return (periods,)
+        return (PERIODS,) if self.model.forced else self.checks
+
+    def run(
+        self, periods: int | None, tolerance: float, observer: Observer | None = None
+    ) -> Trajectory:
+        """Integrate for some periods, or until it converges; keep what there is if interrupted."""
+        ends = self.ends(periods)
+        total = ends[0] if len(ends) == 1 else None
+
+        def report() -> None:
+            if observer is not None:
+                observer(Progress("motion", self.periods, total, f"{self.time:.6g} s"))
+
+        try:
+            for count in ends:
+                self.advance(count - self.periods, report)
+                result = self.result(tolerance)
+                if result.settlement.settled or self.stopped is not None:
+                    break
+        except KeyboardInterrupt:
+            if observer is None:
+                raise
+            self.stopped = Stop("interrupted", "it was interrupted", self.time)
+            result = self.result(tolerance)
+        return result
+
+    def _ended_early(self, stop: Stop) -> Settlement:
+        return not_converged(f"not settled: ended after {stop.time:.6g} s, {stop.reason}")
+
+
+class SmoothIntegration(Integration):
+    """A trajectory that ends where a limit of the model is met."""
+
+    checks = (1000, 4000, 16000)
+
+    def __init__(self, model: Model, start: Array) -> None:
+        model = measured(model, start=start)
+        super().__init__(model, flow_of(model).constants_of(model))
+        self._flow = GuardedFlow(model, self.constants, start)
+        self._pieces = [start[None]]
+        self._pushed: list[int] = []
+        self._periods = 0
+        self._implicit = 0  # periods in implicit steps
+
+    @property
+    def strobe(self) -> Array:
+        """States at the start of every period so far."""
+        whole = np.concatenate(self._pieces)
+        whole.setflags(write=False)
+        return whole
+
+    @property
+    def periods(self) -> int:
+        """Complete periods so far."""
+        return self._periods
+
+    def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
+        """Integrate some more periods, as far as it comes."""
+        end = self._periods + periods
+        while self.stopped is None and self._periods < end:
+            count = end - self._periods
+            if not self.model.forced:
+                self._leave_unstable_equilibrium()
+                count = min(CHUNK, count)
+            last, known = self._pieces[-1][-1], len(self._pieces)
+            for piece in self._flow.pieces(last, count, self._periods):
+                self._pieces.append(piece.states)
+                self._periods += len(piece.states)
+                self._implicit += piece.implicit
+                self.stopped = piece.stop
+                on_progress()
+            if not self.model.forced:
+                self._end_beyond_bounds(known)
+
+    def _leave_unstable_equilibrium(self) -> None:
+        """Push the trajectory on where it would stay for ever."""
+        last, scales = self._pieces[-1], self.model.state_scales()
+        lately = np.concatenate(self._pieces[-2:])[-2:]
+        moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
+        pushed = perturbed_off(self.model, last[-1]) if moving <= AT_REST else None
+        if pushed is not None:
+            self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
+            self._pushed.append(self.periods)
+
+    def _end_beyond_bounds(self, known: int) -> None:
+        """End a trajectory that grows without bound, before numbers do; some pieces are known."""
+        states = np.concatenate(self._pieces[known:])
+        size = np.abs(states / self.model.state_scales()).max(initial=0.0)
+        if self.stopped is None and size > LARGEST:
+            self.stopped = unbounded_at(self.time, size)
+
+    def settlement(self, tolerance: float) -> Settlement:
+        """Return whether it has converged, and to what."""
+        model, stop = self.model, self.stopped
+        if stop is not None:
+            result = self._ended_early(stop)
+        elif model.forced:
+            scales, turns = model.state_scales(), model.whole_turns
+            result = judge_settlement(self.strobe, scales, tolerance, turns)
+            result = self._with_turns(result, result.period)
+        else:
+            result = judge_autonomous(model, self.strobe, tolerance)
+            length = result.duration and result.duration / self.constants.period
+            result = self._with_turns(result, length)
+        message = result.message
+        if self._pushed and stop is None:
+            message += self._pushed_text()
+        if self._implicit:
+            each = "forcing period" if model.forced else "interval"
+            message += (
+                f"; {self._implicit} of {self.periods} {each}s took implicit steps, since it is "
+                "stiff"
+            )
+        return replace(result, message=message)
+
+    def _with_turns(self, found: Settlement, length: float | None) -> Settlement:
+        """Add the revolutions of angles in a response of that many periods."""
+        if length is None or not self.model.whole_turns.any():
+            return found
+        start, zero = self.strobe[-1:], np.zeros(1)
+        (end,) = flow_of(self.model).advance(start, zero, zero + length, self.constants)
+        counts = turns_between(end - start[0], self.model.whole_turns)
+        turns = turns_by_name(self.model.states, counts)
+        message = "; ".join(filter(None, [found.message, turns_text(turns)]))
+        return replace(found, message=message, turns=turns)
+
+    def _pushed_text(self) -> str:
+        if self._pushed[0] == 0:
+            where = "it began on an unstable equilibrium"
+        else:
+            time = self._pushed[0] * self.constants.period
+            where = f"at {time:.6g} s it had come to an unstable equilibrium"
+        return f". {where[:1].upper()}{where[1:]} and was pushed off it by {PUSH:g} (scaled)"
+
+
+class HybridIntegration(Integration):
+    """A trajectory through stick, slip and flight, and a record of what contacts did."""
+
+    checks = (32, 128, 512, 2048, 8192)
+
+    def __init__(self, model: Model, start: Array) -> None:
+        self.system = system = hybrid_system(model, start)
+        super().__init__(model, system.constants)
+        self.flow = system.flow
+        mode = shown(first_mode(system, start))
+        self.modes = [mode]
+        self._states = [system.held(mode, start, 0.0)]
+        self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
+
+    @classmethod
+    def begin(cls, model: Model, start: Array, *, paced: bool) -> HybridIntegration:
+        """Begin in characteristic scales; an autonomous one to be paced in intervals that suit it.
+
+        Shapes: start (n,).
+        """
+        if paced and not model.forced and model.values[DURATION.name] == DURATION.default:
+            model = model.replace(**{DURATION.name: _natural_duration(model, start)})
+        return cls(_in_own_scales(model, start), start)
+
+    @property
+    def strobe(self) -> Array:
+        """States at the start of every period so far, shape (periods + 1, n)."""
+        whole = np.array(self._states)
+        whole.setflags(write=False)
+        return whole
+
+    @property
+    def periods(self) -> int:
+        """Complete periods so far."""
+        return len(self._states) - 1
+
+    @property
+    def time(self) -> float:
+        """Seconds so far, of complete periods and the known part of another."""
+        return max(self.periods, self.recorder.last_time) * self.constants.period
+
+    def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
+        """Integrate some more periods, as far as it comes."""
+        last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
+        further = 0.5  # phases beyond the end of a period
+        while (done := self.periods) < last:
+            beyond = further if done + 1 < last else 0.0
+            self.recorder.begun = done
+            if self.flow.straight:
+                args = self.system, mode, state, phase, beyond, self.recorder, self._ended
+                mode, state, phase = alternate(*args)
+            closely: Iterable[tuple[SmoothPhase, Mode]] = ()
+            if phase < 1:
+                closely = smooth_phases(
+                    self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond
+                )
+            try:
+                for part, after in closely:
+                    self.recorder.went_on(part.energies)
+                    if part.end > 1:
+                        fraction = (1 - part.begin) / (part.end - part.begin)
+                        self._ended(mode, state + fraction * (part.state - state))
+                    state, phase = part.state, part.end
+                    if shown(after) != mode:
+                        mode = shown(after)
+                        self.recorder.changed(phase, state, mode)
+            except Broken as broken:
+                if broken.stop.time > 1:  # the end of the period is still to come
+                    further = 0.0
+                    continue
+                time = (done + broken.stop.time) * self.constants.period
+                self.stopped = replace(broken.stop, time=time)
+                return
+            if phase <= 1:
+                self._ended(mode, state)
+            phase -= 1
+            on_progress()
+
+    def _ended(self, mode: Mode, state: Array) -> None:
+        """Note the end of a period."""
+        self.modes.append(mode)
+        self._states.append(state)
+
+    def settlement(self, tolerance: float) -> Settlement:
+        """Return whether it has converged, and to what."""
+        model, scales = self.model, self.model.state_scales()
+        if self.stopped is not None:
+            return self._ended_early(self.stopped)
+        if model.forced:
+            return judge_settlement(self.strobe, scales, tolerance)
+        changes, mode, state = self.recorder.changes, self.modes[-1], self._states[-1]
+        since = math.ceil(changes[-1].time) if changes else 0
+        slips = all(status in (Status.FORTH, Status.BACK) for status in mode)
+        if 2 * since < self.periods and slips:
+            return judge_autonomous(model, self.strobe[since:], tolerance)
+        rates = self.flow.of(mode).rates(state[None], np.zeros(1), self.constants)[0]
+        sticks = all(status is Status.STICK for status in mode)
+        if sticks and np.abs(rates / scales).max() <= ROUNDING:
+            message = "settled on an equilibrium in which all contacts stick"
+            return Settlement(True, 1, 0.0, None, message, kind="equilibrium")
+        time = self.periods * self.constants.period
+        return judge_changes(changes, scales, tolerance, self.constants.period, time)
+
+    def result(self, tolerance: float) -> Trajectory:
+        """Return the trajectory so far, as data, with what its contacts did."""
+        period = self.constants.period
+        end = self.periods if self.stopped is None else self.stopped.time / period
+        intervals = self.recorder.ended(end)
+        if not self.model.forced and period != 1:
+            intervals = tuple(
+                item._replace(begin=item.begin * period, end=item.end * period)
+                for item in intervals
+            )
+        # An interrupt may have come between the mode and the state of a period.
+        modes = np.array(self.modes[: self.periods + 1], np.int64)
+        modes.setflags(write=False)
+        contacts = tuple(item.name for item in self.flow.contacts)
+        sticking = Sticking(contacts, modes, intervals)
+        return replace(super().result(tolerance), sticking=sticking)
+
+
+def _in_own_scales(model: Model, start: Array) -> Model:
+    """Return the model with characteristic scales of its states, seen in a short trajectory."""
+    if not np.isnan(model.declared_scales()).any() or model.found_sizes is not None:
+        return model
+    sizes = np.ones(len(start))
+    for _ in range(2):  # what is small beside one shows in a second look only
+        pilot = HybridIntegration(model.measured_in(sizes), start)
+        pilot.advance(4)  # periods show the scales
+        ends = [item.state for item in pilot.recorder.changes]
+        reached = np.abs(np.array([*pilot.strobe, *ends])).max(axis=0)
+        sizes = power_of_two(np.where(reached > 0, reached, sizes))
+    return model.measured_in(sizes)
+
+
+def _natural_duration(model: Model, start: Array) -> float:
+    """Return half the period of the fastest vibration in slip, rounded to 1, 2 or 5."""
+    motion = HybridIntegration(model.replace(**{DURATION.name: 1.0}), start)
+    slipping = (Status.FORTH,) * len(motion.flow.contacts)
+    slopes = motion.flow.of(slipping).jacobians(start[None], np.zeros(1), motion.constants)[0]
+    if not np.isfinite(slopes).all():
+        return DURATION.default
+    fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
+    if not fastest > 0:
+        return DURATION.default
+    return rounded_down(math.pi / fastest)
+
+
+def unbounded_at(time: float, size: float) -> Stop:
+    """Return the end of a trajectory that grew to some scales."""
+    reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
+    return Stop("unbounded", reason, time)

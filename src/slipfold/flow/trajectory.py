@@ -375,12 +375,12 @@ class StickTime:
 
 @dataclass(frozen=True, eq=False)
 class LastRound:
-    """The last whole round of a trajectory.
+    """The last complete round of a trajectory: a response or a cycle.
 
     Parameters
     ----------
-    least, most
-        Smallest and largest value of each state, shape (n_states,); NaN if it was not whole.
+    minimum, maximum
+        Smallest and largest value of each state, shape (n_states,); NaN if it is not complete.
     sticking
         When contacts stick.
     fraction
@@ -389,8 +389,8 @@ class LastRound:
         Whether all contacts stick all the time.
     """
 
-    least: Array
-    most: Array
+    minimum: Array
+    maximum: Array
     sticking: tuple[StickTime, ...] = ()
     fraction: float = 0.0
     stuck: bool = False

@@ -13,10 +13,14 @@ from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_trajectory import smooth_phases
-from slipfold.flow.integration import HybridIntegration, SmoothIntegration
 from slipfold.flow.linearized_trajectory import linearized_trajectory
 from slipfold.flow.settlement import Settlement
-from slipfold.flow.simulate import reaches_stick_limit, starts_in_slip
+from slipfold.flow.simulate import (
+    HybridIntegration,
+    SmoothIntegration,
+    reaches_stick_limit,
+    starts_in_slip,
+)
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION

@@ -15,10 +15,10 @@ from slipfold.errors import InputError
 from slipfold.flow.equilibrium import paced
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow
-from slipfold.flow.integration import HybridIntegration
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import (
+    HybridIntegration,
     initial_state,
     reaches_stick_limit,
     simulate,

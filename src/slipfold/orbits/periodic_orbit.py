@@ -319,8 +319,8 @@ class StickSlipOrbit(PeriodicOrbit):
         phases: Array = np.arange(count + 1, dtype=float) * (self.period / count)
         values = self._samples(phases).outputs()
         with np.errstate(invalid="ignore"):  # an output may be infinite at rest
-            low, high, n = _least(values), -_least(-values), len(found.least)
-        low[:n], high[:n] = found.least, found.most
+            low, high, n = _least(values), -_least(-values), len(found.minimum)
+        low[:n], high[:n] = found.minimum, found.maximum
         if np.isnan(found.fraction):  # of part of a round they would be others
             low[:], high[:] = np.nan, np.nan
         return Extrema(flow_of(self.model).output_names, low[None], high[None])

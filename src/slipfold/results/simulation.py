@@ -286,7 +286,9 @@ class Simulation(Trajectory, Result):
 
     def _record(self) -> dict[str, Any]:
         settlement, spectrum, last = self.settlement, self._response_spectrum, self.last_round
-        pairs = () if last is None else zip(self.model.states, last.least, last.most, strict=True)
+        pairs = (
+            () if last is None else zip(self.model.states, last.minimum, last.maximum, strict=True)
+        )
         extrema = {state.name: [float(low), float(high)] for state, low, high in pairs}
         return {
             "periods": self.periods,

@@ -12,8 +12,7 @@ from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
-from slipfold.flow.integration import SmoothIntegration
-from slipfold.flow.simulate import initial_state
+from slipfold.flow.simulate import SmoothIntegration, initial_state
 from slipfold.long_term.rotation import bump, rotation_of
 from slipfold.models.model import Model
 from slipfold.models.turns import without_turns
