@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.parameter import Parameter
@@ -22,8 +21,8 @@ from slipfold.text.printed_table import PrintedTable
 class Modes(OneLine):
     """Modes of a linear system; one row a mode, the lowest natural frequency first.
 
-    A pair of complex eigenvalues is one mode; a real eigenvalue (an overdamped or divergent motion)
-    is a mode of its own with damping ratio 1 or -1.
+    A pair of complex eigenvalues is one mode; a real eigenvalue (overdamped or divergent) is a mode
+    of its own with damping ratio 1 or -1.
 
     Parameters
     ----------
@@ -42,13 +41,13 @@ class Modes(OneLine):
     [6.59, 12.459652]
     """
 
-    eigenvalues: NDArray[np.complex128]
-    shapes: NDArray[np.complex128]
+    eigenvalues: Complex
+    shapes: Complex
     names: tuple[str, ...]
 
     def _line(self) -> str:
-        verdict = "stable" if self.stable else "unstable"
-        return f"Modes of {listed(map(number_text, self.frequency))} Hz, {verdict}"
+        state = "stable" if self.stable else "unstable"
+        return f"Modes of {listed(map(number_text, self.frequency))} Hz, {state}"
 
     def _rows(self) -> PrintedTable:
         numbers = zip(self.frequency, self.damping_ratio, self.shapes, strict=True)
@@ -59,17 +58,17 @@ class Modes(OneLine):
         return PrintedTable(["f (Hz)", "damping", *self.names], lines)
 
     @property
-    def frequency(self) -> NDArray[np.float64]:
+    def frequency(self) -> Array:
         """Undamped natural frequencies |lambda|/(2 pi), Hz."""
         return np.abs(self.eigenvalues) / (2 * math.pi)
 
     @property
-    def damped_frequency(self) -> NDArray[np.float64]:
+    def damped_frequency(self) -> Array:
         """Frequencies of the free decay, Im lambda/(2 pi), Hz."""
         return self.eigenvalues.imag / (2 * math.pi)
 
     @property
-    def damping_ratio(self) -> NDArray[np.float64]:
+    def damping_ratio(self) -> Array:
         """Ratios of damping to critical damping, -Re lambda/|lambda|; negative if unstable."""
         size = np.abs(self.eigenvalues)
         return np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=size > 0)
@@ -81,16 +80,10 @@ class Modes(OneLine):
 
     def __str__(self) -> str:
         """Table of the modes."""
-        lines = [f"{'f (Hz)':>10} {'damping':>10}   shape ({', '.join(self.names)})"]
-        for frequency, ratio, shape in zip(
-            self.frequency, self.damping_ratio, self.shapes, strict=True
-        ):
-            parts = ", ".join(f"{value:.3f}" for value in shape)
-            lines.append(f"{frequency:10.5f} {ratio:10.5f}   {parts}")
-        return "\n".join(lines)
+        return "\n".join(self._rows().text())
 
 
-def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
+def find_modes(jacobian: Array, names: tuple[str, ...]) -> Modes:
     """Find the modes of a first-order system of displacements and their rates.
 
     Shapes: jacobian (2 n, 2 n).
@@ -101,12 +94,12 @@ def find_modes(jacobian: NDArray[np.float64], names: tuple[str, ...]) -> Modes:
     [0.01]
     """
     values, vectors = np.linalg.eig(jacobian)
-    kept = np.flatnonzero(values.imag >= 0)
-    kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
-    shapes = vectors[: len(names), kept].T.astype(complex)
+    upper = np.flatnonzero(values.imag >= 0)
+    upper = upper[np.argsort(np.abs(values[upper]), kind="stable")]
+    shapes = vectors[: len(names), upper].T.astype(complex)
     for shape in shapes:
         shape /= shape[np.abs(shape).argmax()]
-    return Modes(values[kept].astype(complex), shapes, names)
+    return Modes(values[upper].astype(complex), shapes, names)
 
 
 class MechanicalModel(Model):

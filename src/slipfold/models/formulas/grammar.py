@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar
 
 from slipfold.models.formulas.functions import FUNCTIONS, explain_unknown_function
@@ -193,6 +193,16 @@ def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
         waiting.append((node, True))
         waiting += [(child, False) for child in reversed(children)]
     return values[0]
+
+
+def with_children(node: Tree, children: tuple[Tree, ...]) -> Tree:
+    """Return a node with other children."""
+    if isinstance(node, Binary):
+        left, right = children
+        return replace(node, left=left, right=right)
+    if isinstance(node, Negative):
+        return Negative(*children)
+    return replace(node, arguments=children) if isinstance(node, Call) else node
 
 
 def _children(node: Tree) -> tuple[Tree, ...]:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import heyoka as hy
@@ -32,6 +32,7 @@ from slipfold.models.formulas.grammar import (
     fold,
     format_tree,
     names_in,
+    with_children,
 )
 from slipfold.models.output import Expression
 
@@ -44,19 +45,13 @@ def without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:
     >>> format_tree(fold(parse_formula("exp(v)/(1 + exp(v)) + sinh(v)/cosh(v)"), without_overflow))
     'sigmoid(v) + tanh(v)'
     """
-    if isinstance(node, Negative):
-        return Negative(*parts)
-    if isinstance(node, Call):
-        return replace(node, arguments=parts)
-    if not isinstance(node, Binary):
-        return node
-    left, right = parts
-    found = None
-    if node.operator == "/":
-        found = _quotient(left, right)
-    elif node.operator == "^" and isinstance(right, Negative):
-        found = _reciprocal(Binary("^", left, right.argument))
-    return found or replace(node, left=left, right=right)
+    bounded = None
+    match node, parts:
+        case Binary("/"), (left, right):
+            bounded = _quotient(left, right)
+        case Binary("^"), (left, Negative(exponent)):
+            bounded = _reciprocal(Binary("^", left, exponent))
+    return bounded or with_children(node, parts)
 
 
 def _quotient(left: Tree, right: Tree) -> Tree | None:
@@ -230,14 +225,16 @@ class CoefficientFinder:
                 return _Product(None, Negative(inner.varying or ONE))
             return _Product(Negative(inner.constant), inner.varying)
         if all(value.varying is None for value in values):
-            return _Product(_rebuilt(node, tuple(value.constant or ONE for value in values)), None)
+            return _Product(
+                with_children(node, tuple(value.constant or ONE for value in values)), None
+            )
         if isinstance(node, Binary):
             product = self._split(node, *values)
             if product is not None:
                 return product
             if node.operator == "^":
                 self._check_exponent(node, values[1])
-        return _Product(None, _rebuilt(node, tuple(self._whole(value) for value in values)))
+        return _Product(None, with_children(node, tuple(self._whole(value) for value in values)))
 
     def _named(self, node: Name) -> _Product:
         if node.name == TIME:
@@ -300,12 +297,4 @@ def _joined(node: Binary, left: Tree | None, right: Tree | None) -> Tree | None:
         return left
     if left is None:
         return right if node.operator == "*" else Binary("/", ONE, right, node.place)
-    return Binary(node.operator, left, right, node.place)
-
-
-def _rebuilt(node: Tree, children: tuple[Tree, ...]) -> Tree:
-    if isinstance(node, Call):
-        return Call(node.function, children, node.place)
-    assert isinstance(node, Binary)
-    left, right = children
     return Binary(node.operator, left, right, node.place)
