@@ -190,30 +190,52 @@ class BracketedZero:
         return min(self._tried, key=lambda item: abs(item[0] - s))
 
 
-class _Chord(Generic[P]):
-    """The part of a curve between two points, over the projection on the chord.
+class Projection(Generic[P]):
+    """The part of a curve between two points, over its projection on the chord or another row.
 
     Unlike the arclength, which is summed from one guess to the next, the projection depends on the
     solution alone. So an interpolated zero does not move as more points are computed.
     """
 
-    def __init__(self, curve: Curve[P], a: P, b: P) -> None:
+    def __init__(self, curve: Curve[P], a: P, b: P, row: Array | None = None) -> None:
         self._curve = curve
         self._a, self._b = a, b
         difference = b.z - a.z
-        self.length = float(np.linalg.norm(difference)) or 1.0
-        self._row = difference / self.length
-        self._points: list[P] = []
+        chord = float(np.linalg.norm(difference)) or 1.0
+        self._row = difference / chord if row is None else row
+        self.length = chord if row is None else float(difference @ row) or 1.0
+        self._points: list[P] = []  # the points from which guesses come
+
+    def _runs_along(self, point: P) -> bool:
+        """Whether the curve runs along the row at a point, not back or across."""
+        return float(point.tangent @ self._row) > ALONG
+
+    def _position(self, point: P) -> float:
+        return float((point.z - self._a.z) @ self._row)
+
+    def _projected(self, point: P, s: float) -> P:
+        """Return a point over its projection, with the derivative with respect to it."""
+        return replace(point, arclength=s, tangent=point.tangent / (point.tangent @ self._row))
+
+    def _guess(self, s: float) -> tuple[list[P], Array]:
+        """Return the interpolated point with a projection, and the points next to it."""
+        near = well_spaced(self._points, s, s, POINTS)
+        guess, _ = hermite(near, s)
+        return near, guess + (s - float((guess - self._a.z) @ self._row)) * self._row
+
+
+class _Chord(Projection[P]):
+    """The part of a smooth curve between two points."""
+
+    def __init__(self, curve: Curve[P], a: P, b: P) -> None:
+        super().__init__(curve, a, b)
         if self.is_crossed_once:
             self._points = [self._projected(a, 0.0), self._projected(b, self.length)]
 
     @property
     def is_crossed_once(self) -> bool:
-        """Whether the curve runs along the chord at both ends, not back or across."""
-        return all(self._cosine(item) > ALONG for item in (self._a, self._b))
-
-    def _cosine(self, point: P) -> float:
-        return float(point.tangent @ self._row)
+        """Whether the curve runs along the chord at both ends."""
+        return self._runs_along(self._a) and self._runs_along(self._b)
 
     def use_neighbors(self, history: Sequence[P]) -> list[tuple[float, P]]:
         """Let guesses go through points outside the chord; return these with their projections."""
@@ -221,10 +243,10 @@ class _Chord(Generic[P]):
         for point in history:
             if (point.curve, point.piece) != (self._a.curve, self._a.piece):
                 continue
-            s = float((point.z - self._a.z) @ self._row)
+            s = self._position(point)
             near = not -apart <= s <= self.length + apart
             alone = all(abs(s - other) > apart for other, _ in chosen)
-            if near and alone and self._cosine(point) > ALONG:
+            if near and alone and self._runs_along(point):
                 chosen.append((s, point))
         chosen = sorted(chosen, key=lambda item: abs(item[0] - 0.5 * self.length))[:NEIGHBORS]
         self._points += [self._projected(point, s) for s, point in chosen]
@@ -232,18 +254,12 @@ class _Chord(Generic[P]):
 
     def point_at(self, s: float) -> P:
         """Return the point with a projection on the chord."""
-        near = well_spaced(self._points, s, s, POINTS)
-        guess, _ = hermite(near, s)
-        guess = guess + (s - float((guess - self._a.z) @ self._row)) * self._row
+        near, guess = self._guess(s)
         point = _corrected(self._curve, near, guess, self._row, s)
-        if self._cosine(point) <= 0:
+        if float(point.tangent @ self._row) <= 0:
             raise LostCurveError("the curve turns too sharply between two points")
         self._points.append(self._projected(point, s))
         return _between(self._a, point, self._b)
-
-    def _projected(self, point: P, s: float) -> P:
-        """Return a point over its projection, with the derivative with respect to it."""
-        return replace(point, arclength=s, tangent=point.tangent / (point.tangent @ self._row))
 
 
 def _polynomial_zero(values: Sequence[tuple[float, float]], start: float) -> float:

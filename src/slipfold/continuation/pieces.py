@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Generic
@@ -12,27 +12,27 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, P
-from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
-from slipfold.continuation.locate import ALONG, LostCurveError, insert, point_at
+from slipfold.continuation.interpolation import POINTS, lagrange
+from slipfold.continuation.locate import LostCurveError, Projection, insert, point_at
 from slipfold.continuation.newton import correct
 
 CLOSE = 1e-11
-"""Arclength to which the end of a piece is found, by bisection: nothing is smooth across it."""
+"""Arclength to which the end of a piece is located, by bisection: nothing is smooth across it."""
 
 LOST = 1e-6
-"""Arclength to which the place is found where a piece ends and nothing is beyond."""
+"""Arclength to which the end of a piece is located if there is no next piece."""
 
 LOOKS = (1e-6, 1e-5, 1e-4, 1e-3)
-"""Steps onto the next piece that tell in which direction of its tangent it lies."""
+"""Steps onto the next piece, which show in which direction of its tangent it lies."""
 
 HOPS, LEFT = 4, 1e-3
-"""Times that a fold between two pieces is approached, and what is left of the way each time."""
+"""Steps towards a fold between two pieces, and the fraction of the distance that each leaves."""
 
 APART = 1e-4
-"""Distance of two points, where one piece ends and the next begins, with nothing in common."""
+"""Distance above which the end of a piece and the beginning of the next are not connected."""
 
 REACH = 100.0
-"""Steps within which the other piece lies."""
+"""Maximum distance of the other piece, in steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Seam(Generic[P]):
 
     before: P
     after: P
-    met: P  # where the pieces meet, as far as it is known: beside, or beyond, the point before
+    met: P  # where the pieces meet, as far as it is known: next to the point before, or beyond it
 
     @property
     def apart(self) -> float:
@@ -49,100 +49,95 @@ class Seam(Generic[P]):
         return float(np.linalg.norm(self.after.z - self.before.z))
 
 
-def locate_seam(curve: Curve[P], known: Sequence[P], a: P, b: P) -> Seam[P]:
-    """Return where the piece of a point ends on the way to one of another piece.
-
-    The two may have nothing in common. The next one may continue in the parameter, but back along
-    their chord.
-    """
-    seam = _halved(curve, known, a, b)
-    if seam.apart < APART:
-        return seam
-    with suppress(LostCurveError):
-        again = _halved(curve, known, a, b, _parameter(a, b.z[-1] - a.z[-1]))
-        if again.apart < APART:
-            return again
-    return seam
+def _solution(
+    curve: Curve[P], guess: Array, row: Array, s: float, near: Array, distance: float
+) -> P | None:
+    """Return the point next to a guess, of any piece; None if it is too far from an unknown."""
+    correction = correct(curve, guess, row)
+    if not correction.converged or np.linalg.norm(correction.z - near) > distance:
+        return None
+    return curve.point(correction, s)
 
 
-def _parameter(point: P, sign: float) -> Array:
-    """Return the direction in which the parameter grows or falls, whatever else does."""
+def _parameter_row(point: P, sign: float = 1.0) -> Array:
+    """Return the direction in which the parameter alone grows or falls."""
     row = np.zeros(len(point.z))
     row[-1] = math.copysign(1.0, sign)
     return row
 
 
-def _halved(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None) -> Seam[P]:
-    """Halve a chord, or its shadow along a row, until two neighbors of different pieces are left.
+def locate_seam(curve: Curve[P], known: Sequence[P], a: P, b: P) -> Seam[P]:
+    """Return where the piece of a point ends before one of another piece.
 
-    The place on it belongs to a point alone, while errors of arclengths, which are summed from
-    guess to guess, would grow with every halving.
+    The two may not be connected. The next piece may continue in the parameter, but backward along
+    their chord.
+    """
+    seam = _bisected(curve, known, a, b)
+    if seam.apart < APART:
+        return seam
+    with suppress(LostCurveError):
+        again = _bisected(curve, known, a, b, _parameter_row(a, b.z[-1] - a.z[-1]))
+        if again.apart < APART:
+            return again
+    return seam
+
+
+def _bisected(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None) -> Seam[P]:
+    """Bisect the projection on a chord or a row until two neighbors of different pieces are left.
+
+    The projection depends on a point alone; errors of arclengths, which are summed from guess to
+    guess, would grow with every bisection.
     """
     chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b, row)
     low, high = 0.0, chord.length
     while high - low > max(CLOSE, 2 * np.spacing(high)):
-        place = 0.5 * (low + high)
-        middle = chord.point_at(place)
+        s = 0.5 * (low + high)
+        middle = chord.point_at(s)
         if middle.piece == a.piece:
-            low, a = place, middle
+            low, a = s, middle
         else:
-            high, b = place, middle
+            high, b = s, middle
     return Seam(a, b, a)
 
 
-class _ChordAhead(Generic[P]):
-    """The chord from the last point of a piece to one of another, seen from the piece."""
+class _ChordAhead(Projection[P]):
+    """The chord from the last point of a piece to one of another; guesses come from the piece."""
 
     def __init__(
         self, curve: Curve[P], own: Sequence[P], a: P, b: P, row: Array | None = None
     ) -> None:
-        self._curve, self._a, self._b = curve, a, b
-        difference = b.z - a.z
-        size = float(np.linalg.norm(difference)) or 1.0
-        self._row = difference / size if row is None else row
-        self.length = float(difference @ self._row) or 1.0
-        self._known: list[P] = []
+        super().__init__(curve, a, b, row)
         for point in reversed(own):
-            place = float((point.z - a.z) @ self._row)
-            if float(point.tangent @ self._row) <= ALONG or place > 0:
+            s = self._position(point)
+            if not self._runs_along(point) or s > 0:
                 break
-            self._known.insert(0, self._projected(point, place))
+            self._points.insert(0, self._projected(point, s))
 
-    def point_at(self, place: float) -> P:
-        """Return the point at a place along the chord, whatever its piece."""
-        share = place / self.length
-        arclength = self._a.arclength + share * (self._b.arclength - self._a.arclength)
-        for guess in self._guesses(place):
+    def point_at(self, s: float) -> P:
+        """Return the point with a projection, whatever its piece."""
+        fraction = s / self.length
+        arclength = self._a.arclength + fraction * (self._b.arclength - self._a.arclength)
+        # The piece is extrapolated first, then the chord itself is tried.
+        guesses = [self._guess(s)[1]] if self._points else []
+        for guess in [*guesses, self._a.z + s * self._row]:
             correction = correct(self._curve, guess, self._row)
             if correction.converged:
                 point = self._curve.point(correction, arclength)
-                if point.piece == self._a.piece and float(point.tangent @ self._row) > ALONG:
-                    insert(self._known, self._projected(point, place))
+                if point.piece == self._a.piece and self._runs_along(point):
+                    insert(self._points, self._projected(point, s))
                 return point
         raise LostCurveError(correction.failure)
 
-    def _guesses(self, place: float) -> Iterator[Array]:
-        """Yield where the piece leads, then the place on the chord itself."""
-        straight = self._a.z + place * self._row
-        if self._known:
-            guess, _ = hermite(well_spaced(self._known, place, place, POINTS), place)
-            yield guess + float((straight - guess) @ self._row) * self._row
-        yield straight
-
-    def _projected(self, point: P, place: float) -> P:
-        """Return a point with its place along the chord and the derivative with respect to it."""
-        return replace(point, arclength=place, tangent=point.tangent / (point.tangent @ self._row))
-
 
 def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
-    """Return the last point of a piece that ends before one of another, with nothing between.
+    """Return the last point of a piece that ends before one of another, not connected with it.
 
-    None if it continues where it was not found at first.
+    None if the piece continues where no point was computed at first.
     """
     own, end = [point for point in known if point.piece == a.piece], b
     while end.arclength - a.arclength > LOST:
         try:
-            middle = _between(curve, own, a, end)
+            middle = _halfway(curve, own, a, end)
         except LostCurveError:
             middle = replace(b, arclength=0.5 * (a.arclength + end.arclength))
         if middle.piece == a.piece:
@@ -150,44 +145,41 @@ def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
             a = middle
         else:
             end = middle
-    correction = correct(curve, a.z + 2 * LOST * a.tangent, a.tangent)
-    goes_on = correction.converged and curve.point(correction, 0.0).piece == a.piece
-    return None if goes_on else a
+    beyond = _solution(curve, a.z + 2 * LOST * a.tangent, a.tangent, 0.0, a.z, np.inf)
+    return None if beyond is not None and beyond.piece == a.piece else a
 
 
-def _between(curve: Curve[P], own: list[P], a: P, b: P) -> P:
-    """Return the point halfway between two others, seen from the piece of the first."""
-    place = 0.5 * (a.arclength + b.arclength)
+def _halfway(curve: Curve[P], own: list[P], a: P, b: P) -> P:
+    """Return the point halfway between two others, extrapolated from the piece of the first."""
+    s = 0.5 * (a.arclength + b.arclength)
     try:
-        found = point_at(curve, own, place)
-    except LostCurveError:  # seen along the chord
-        row = b.z - a.z
-        correction = correct(curve, 0.5 * (a.z + b.z), row / np.linalg.norm(row))
-        if not correction.converged:
+        return replace(point_at(curve, own, s), arclength=s)
+    except LostCurveError:
+        middle, row = 0.5 * (a.z + b.z), b.z - a.z  # along the chord
+        point = _solution(curve, middle, row / np.linalg.norm(row), s, middle, np.inf)
+        if point is None:
             raise
-        found = curve.point(correction, place)
-    return replace(found, arclength=place)
+        return point
 
 
 def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
-    """Return where a curve turns back on the next piece, that is where a piece and the next meet.
+    """Return where a piece and the next meet if the curve turns back there.
 
-    Beyond there is nothing, so it ends shortly before; what is beside its last point on the other
-    piece, at the same value of the parameter, tells where.
+    There is no solution beyond, so the curve ends shortly before. The other piece has a point at
+    the same value of the parameter, which shows where they meet.
     """
-    other = next(filter(None, (_beside(curve, last, step) for step in LOOKS)), None)
+    other = next(filter(None, (_opposite(curve, last, step) for step in LOOKS)), None)
     if other is None:
         return None
     for _ in range(HOPS):
         left, beyond = _distances(last, other)
         if not CLOSE < left < 1:
             break
-        row = last.tangent
-        correction = correct(curve, last.z + (1 - LEFT) * left * row, row)
-        if not correction.converged:
+        row, hop = last.tangent, (1 - LEFT) * left
+        nearer = _solution(curve, last.z + hop * row, row, last.arclength + hop, last.z, np.inf)
+        if nearer is None or nearer.piece != last.piece:
             break
-        nearer = curve.point(correction, last.arclength + (1 - LEFT) * left)
-        across = _beside(curve, nearer, 2 * LEFT * left) if nearer.piece == last.piece else None
+        across = _opposite(curve, nearer, 2 * LEFT * left)
         if across is None:
             break
         last, other = nearer, across
@@ -201,56 +193,47 @@ def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
 def locate_ahead(curve: Curve[P], last: P) -> Seam[P] | None:
     """Return where a piece ends whose next one continues in the parameter, but back in the states.
 
-    No step along the tangent leads onto it. None where no point that begins there is found.
+    No step along the tangent leads onto the next piece. None if no first point of it is found.
     """
-    row = _parameter(last, last.tangent[-1])
+    row = _parameter_row(last, last.tangent[-1])
     for step in LOOKS:
-        far = step * abs(last.tangent[-1])
-        correction = correct(curve, last.z + far * row, row)
-        if not correction.converged or np.linalg.norm(correction.z - last.z) > REACH * step:
-            continue
-        found = curve.point(correction, last.arclength + step)
-        if found.piece != last.piece:
-            seam = _halved(curve, [last], last, found, row)
+        guess = last.z + step * abs(last.tangent[-1]) * row
+        point = _solution(curve, guess, row, last.arclength + step, last.z, REACH * step)
+        if point is not None and point.piece != last.piece:
+            seam = _bisected(curve, [last], last, point, row)
             return seam if seam.apart < APART else None
     return None
 
 
-def _beside(curve: Curve[P], last: P, step: float) -> P | None:
+def _opposite(curve: Curve[P], last: P, step: float) -> P | None:
     """Return a point of another piece with the same value of the parameter."""
-    row = np.zeros(len(last.z))
-    row[-1] = 1.0
     guess = last.z + step * last.tangent
     guess[-1] = last.z[-1]
-    correction = correct(curve, guess, row)
-    if not correction.converged or np.linalg.norm(correction.z - last.z) > REACH * step:
-        return None
-    found = curve.point(correction, last.arclength)
-    return found if found.piece != last.piece else None
+    row = _parameter_row(last)
+    point = _solution(curve, guess, row, last.arclength, last.z, REACH * step)
+    return None if point is None or point.piece == last.piece else point
 
 
 def _distances(last: P, other: P) -> tuple[float, float]:
-    """Return how far along their tangents two points lie before and beyond where pieces meet."""
+    """Return the distances of two points along their tangents from where their pieces meet."""
     sides = np.column_stack([last.tangent, other.tangent])
-    found = np.linalg.lstsq(sides, other.z - last.z, rcond=None)[0]
-    return float(found[0]), float(found[1])
+    distances = np.linalg.lstsq(sides, other.z - last.z, rcond=None)[0]
+    return float(distances[0]), float(distances[1])
 
 
 def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
-    """Return the first point of the next piece with the direction in which that piece lies.
+    """Return the first point of the next piece, with its tangent in the direction of that piece.
 
-    The tangent jumps, and the parameter may turn there. A piece so thin that the first look is
-    beyond it is passed. None where no solution is near.
+    The tangent jumps, and the parameter may turn. A piece that is thinner than the first step is
+    skipped. None if there is no solution nearby.
     """
     for step in LOOKS:
         for sign in (1.0, -1.0):
             row = sign * after.tangent
-            correction = correct(curve, after.z + step * row, row)
-            if not correction.converged:
+            s = after.arclength + step
+            point = _solution(curve, after.z + step * row, row, s, after.z, 10 * step)
+            if point is None:
                 continue
-            if np.linalg.norm(correction.z - after.z) > 10 * step:
-                continue
-            point = curve.point(correction, after.arclength + step)
             if point.piece == after.piece:
                 turned = curve.turned(after) if sign < 0 else after
                 return replace(turned, arclength=after.arclength)
@@ -260,35 +243,34 @@ def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
 
 
 POWERS = np.array([0.0, 1.0, 1.5, 2.0])
-"""Powers of what is left in which unknowns are expanded."""
+"""Powers of the vanishing function in which unknowns are expanded."""
 
 PROBE = 1e-4
-"""Arclength backwards over which the first rate of what is left is seen."""
+"""Arclength backward over which the first rate of the function is estimated."""
 
 APPROACHES, NEARER, ENOUGH = 16, 0.2, 1.5
-"""Steps to the place at most, the share that each of them leaves at least, and how much more than
-what is wanted may be left after the last one."""
+"""Maximum number of steps to the zero, the smallest fraction of the distance that each leaves, and
+the ratio of the function after the last one to its target."""
 
 AIMS = 2.0 ** np.array([3.0, 2.0, 1.0, 0.0])
-"""What is left at the points from which the place follows, in the least that is allowed."""
+"""Values of the function at the points from which the zero is extrapolated, over the smallest."""
 
 DISTANCES = 4.0 ** np.arange(6)
-"""Distances beyond the place at which the next piece is looked for, in those of the farthest of
-these points."""
+"""Distances beyond the zero of guesses at the next piece, over that of the farthest point."""
 
 ASTRAY = 30.0
-"""Distance from the place, over that looked at, of a point that has nothing to do with it."""
+"""Maximum distance of a point of the next piece from the zero, over that of the guess."""
 
 
 @dataclass(frozen=True, eq=False)
 class Vanishing(Generic[P]):
-    """A place where something vanishes along a curve."""
+    """The point of a curve at which a positive function vanishes."""
 
     points: tuple[P, ...]  # computed points before it, the nearest one last
-    weights: Array  # of what these points have: the sum is what there is at the place
-    left: Array  # what is left at these points, shape (4,)
-    z: Array  # the unknown there
-    error: Array  # by how much it is uncertain
+    weights: Array  # of values at these points: their sum is the value where it vanishes
+    left: Array  # the function at these points, shape (4,)
+    z: Array  # the unknown where it vanishes
+    error: Array  # its uncertainty
 
     @property
     def nearest(self) -> P:
@@ -304,23 +286,23 @@ class Vanishing(Generic[P]):
 def locate_vanishing(
     curve: Curve[P], start: P, left: Callable[[P], float | None], least: float, farthest: float
 ) -> Vanishing[P] | None:
-    """Return where a positive function of the points of a piece vanishes, beyond a point of it.
+    """Return the zero of a positive function of the points of a piece, beyond a point of it.
 
-    Points are computed where no less than `least` is left. None where it does not vanish within
-    some arclength.
+    Points are computed where the function is not below `least`. None if there is no zero within the
+    arclength `farthest`.
     """
     row, passed = start.tangent, [(0.0, start.z)]
 
-    def at(place: float) -> tuple[P, float] | None:
-        """The point of the piece at a place along the tangent, and what is left there."""
-        correction = correct(curve, _extended(passed[-POINTS:], place, row), row)
+    def at(s: float) -> tuple[P, float] | None:
+        """Return the point of the piece at a distance along the tangent, with its function."""
+        correction = correct(curve, _extrapolated(passed[-POINTS:], s, row), row)
         if not correction.converged:
             return None
-        point = curve.point(correction, start.arclength + place)
+        point = curve.point(correction, start.arclength + s)
         value = left(point) if point.piece == start.piece else None
         if value is None:
             return None
-        passed.append((place, point.z))
+        passed.append((s, point.z))
         return point, value
 
     before, here, last = -PROBE, 0.0, left(start)
@@ -335,33 +317,29 @@ def locate_vanishing(
         zero = here + last / rate
         if last <= ENOUGH * aims[0]:
             break
-        place = zero - max(NEARER, aims[0] / last) * (zero - here)
-        found = at(place)
-        if found is None:
+        s = zero - max(NEARER, aims[0] / last) * (zero - here)
+        nearer = at(s)
+        if nearer is None:
             return None
-        before, earlier, here, last = here, last, place, found[1]
+        before, earlier, here, last = here, last, s, nearer[1]
     else:
         return None
     return _expanded([at(zero - aim / rate) for aim in aims])
 
 
-def _extended(passed: Sequence[tuple[float, Array]], place: float, row: Array) -> Array:
-    """Return where the curve leads from some points: a guess that is off may lie beyond its end."""
+def _extrapolated(passed: Sequence[tuple[float, Array]], s: float, row: Array) -> Array:
+    """Extrapolate unknowns at distances: a poor guess may lie beyond the end of the curve."""
     if len(passed) == 1:
-        return passed[0][1] + (place - passed[0][0]) * row
-    places = np.array([there for there, _ in passed])
-    weights = [
-        np.prod([(place - other) / (there - other) for other in places if other != there])
-        for there in places
-    ]
+        return passed[0][1] + (s - passed[0][0]) * row
+    weights = lagrange([there for there, _ in passed], s)
     return np.asarray(weights @ np.array([z for _, z in passed]))
 
 
-def _expanded(found: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None:
-    """Return the place from points before it, with what is left at each of them."""
-    known = [item for item in found if item is not None]
+def _expanded(computed: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None:
+    """Extrapolate the zero from points before it, with the function at each of them."""
+    known = [item for item in computed if item is not None]
     values = np.array([value for _, value in known])
-    if len(known) < len(found) or not (np.diff(values) < 0).all():
+    if len(known) < len(computed) or not (np.diff(values) < 0).all():
         return None
     unknowns, scaled = np.array([point.z for point, _ in known]), values[:, None] / values[0]
     weights = np.linalg.inv(scaled**POWERS)[0]
@@ -373,29 +351,21 @@ def _expanded(found: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None:
 
 
 def beyond_vanishing(curve: Curve[P], place: Vanishing[P]) -> P | None:
-    """Return a first point of the next piece, followed away from the place; None if none is near.
+    """Return a first point of the next piece, with its tangent away from a zero; None if none.
 
-    It lies ahead, or at the same values of the parameter, so that the curve turns back there.
+    It lies ahead, or at the same values of the parameter if the curve turns back.
     """
-    nearest, held = place.nearest, np.zeros(len(place.z))
-    held[-1] = 1.0
+    nearest = place.nearest
     for distance in place.reach * DISTANCES:
         ahead = place.z + distance * nearest.tangent
-        beside = ahead.copy()
-        beside[-1] = place.z[-1] - distance * nearest.tangent[-1]
-        for guess, row in ((ahead, nearest.tangent), (beside, held)):
-            correction = correct(curve, guess, row)
-            if not correction.converged:
+        back = ahead.copy()
+        back[-1] = place.z[-1] - distance * nearest.tangent[-1]
+        for guess, row in ((ahead, nearest.tangent), (back, _parameter_row(nearest))):
+            point = _solution(curve, guess, row, 0.0, place.z, ASTRAY * distance)
+            if point is None or point.piece == nearest.piece:
                 continue
-            away = correction.z - place.z
+            away = point.z - place.z
             apart = float(np.linalg.norm(away))
-            if apart > ASTRAY * distance:
-                continue
-            point = curve.point(correction, nearest.arclength + apart + place.reach)
-            if point.piece == nearest.piece:
-                continue
-            if float(point.tangent @ away) < 0:
-                arclength, point = point.arclength, curve.turned(point)
-                point = replace(point, arclength=arclength)
-            return point
+            turned = curve.turned(point) if float(point.tangent @ away) < 0 else point
+            return replace(turned, arclength=nearest.arclength + apart + place.reach)
     return None
