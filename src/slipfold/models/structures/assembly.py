@@ -17,6 +17,7 @@ from slipfold.models.structures.component import (
     Component,
     Direction,
     LocalState,
+    limit_name,
     total,
     weighted_sum,
 )
@@ -201,17 +202,14 @@ class Assembly:
     @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """Limits of all components."""
-        found = []
-        for item in self.placed:
-            full_name, name = item.component.full_name, item.component.name
-            for limit in item.component.limits():
-                reason = f"{name}: {limit.reason}" if name else limit.reason
-                found.append(
-                    Limit(
-                        _titled(item.component, limit), full_name(limit.output), limit.bound, reason
-                    )
-                )
-        return tuple(found)
+        limits = []
+        for component in (item.component for item in self.placed):
+            before = f"{component.name}: " if component.name else ""
+            for limit in component.limits():
+                output, reason = component.full_name(limit.output), f"{before}{limit.reason}"
+                name = limit_name(component, limit)
+                limits.append(replace(limit, name=name, output=output, reason=reason))
+        return tuple(limits)
 
     # -- equations -----------------------------------------------------------------------------
 
@@ -259,10 +257,7 @@ class Assembly:
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the contacts whose laws stick."""
         return tuple(
-            replace(
-                component.contact(self.local(item, q, c, phase)),
-                limits=tuple(_titled(component, limit) for limit in component.passed()),
-            )
+            component.contact(self.local(item, q, c, phase))
             for item, component in self.friction_contacts
             if component.law.sticks
         )
@@ -433,11 +428,6 @@ class Assembly:
             pairs = zip(item.component.forces(local), local.v, strict=True)
             terms += [force * speed for force, speed in pairs]
         return total(terms)
-
-
-def _titled(component: Component, limit: Limit) -> str:
-    """Return the name of a limit of a component in the structure."""
-    return f"{limit.name} of {component.name}" if component.name else limit.name
 
 
 @lru_cache(maxsize=64)

@@ -317,6 +317,11 @@ class Component(Parametric, ABC):
         return f"{parameter.symbol} {self.name}"
 
 
+def limit_name(component: Component, limit: Limit) -> str:
+    """Return the name of a limit of a component in the structure."""
+    return f"{limit.name} of {component.name}" if component.name else limit.name
+
+
 @dataclass(frozen=True)
 class OneDirection(Component):
     """A component along one direction: a degree of freedom, or weights by name."""

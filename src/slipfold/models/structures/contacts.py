@@ -26,6 +26,7 @@ from slipfold.models.structures.component import (
     as_direction,
     as_directions,
     checked_harmonic,
+    limit_name,
     shown,
     total,
 )
@@ -312,6 +313,7 @@ class FrictionContact(Component):
         """
         c, size = local.c, len(self.along)
         plate = (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
+        passed = self.limits() if self.load.opens else self._stick  # by stick and free flight
         across = replace(local, u=local.u[size:], v=local.v[size:], a=local.a[size:])
         return Contact(
             slip=tuple(w - v for w, v in zip(plate, local.v, strict=False)),
@@ -324,6 +326,7 @@ class FrictionContact(Component):
             law=self.law,
             values=c,
             opens=self.load.opens,
+            limits=tuple(limit_name(self, limit) for limit in passed),
         ).in_states(local.q)
 
     def forces(self, local: LocalState) -> Forces:
@@ -368,11 +371,8 @@ class FrictionContact(Component):
 
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits at which it sticks or opens."""
-        return (*self._stick(), *self.load.limits)
+        return (*self._stick, *self.load.limits)
 
-    def passed(self) -> tuple[Limit, ...]:
-        """Return those of its limits that a trajectory through stick and free flight passes."""
-        return self.limits() if self.load.opens else self._stick()
-
+    @property
     def _stick(self) -> tuple[Limit, ...]:
         return (STICK_LIMIT,) if self.law.sticks else ()
