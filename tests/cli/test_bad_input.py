@@ -230,8 +230,8 @@ def test_plot_of_what_there_is_not(tmp_path):
     for arguments, word in {
         ("--output", "speed"): "no output 'speed'",
         ("--measure", "mean"): "mean",
-        ("--kind", "phase"): "is for simulations",
-        ("--measure", "max", "--kind", "phase"): "--kind phase is for simulations",
+        ("--kind", "phase"): "kind = 'phase' is unknown; give response, spectrum",
+        ("--contact", "pad"): "kind = 'response' has no contact; leave it out, or give output",
         ("--out", str(tmp_path / "x.gif")): "give .png, .pdf or .svg",
         ("--out", str(tmp_path / "none" / "x.png")): "does not exist",
     }.items():

@@ -14,37 +14,6 @@ from slipfold.options import Option
 
 FORMATS = ("png", "pdf", "svg")
 
-MEASURES = ("max", "min", "peak_to_peak", "modulus", "stuck_fraction", "strobe")
-
-OF_MOTIONS = (
-    *("timeseries", "spectrum", "phase"),
-    *("hysteresis", "friction", "path", "track", "timeline"),
-)
-
-KINDS = {
-    "Simulation": OF_MOTIONS,
-    "Sweep": ("points", "section", "waterfall"),
-    "Diagram": ("spectrum",),
-}
-"""Kinds of drawings of each kind of result."""
-
-OPTIONS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "Diagram": ("response", ("output", "measure", "measured", "kind", "at")),
-    "Simulation": ("simulation", ("output", "kind", "contact")),
-    "LocusDiagram": ("bifurcation set", ()),
-    "ThresholdMap": ("threshold map", ()),
-    "Basins": ("picture of basins", ()),
-    "BasinFractions": ("set of shares of basins", ()),
-    "Fit": ("fit", ()),
-    "MeasurementPlan": ("plan of a measurement", ()),
-    "RegimeMap": ("map of regimes", ()),
-    "Sweep": ("sweep", ("output", "measure", "kind", "at")),
-    "StudyResult": ("study", ("quantity",)),
-    "Design": ("design", ()),
-    "ThresholdUncertainty": ("scatter of a threshold", ()),
-}
-"""Name of each kind of result, and its options."""
-
 READERS = {"result": given_text(argument("RESULT.nc", "A file written by --out.", "result"))}
 Output = Annotated[
     str | None,
@@ -57,15 +26,16 @@ Measure = Annotated[
     str | None,
     Option(
         "Of a response or sweep: what to show of each solution; strobe of sweeps only.",
-        metavar="|".join(MEASURES),
+        metavar="max|min|peak_to_peak|modulus|stuck_fraction|strobe",
     ),
 ]
 PlotKind = Annotated[
     str | None,
     Option(
-        "What to draw: the last three of a sweep, the others of a simulation, of which five show "
-        "contacts; spectrum of a response is that of a torus.",
-        metavar="|".join((*OF_MOTIONS, *KINDS["Sweep"])),
+        "What to draw: of a simulation timeseries, spectrum or phase, and of its contacts "
+        "hysteresis, friction, path, track or timeline; of a sweep points, section or waterfall; "
+        "of a response the spectrum of a torus.",
+        metavar="KIND",
     ),
 ]
 Contact = Annotated[
@@ -120,49 +90,19 @@ def plot(
         "measure": measure,
         "kind": kind,
         "contact": contact,
-        "measured": measured,
-        "at": at,
         "quantity": quantity,
     }
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
-    _check_options(given, type(found).__name__, result)
     if measured is not None:
         from slipfold.parameter_space.measurement import read_measurement
 
         given["measured"] = read_measurement(measured, found.model)
-    if isinstance(found, (Diagram, Sweep)) and at is not None:
-        given["at"] = parse_quantity(at, found.model.parameter(found.vary).unit, found.vary)
+    if at is not None:
+        along = isinstance(found, Diagram | Sweep)
+        unit = found.model.parameter(found.vary).unit if along else ""
+        given["at"] = parse_quantity(at, unit, found.vary if along else "--at")
     write_file(path, _draw(found, form, given))
     note(f"wrote {path}")
-
-
-def _check_options(given: Mapping[str, str], kind: str, path: str) -> None:
-    """Refuse options of another kind of result."""
-    if kind not in OPTIONS:
-        raise InputError(f"{path} holds numbers that no figure shows; give another result")
-    name, known = OPTIONS[kind]
-    for option, value in given.items():
-        if not _goes_with(kind, option, value):
-            meant = [
-                f"{OPTIONS[other][0]}s" for other in OPTIONS if _goes_with(other, option, value)
-            ]
-            instead = f"use --{' or --'.join(known)}" if known else "leave it out"
-            if option in known:
-                instead = f"use --kind {' or '.join(KINDS[kind])}"
-            raise InputError(
-                f"--{option} {value} is for {' and '.join(meant)}, but {path} is a {name}; "
-                f"{instead}"
-            )
-
-
-def _goes_with(kind: str, option: str, value: str) -> bool:
-    """Whether a kind of result has an option; --kind only with what may be drawn of it.
-
-    An unknown kind is refused by the drawing.
-    """
-    elsewhere = any(value in kinds for kinds in KINDS.values())
-    of_it = option != "kind" or not elsewhere or value in KINDS.get(kind, ())
-    return option in OPTIONS[kind][1] and of_it
 
 
 def _draw(found: Any, form: str, options: Mapping[str, Any]) -> bytes:
