@@ -73,7 +73,7 @@ Box = Annotated[
         "Lowest and highest starting value of some states at phase zero, by name; other states are "
         "at the model's start. By default all states, 1.5 times their scales about the start.",
         "intervals",
-        "NAME=LEAST:LARGEST",
+        "NAME=LOWER:UPPER",
     ),
 ]
 State = Annotated[
@@ -123,7 +123,7 @@ ExponentPeriods = Annotated[
     int | None,
     Option(
         "Forcing periods to follow, of an autonomous model intervals of its ``duration``; by "
-        "default as many as needed: 32,000 at most, or 128,000 if the kind of motion is still "
+        "default as many as needed: 32,000 at most, or 128,000 if the kind of solution is still "
         "unknown, no contact sticks and there are six states at most.",
         "whole",
         "N",
@@ -192,7 +192,7 @@ Plane = Annotated[
         "Two states and their values at phase zero, by name; the first is the horizontal axis. One "
         "may be ``phase``, in forcing periods from 0 to 1, at which starts are released.",
         "intervals",
-        "NAME=LEAST:LARGEST",
+        "NAME=LOWER:UPPER",
     ),
 ]
 ParameterPlane = Annotated[
@@ -332,7 +332,8 @@ Point = Annotated[
 # -- thresholds --------------------------------------------------------------------------------
 
 Threshold = Annotated[
-    str, Option('Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.')
+    str,
+    Option('Name of the parameter that is raised until stability is lost, e.g. ``"Nd"``.'),
 ]
 ThresholdType = Annotated[str, Option('Bifurcation by which stability is lost: ``"PD"``.')]
 Over = Annotated[
@@ -392,7 +393,7 @@ Choose = Annotated[
     Option(
         "Parameters to choose, by name, each with its lowest and highest value.",
         "bounds",
-        "NAME=LEAST:LARGEST",
+        "NAME=LOWER:UPPER",
     ),
 ]
 Load = Annotated[
@@ -476,7 +477,7 @@ Bounds = Annotated[
         "Lower and upper bound of each fitted parameter, by name: numbers in SI units or text with "
         "a unit.",
         "bounds",
-        "NAME=LEAST:GREATEST",
+        "NAME=LOWER:UPPER",
         flags=("--fit",),
         command_help="A parameter to be fitted, and its bounds, e.g. mu=0.3:0.7.",
     ),
@@ -501,7 +502,7 @@ StoreFolder = Annotated[
     "str | Path | None",
     Option(
         "Folder in which finished cases are stored, made if there is none. Without it they are "
-        "lost with the process."
+        "deleted when the process ends."
     ),
 ]
 StudyExecutor = Annotated[

@@ -83,7 +83,7 @@ def test_what_is_put_together_is_not_interrupted(monkeypatch: pytest.MonkeyPatch
     assert done == [300_000]
 
 
-@pytest.mark.parametrize("name", sorted(interruption.KEEPING))
+@pytest.mark.parametrize("name", sorted(interruption.INTERRUPTIBLE))
 def test_what_keeps_what_is_finished_has_the_name_it_is_known_by(name: str) -> None:
     function = pkgutil.resolve_name(name)
     assert f"{function.__module__}.{function.__code__.co_qualname}" == name

@@ -30,7 +30,7 @@ def test_it_writes_what_python_returns(case, tmp_path, monkeypatch):
     assert (tmp_path / "all.csv").read_text().startswith("case,Vd (m/s),mu,settled,period,")
     again = run("study", case, "--workers", "1")
     assert again.exit_code == 2
-    assert "cheap.study holds 100 of 100 cases of this study; go on" in again.stderr
+    assert "cheap.study holds 100 of 100 cases of this study; continue" in again.stderr
     (tmp_path / "cheap.nc").unlink()
     assert run("study", case, "--resume", "--workers", "1").exit_code == 0
     assert (tmp_path / "cheap.nc").read_bytes() == content(sf.study(CHEAP), tmp_path)
@@ -55,7 +55,7 @@ def test_a_full_disk_ends_it_with_a_sentence_and_it_goes_on_later(case, tmp_path
         result = run("study", case, "--workers", "1")
     assert result.exit_code == 2
     assert "cheap.study cannot be written (file too large); the" in result.stderr
-    assert "cases finished before are kept: free some space and go on with --res" in result.stderr
+    assert "cases finished before are stored: free some space and continue with" in result.stderr
     assert result.stderr.count("\n") == 1
     assert run("study", case, "--resume", "--workers", "1").exit_code == 0
     assert (tmp_path / "cheap.nc").read_bytes() == content(sf.study(CHEAP), tmp_path)
@@ -77,7 +77,7 @@ def test_ctrl_c_while_failed_cases_are_tried_again(case, tmp_path, monkeypatch):
     monkeypatch.setattr("slipfold.cli.interruption.deferred_interrupts", pressed)
     result = run("study", case, "--workers", "1", "--retry-failed")
     assert result.exit_code == 130
-    assert "2 of 2 cases are kept in cheap.study; the same command goes on" in result.stderr
+    assert "2 of 2 cases are stored in cheap.study; the same command continues" in result.stderr
 
 
 def test_mistakes(case, tmp_path, monkeypatch):

@@ -114,7 +114,7 @@ def test_workers_that_cannot_start_are_not_started_for_ever():
 def test_quick_requests_go_first_and_none_waits_for_ever():
     def job(request, place):
         made = Job(parse_request(json.dumps(request)), 0, None, None)
-        made.place = place
+        made.position = place
         return made
 
     plane = job(PLANE, 1)

@@ -79,7 +79,7 @@ def test_where_the_motion_ends_it_keeps_what_was_read():
     ("change", "words"),
     [
         ({"vary": "Q"}, "duffing has no parameter 'Q'"),
-        ({"values": []}, "are no row of numbers"),
+        ({"values": []}, "are not a row of numbers"),
         ({"values": [-1.0]}, "W = -1"),
         ({"quantities": []}, "no quantity is measured"),
         ({"quantities": ["q"]}, "does not say what is measured"),

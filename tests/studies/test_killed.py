@@ -97,7 +97,7 @@ def test_a_case_that_kills_its_worker_is_found_and_kept_as_failed():
     executor = Fragile()
     found = sf.study(CHEAP, executor=executor)
     assert list(found.failures) == [7]
-    assert "the process that computed it ended 3 times without a word" in found.failures[7]
+    assert "the process that computed it ended 3 times without a message" in found.failures[7]
     assert found.done == 100
     assert executor.tried >= 3
 
@@ -127,7 +127,7 @@ def test_what_is_finished_when_something_ends_is_kept(tmp_path, monkeypatch, end
     monkeypatch.setattr("slipfold.studies.run.first_finished", all_finished)
     expected = nullcontext()
     if not isinstance(end, KeyboardInterrupt):
-        expected = pytest.raises((InputError, ValueError), match=r"the 1 cases .* kept|a defect")
+        expected = pytest.raises((InputError, ValueError), match=r"the 1 cases .* stored|a defect")
     store = tmp_path / "cheap.study"
     with expected:
         assert sf.study(CHEAP, store, executor=Ending(end)).interrupted
@@ -182,8 +182,8 @@ def test_ctrl_c_reaches_the_workers_too_and_says_how_to_go_on(tmp_path, monkeypa
     assert printed == ""
     cases = kept.read_bytes().count(b"\n") - 1
     assert said == (
-        f"slipfold: interrupted; {cases} of 100000 cases are kept in many.study; the same command "
-        "with --resume goes on\n"
+        f"slipfold: interrupted; {cases} of 100000 cases are stored in many.study; the same "
+        "command with --resume continues\n"
     )
 
 

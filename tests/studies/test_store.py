@@ -70,9 +70,13 @@ def test_one_begun_with_other_versions_says_which(kept, tmp_path):
     folder, wanted = tmp_path / "versions.study", {**versions, "numpy": "2.2"}
     with opened(folder, head={**HEAD, "versions": versions}):
         pass
-    with pytest.raises(InputError, match=r"begun with numpy 2\.1, this is numpy 2\.2, .* install"):
+    with pytest.raises(
+        InputError, match=r"started with numpy 2\.1, this is numpy 2\.2, .* install"
+    ):
         opened(folder, head={**HEAD, "versions": wanted})
-    with pytest.raises(InputError, match=r"begun with numpy 2\.1, this is numpy 2\.2, .* install"):
+    with pytest.raises(
+        InputError, match=r"started with numpy 2\.1, this is numpy 2\.2, .* install"
+    ):
         opened(folder, head={**HEAD, "versions": wanted, "quantities": ["threshold"]})
     with pytest.raises(InputError, match="another study, which differs in its compute, versions"):
         opened(folder, head={"compute": "another", "cases": [1, 2, 3], "versions": wanted})
@@ -82,7 +86,9 @@ def test_one_begun_with_other_quantities_says_the_way_out(tmp_path):
     folder, head = tmp_path / "old.study", {**HEAD, "quantities": ["threshold"]}
     with opened(folder, head=head):
         pass
-    said = "begun by another state .* other quantities; finish it by that one, or compute it anew"
+    said = (
+        "started by another state .* other quantities; finish it by that one, or compute it again"
+    )
     with pytest.raises(InputError, match=said):
         opened(folder, head={**HEAD, "quantities": ["threshold", "outcome"]})
     with pytest.raises(InputError, match="with other quantities; finish it"):

@@ -154,7 +154,7 @@ def test_a_store_with_other_draws_of_the_same_seed_is_not_gone_on_with(
         patched.setattr(plan, "drawn", lambda *given: drawn(*given) * (1 + 1e-15))
         sf.study(given, store, resume=True)
     monkeypatch.setattr(plan, "drawn", lambda *given: drawn(*given)[::-1])
-    with pytest.raises(InputError, match=r"drawn\.study was begun when the same seed drew other"):
+    with pytest.raises(InputError, match=r"drawn\.study was started when the same seed drew other"):
         sf.study(given, store, resume=True)
 
 

@@ -84,7 +84,7 @@ COMMANDS = {
     ),
     "design": Command(
         "slipfold.cli.thresholds:design",
-        "Choose parameters for a threshold where it is wanted, at the lowest vibration.\n\n"
+        "Choose parameters for a threshold where it is needed, at the lowest vibration.\n\n"
         "Exit status: 0 done, 2 bad input, 3 nothing found, 130 interrupted; what was known is "
         "kept.",
     ),

@@ -332,7 +332,7 @@ def _read_settings(texts: Values, values: Values) -> dict[str, Settings]:
     if texts["max_points"] is not None:
         steps = replace(steps, points=parse_whole(texts["max_points"], "--max-points"))
     if texts.get("largest_period") is not None:
-        period = parse_whole(texts["largest_period"], "--largest-period", least=0)
+        period = parse_whole(texts["largest_period"], "--largest-period", minimum=0)
         settings = replace(settings, largest_period=period, snaking_period=period)
     if texts.get("discretization") is not None:
         settings = replace(settings, discretization=texts["discretization"])

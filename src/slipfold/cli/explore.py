@@ -71,11 +71,11 @@ def explore(
         given,
         None if file is None else equations_file(file),
         study=study,
-        port=_whole(port, "--port", 0, 2**16 - 1),
+        port=_whole_number(port, "--port", 0, 2**16 - 1),
         public=public_bind,
         workers=default_workers()
         if workers is None
-        else _whole(workers, "--workers", 1, MOST_WORKERS),
+        else _whole_number(workers, "--workers", 1, MOST_WORKERS),
         browser=not no_browser,
         say=say,
     )
@@ -85,17 +85,17 @@ def _study(file: str) -> StudyResult:
     from slipfold.results.result import load
     from slipfold.results.study import StudyResult
 
-    found = load(file)
-    if not isinstance(found, StudyResult):
+    result = load(file)
+    if not isinstance(result, StudyResult):
         raise InputError(
             f"{file} holds a result of one case; give one of slipfold study, or a case file"
         )
-    return found
+    return result
 
 
-def _whole(text: str, option: str, least: int, most: int) -> int:
-    if not (text.isdecimal() and least <= int(text) <= most):
+def _whole_number(text: str, option: str, lower: int, upper: int) -> int:
+    if not (text.isdecimal() and lower <= int(text) <= upper):
         raise InputError(
-            f"{option} {text} cannot be used; give a whole number from {least} to {most}"
+            f"{option} {text} cannot be used; give a whole number from {lower} to {upper}"
         )
     return int(text)

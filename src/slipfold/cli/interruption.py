@@ -15,7 +15,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 GRACE = 0.4
 """Maximum seconds of the next point after a signal."""
 
-KEEPING = frozenset(
+INTERRUPTIBLE = frozenset(
     {
         "slipfold.branches.make_branch.complete_branches",
         "slipfold.branches.make_branch.describe_in_turn",
@@ -48,7 +48,7 @@ def deferred_interrupts() -> Iterator[Callable[[], None]]:
         yield lambda: None
         return
     deferred = _Deferred()
-    before = {number: signal.signal(number, deferred.heard) for number in SIGNALS}
+    before = {number: signal.signal(number, deferred.receive) for number in SIGNALS}
     try:
         yield deferred.check
     finally:
@@ -61,23 +61,23 @@ class _Deferred:
     """A signal that waits until it is safe to stop."""
 
     def __init__(self) -> None:
-        self.pressed = self.overdue = self.begun = False
+        self.pressed = self.overdue = self.started = False
         self.timer = threading.Timer(GRACE, self._is_overdue)
         self.timer.daemon = True
 
     def check(self) -> None:
         """Stop here if there was a signal."""
-        self.begun = True
+        self.started = True
         if self.pressed:
             raise KeyboardInterrupt
 
-    def heard(self, number: int, frame: FrameType | None) -> None:
+    def receive(self, number: int, frame: FrameType | None) -> None:
         """Take a signal: from the keyboard, or that the next point takes too long."""
         if self.overdue:
             self.overdue = False
             self._wait()  # the next stage may take as long
             # Before the first point there is nothing to lose.
-            if not self.begun or _is_kept(frame):
+            if not self.started or _keeps_results(frame):
                 raise KeyboardInterrupt
         elif self.pressed:
             signal.default_int_handler(number, frame)
@@ -98,10 +98,10 @@ class _Deferred:
         _thread.interrupt_main()
 
 
-def _is_kept(frame: FrameType | None) -> bool:
+def _keeps_results(frame: FrameType | None) -> bool:
     """Whether a running function keeps its finished results when it is interrupted."""
     while frame is not None:
-        if f"{frame.f_globals.get('__name__')}.{frame.f_code.co_qualname}" in KEEPING:
+        if f"{frame.f_globals.get('__name__')}.{frame.f_code.co_qualname}" in INTERRUPTIBLE:
             return True
         frame = frame.f_back
     return False

@@ -170,13 +170,13 @@ def load_response(path: str) -> Diagram:
     from slipfold.results.diagram import Diagram
     from slipfold.results.result import load
 
-    found = load(path)
-    if not isinstance(found, Diagram):
+    result = load(path)
+    if not isinstance(result, Diagram):
         raise InputError(
-            f"{path} holds a {type(found).__name__}, but loci start from the special points of a "
+            f"{path} holds a {type(result).__name__}, but loci start from the special points of a "
             "response; give a file that slipfold response --out wrote"
         )
-    return found
+    return result
 
 
 def labeled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
@@ -207,26 +207,28 @@ def matching_points(
         if kind not in LOCUS_TYPES:
             raise InputError(f"there are no loci of type {kind!r}; give {', '.join(LOCUS_TYPES)}")
     known = _bifurcations(diagram)
-    wanted = [
+    matching = [
         point
         for point in known.values()
         if (types is None or point.type in types) and (periods is None or point.period in periods)
     ]
-    if not wanted:
+    if not matching:
         listed = _listed(path, known)
         raise InputError(f"no bifurcation of that type and period is in {path}; {listed}")
     inside = [
         point
-        for point in wanted
+        for point in matching
         if all(
             min(ends) <= point.model.values[name] <= max(ends)
             for name, ends in zip(*window, strict=True)
         )
     ]
     if not inside:
-        places = " and ".join(f"{name} = {wanted[0].model.values[name]:.6g}" for name in window[0])
+        values = " and ".join(
+            f"{name} = {matching[0].model.values[name]:.6g}" for name in window[0]
+        )
         raise InputError(
-            f"no special point of {path} is inside the window; the first is at {places}, give a "
+            f"no special point of {path} is inside the window; the first is at {values}, give a "
             "window that holds it"
         )
     return inside
@@ -235,22 +237,22 @@ def matching_points(
 def first_point(diagram: Diagram, kind: str | None, period: int | None) -> SpecialPoint:
     """Return the first special point on the way that is of this type and period."""
     points = list(_bifurcations(diagram).values())
-    wanted = [
+    matching = [
         point for point in points if kind in (None, point.type) and period in (None, point.period)
     ]
-    begin, end = diagram.span
+    first, last = diagram.span
     if not points:
         raise InputError(
-            f"no special point lies on the way from {diagram.vary} = {begin:g} to {end:g}; "
-            f"give a longer span than --vary {diagram.vary}={begin:g}:{end:g}"
+            f"no special point lies on the way from {diagram.vary} = {first:g} to {last:g}; "
+            f"give a longer span than --vary {diagram.vary}={first:g}:{last:g}"
         )
-    if not wanted:
+    if not matching:
         known = ", ".join(f"{point.type} of period {point.period}" for point in points)
         raise InputError(
             f"the response has no such special point on the way, but {known}; "
             "give another type, period or span"
         )
-    return min(wanted, key=lambda point: abs(point.value - begin))
+    return min(matching, key=lambda point: abs(point.value - first))
 
 
 def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:

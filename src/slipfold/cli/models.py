@@ -41,20 +41,20 @@ def models(model: str | None, friction: str | None, json: str | None, show: Show
     if show is not None:
         say(built_in_text(show).rstrip())
         return
-    shown = (
+    chosen = (
         [kind() for kind in built_in_models().values()]
         if model is None
         else [find_model(model, {}, friction)]
     )
     if json is not None:
-        record = {"schema": "slipfold.models/1", "models": [_record(item) for item in shown]}
+        record = {"schema": "slipfold.models/1", "models": [_record(item) for item in chosen]}
         write_json(record, json)
         if json == "-":
             return
     if model is None:
-        say("\n".join(_table([(item.name, item.title) for item in shown])))
+        say("\n".join(_table([(item.name, item.title) for item in chosen])))
     else:
-        say(_details(shown[0]))
+        say(_details(chosen[0]))
 
 
 def _record(model: Model) -> dict[str, Any]:
@@ -110,7 +110,7 @@ def _details(model: Model) -> str:
         (
             item.name,
             f"where {item.output} <= {item.bound:g}",
-            "unless it goes on through stick and slip" if item.name in passed else "",
+            "unless it continues through stick and slip" if item.name in passed else "",
         )
         for item in model.limits
     ]
@@ -122,8 +122,8 @@ def _details(model: Model) -> str:
         ["Limits, where a branch ends", *_table(limits)],
     ]
     # What has no outputs or limits needs no headings for them.
-    kept = [section for index, section in enumerate(sections) if not index or len(section) > 1]
-    return "\n\n".join("\n".join(section) for section in kept)
+    filled = [section for index, section in enumerate(sections) if not index or len(section) > 1]
+    return "\n\n".join("\n".join(section) for section in filled)
 
 
 def _meaning(model: Model, item: Parameter) -> str:

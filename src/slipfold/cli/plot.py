@@ -98,9 +98,9 @@ def plot(
 
         given["measured"] = read_measurement(measured, found.model)
     if at is not None:
-        along = isinstance(found, Diagram | Sweep)
-        unit = found.model.parameter(found.vary).unit if along else ""
-        given["at"] = parse_quantity(at, unit, found.vary if along else "--at")
+        vary = found.vary if isinstance(found, Diagram | Sweep) else None
+        unit = "" if vary is None else found.model.parameter(vary).unit
+        given["at"] = parse_quantity(at, unit, vary or "--at")
     write_file(path, _draw(found, form, given))
     note(f"wrote {path}")
 

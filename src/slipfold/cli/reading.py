@@ -97,32 +97,32 @@ def parse_states(texts: Sequence[str] | None, model: Model) -> dict[str, float] 
 def parse_box(
     texts: Sequence[str] | None, option: str = "--box"
 ) -> dict[str, tuple[str, str]] | None:
-    """Read intervals of states, ``NAME=LEAST:LARGEST``; None if none is given.
+    """Read intervals of states, ``NAME=LOWER:UPPER``; None if none is given.
 
     >>> parse_box(["y=-0.5:0.5"])
     {'y': ('-0.5', '0.5')}
     """
     result = {}
     for name, text in parse_assignments(texts, option).items():
-        least, colon, largest = (part.strip() for part in text.partition(":"))
-        if not (least and colon and largest) or ":" in largest:
+        lower, colon, upper = (part.strip() for part in text.partition(":"))
+        if not (lower and colon and upper) or ":" in upper:
             raise InputError(
-                f"{option} {name}={text} is not of the form NAME=LEAST:LARGEST; write e.g. "
+                f"{option} {name}={text} is not of the form NAME=LOWER:UPPER; write e.g. "
                 f"{option} {name}=-1:1"
             )
-        result[name] = (least, largest)
+        result[name] = (lower, upper)
     return result or None
 
 
-def parse_points(text: str, option: str = "--points", least: int = 2) -> tuple[int, int]:
+def parse_points(text: str, option: str = "--points", minimum: int = 2) -> tuple[int, int]:
     """Read the number of points along both axes, or along each.
 
     >>> parse_points("200"), parse_points("300x200")
     ((200, 200), (300, 200))
     """
     first, times, second = text.partition("x")
-    count = parse_whole(first, option, least)
-    return count, parse_whole(second, option, least) if times else count
+    count = parse_whole(first, option, minimum)
+    return count, parse_whole(second, option, minimum) if times else count
 
 
 def parse_pair(text: str, option: str) -> tuple[str, str]:
@@ -159,7 +159,7 @@ def parse_number(text: str, option: str) -> float:
     return value
 
 
-def parse_whole(text: str, option: str, least: int = 1) -> int:
+def parse_whole(text: str, option: str, minimum: int = 1) -> int:
     """Read a whole number of at least 1, or of another minimum.
 
     >>> parse_whole("2000", "--periods")
@@ -168,10 +168,10 @@ def parse_whole(text: str, option: str, least: int = 1) -> int:
     try:
         value = int(text)
     except ValueError:
-        value = least - 1
-    if value < least:
+        value = minimum - 1
+    if value < minimum:
         raise InputError(
-            f"{option} {text} is not a whole number of at least {least}; give e.g. {option} 4"
+            f"{option} {text} is not a whole number of at least {minimum}; give e.g. {option} 4"
         )
     return value
 
@@ -221,7 +221,7 @@ def refuse_varied(given: Mapping[str, str], varied: Sequence[str]) -> None:
 
 
 def parse_bounds(texts: Sequence[str], model: Model, option: str) -> dict[str, tuple[float, float]]:
-    """Read every ``NAME=LEAST:GREATEST``.
+    """Read every ``NAME=LOWER:UPPER``.
 
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> parse_bounds(["mu=0.3:0.7", "L=40:60mm"], SlidingOscillator(), "--fit")

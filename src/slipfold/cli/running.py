@@ -78,13 +78,13 @@ def live_line() -> Iterator[Callable[[str], None]]:
 
 def _new_lines() -> Callable[[str], None]:
     """Return what prints a text with the elapsed time, now and then."""
-    started, shown = monotonic(), -INTERVAL
+    started, printed = monotonic(), -INTERVAL
 
     def show(text: str) -> None:
-        nonlocal shown
+        nonlocal printed
         elapsed = monotonic() - started
-        if elapsed - shown >= INTERVAL:
-            shown = elapsed
+        if elapsed - printed >= INTERVAL:
+            printed = elapsed
             print(f"{duration_text(elapsed)}  {text}", file=sys.stderr, flush=True)
 
     return show

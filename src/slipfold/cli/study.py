@@ -27,8 +27,8 @@ CASE = argument(
 Out = option(
     "out",
     Option(
-        "Write everything as netCDF, CASE.nc if not given. Finished cases are stored beside it, in "
-        "the folder FILE.study.",
+        "Write everything as netCDF, CASE.nc if not given. Finished cases are stored next to it, "
+        "in the folder FILE.study.",
         metavar="FILE.nc",
     ),
     None,
@@ -88,8 +88,8 @@ def study(
     if result.interrupted:
         how = "" if retry_failed else " with --resume"
         note(
-            f"interrupted; {result.done} of {len(result)} cases are kept in {store}; the same "
-            f"command{how} goes on"
+            f"interrupted; {result.done} of {len(result)} cases are stored in {store}; the same "
+            f"command{how} continues"
         )
         return INTERRUPTED
     outputs.write(result)
@@ -110,11 +110,11 @@ def _check(case: str, workers: int, scheduler: str | None) -> None:
     processes = "one process" if workers == 1 else f"{workers} processes"
     if scheduler is not None:
         processes += f" of this machine, not at {scheduler}"
-    alone, most = (" by itself", "at most ") if result.batched else ("", "")
+    alone, at_most = (" alone", "at most ") if result.batched else ("", "")
     say(
         f"{result.seconds:.3g} s a case{alone}, from {result.tried} of them: "
-        f"{most}{duration_text(count * result.seconds / workers)} on {processes}"
-        f"{', as cases go side by side' if result.batched else ''}"
+        f"{at_most}{duration_text(count * result.seconds / workers)} on {processes}"
+        f"{', as cases are computed in batches' if result.batched else ''}"
     )
     for reason in result.failures:
         say(f"one of these failed: {reason}")

@@ -40,7 +40,7 @@ def of_response(compute: Callable[..., Any]) -> Callable[..., Any]:
         from slipfold.computations.response import response
 
         if options.get("keep"):
-            options["keep"] = {each: _split(each, least) for each, least in options["keep"].items()}
+            options["keep"] = {each: _split(each, bound) for each, bound in options["keep"].items()}
         diagram = response(model, vary, span, on_progress=on_progress)
         if diagram.interrupted:
             raise KeyboardInterrupt
@@ -60,16 +60,16 @@ uncertainty = of_response(thresholds.uncertainty)
 design = of_response(thresholds.design)
 
 
-def _split(text: str, least: str) -> tuple[str, int, str]:
+def _split(text: str, bound: str) -> tuple[str, int, str]:
     kind, colon, period = text.partition(":")
     if not colon:
         raise InputError(f"--keep {text} has no period; give TYPE:PERIOD=VALUE, e.g. PD:1=40mN")
-    return kind, parse_whole(period, f"--keep {kind}:"), least
+    return kind, parse_whole(period, f"--keep {kind}:"), bound
 
 
 def _stored(diagram: Diagram, keep: Mapping[str, tuple[str, int, str]]) -> dict[str, Any]:
     """Return the special points of further thresholds, with their lower bounds."""
     return {
-        each: (first_point(diagram, kind, period), least)
-        for each, (kind, period, least) in keep.items()
+        each: (first_point(diagram, kind, period), bound)
+        for each, (kind, period, bound) in keep.items()
     }

@@ -32,7 +32,7 @@ def checked_forced(model: Model) -> Model:
     """Return a model that is forced, or raise."""
     if not model.forced:
         raise InputError(
-            f"nothing forces {model.name}, so there is no phase at which to look at its motions; "
+            f"nothing forces {model.name}, so there is no phase at which to sample its solutions; "
             "use attractors"
         )
     return model
@@ -54,20 +54,20 @@ def checked_point(given: Any) -> SpecialPoint:
     return point
 
 
-def checked_count(given: Any, name: str, least: int = 1) -> int:
-    """Return a whole number of at least `least`, or raise."""
-    if isinstance(given, (int, np.integer)) and not isinstance(given, bool) and given >= least:
+def checked_count(given: Any, name: str, minimum: int = 1) -> int:
+    """Return a whole number of at least `minimum`, or raise."""
+    if isinstance(given, (int, np.integer)) and not isinstance(given, bool) and given >= minimum:
         return int(given)
-    raise InputError(f"{name} = {given!r} is not a whole number of at least {least}; give one")
+    raise InputError(f"{name} = {given!r} is not a whole number of at least {minimum}; give one")
 
 
-def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], place: str) -> None:
+def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], where: str) -> None:
     """Refuse values of parameters that are varied."""
     for name in names:
         if name in parameters:
             raise InputError(
                 f"{name} is varied, so it cannot be set to {parameters[name]} as well; "
-                f"give it once, in {place}"
+                f"give it once, in {where}"
             )
 
 
@@ -102,7 +102,7 @@ def interval(
 
 
 def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
-    """Convert text with units; leave the rest to be checked where it is used."""
+    """Convert text with units; leave other values to be checked where it is used."""
     if isinstance(values, list | tuple):
         return [parse_quantity(value, parameter.unit, parameter.name) for value in values]
     return values
@@ -111,19 +111,19 @@ def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
 def equidistant(parameter: Parameter, span: Any, count: Any) -> NDArray[np.float64]:
     """Return equidistant values of a parameter, rising, shape (count,), or raise."""
     low, high = sorted(interval(parameter, span))
-    return np.linspace(low, high, checked_count(count, "points", least=2))
+    return np.linspace(low, high, checked_count(count, "points", minimum=2))
 
 
 def checked_starts(
-    model: Model, box: Any, starts: Any, seed: Any, least: int = 1
+    model: Model, box: Any, starts: Any, seed: Any, minimum: int = 1
 ) -> tuple[Box, NDArray[np.float64]]:
     """Return a box, that around the model's start if none is given, and starts in it, or raise.
 
     Shapes: returns the box and (n_starts, n_states).
     """
     where = box_around(model) if box is None else checked_box(model, box)
-    count, begin = checked_count(starts, "starts", least), checked_count(seed, "seed", least=0)
-    return where, where.starts(count, begin) if count else np.empty((0, len(model.states)))
+    count, first = checked_count(starts, "starts", minimum), checked_count(seed, "seed", minimum=0)
+    return where, where.starts(count, first) if count else np.empty((0, len(model.states)))
 
 
 def checked_settings(given: Settings | None) -> Settings:

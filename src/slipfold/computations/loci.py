@@ -99,7 +99,7 @@ def locus(
     plane, spans = parse_plane(model, vary, window)
     base = corner_model(model, plane, spans)
     chosen = checked_settings(settings)
-    on_progress = with_place(on_progress, model, plane)
+    on_progress = with_position(on_progress, model, plane)
     started = perf_counter()
     remarks: list[str] = []
     loci = follow_loci(
@@ -178,7 +178,7 @@ def bifurcation_set(
     Returns
     -------
     LocusDiagram
-        The loci with their special points, and the regions if they were asked for.
+        The loci with their special points, and the regions if requested.
 
     Raises
     ------
@@ -199,13 +199,13 @@ def bifurcation_set(
     model = checked_model(model)
     names, spans = parse_plane(model, plane, window)
     refuse_varied(names, parameters, "the window")
-    kinds, wanted = None if types is None else _types(types), _periods(periods)
+    kinds, chosen_periods = None if types is None else _types(types), _periods(periods)
     base = corner_model(model, names, spans, parameters)
     if regions:  # their labels are those of orbits in slip
         check_followed(base)
     chosen = checked_settings(settings)
     grid = _grid(regimes, regions)
-    on_progress = with_place(on_progress, model, names)
+    on_progress = with_position(on_progress, model, names)
     started = perf_counter()
     base = measured_across(base, names, spans)
     result = find_bifurcation_set(
@@ -213,7 +213,7 @@ def bifurcation_set(
         names,
         spans,
         types=kinds,
-        periods=wanted,
+        periods=chosen_periods,
         regions=regions,
         settings=chosen,
         observer=on_progress,
@@ -284,7 +284,7 @@ def parse_plane(
     if window is None:
         raise InputError(
             f"no window is given; give two values each for {first} and {second}, e.g. "
-            f"window={{{first!r}: (least, largest), {second!r}: (least, largest)}}"
+            f"window={{{first!r}: (lower, upper), {second!r}: (lower, upper)}}"
         )
     ends = _in_order((first, second), window)
     low, high = (
@@ -297,13 +297,13 @@ def parse_plane(
 def _in_order(
     vary: tuple[str, str], window: Sequence[Interval] | Mapping[str, Interval]
 ) -> tuple[Interval, Interval]:
-    wanted = f"give two values each for {vary[0]} and {vary[1]}"
+    expected = f"give two values each for {vary[0]} and {vary[1]}"
     if not isinstance(window, Mapping):
         example = "e.g. ((11.5, 13.5), (0, 0.98))"
-        return pair(window, f"window = {window!r} is not a pair of pairs; {wanted}, {example}")
+        return pair(window, f"window = {window!r} is not a pair of pairs; {expected}, {example}")
     if set(window) != set(vary):
         names = ", ".join(map(str, window)) or "nothing"
-        raise InputError(f"the window is given for {names}; {wanted}")
+        raise InputError(f"the window is given for {names}; {expected}")
     return window[vary[0]], window[vary[1]]
 
 
@@ -343,7 +343,7 @@ def _first_allowed(model: AnyModel, candidates: Sequence[dict[str, float | str]]
     raise refused
 
 
-def with_place(
+def with_position(
     on_progress: Observer | None, model: Model, plane: tuple[str, str]
 ) -> Observer | None:
     """Return what reports progress with the values of the two parameters in its text."""
@@ -352,10 +352,10 @@ def with_place(
     units = [model.parameter(name).unit for name in plane]
 
     def report(progress: Progress) -> None:
-        place = ", ".join(
+        position = ", ".join(
             f"{name} = {value:.6g} {unit}".rstrip()
             for name, value, unit in zip(plane, progress.values["place"], units, strict=True)
         )
-        on_progress(replace(progress, text=f"{progress.text}  {place}"))
+        on_progress(replace(progress, text=f"{progress.text}  {position}"))
 
     return report

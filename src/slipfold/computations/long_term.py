@@ -97,7 +97,7 @@ def simulate(
 
     changed = checked_model(model).replace(**parameters)
     started = perf_counter()
-    watch = on_progress or (lambda progress: None)  # so that an interrupted solution is kept
+    watch = on_progress or (lambda progress: None)  # so that an interrupted solution is stored
     result = simulate(changed, periods, state, tolerance=tolerance, observer=watch)
     return Simulation(
         model=result.model,
@@ -112,18 +112,18 @@ def simulate(
     )
 
 
-def _checked(motion: Trajectory, on_progress: Observer) -> Checked:
+def _checked(trajectory: Trajectory, on_progress: Observer) -> Checked:
     """Check a solution, unless it was interrupted."""
     from slipfold.results.checks.checked import Checked
     from slipfold.results.checks.trajectories import check_trajectory
 
-    if motion.stopped is not None and motion.stopped.kind == "interrupted":
+    if trajectory.stopped is not None and trajectory.stopped.kind == "interrupted":
         return Checked((), interrupted=True)
     try:
         on_progress(Progress("checks", 0))
     except KeyboardInterrupt:
         return Checked((), interrupted=True)
-    return check_trajectory(motion)
+    return check_trajectory(trajectory)
 
 
 @documented
@@ -231,14 +231,14 @@ def attractors(
 
     changed = measured(checked_model(model).replace(**parameters))
     where, states = checked_starts(changed, box, starts, seed)
-    most = checked_periods(periods)
+    maximum = checked_periods(periods)
     started = perf_counter()
-    result = search(changed, states, most, on_progress)
+    result = search(changed, states, maximum, on_progress)
     return Attractors(
         model=changed,
         box=where,
         seed=int(seed),
-        asked=most,
+        asked=maximum,
         starts=states,
         labels=result.labels,
         attractors=result.attractors,
@@ -294,16 +294,16 @@ def basin_fractions(
     values = equidistant(changed.variable_parameter(vary), span, points)
     changed = measured(changed.replace(**{vary: 0.5 * (values[0] + values[-1])}))
     where, states = checked_starts(changed, box, starts, seed)
-    most = checked_periods(periods)
+    maximum = checked_periods(periods)
     started = perf_counter()
-    result = find_fractions(changed, vary, values, states, most, on_progress)
+    result = find_fractions(changed, vary, values, states, maximum, on_progress)
     return BasinFractions(
         model=changed,
         vary=vary,
         values=values,
         box=where,
         seed=int(seed),
-        asked=most,
+        asked=maximum,
         starts=states,
         labels=result.labels,
         attractors=result.attractors,
@@ -374,8 +374,8 @@ def basins(
                 phases = values
         return starts, phases
 
-    most, started = checked_periods(periods), perf_counter()
-    result = find_basins(changed, (axes[0], axes[1]), starts_at, most, on_progress)
+    maximum, started = checked_periods(periods), perf_counter()
+    result = find_basins(changed, (axes[0], axes[1]), starts_at, maximum, on_progress)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
@@ -386,7 +386,7 @@ def basins(
         uncertain=result.uncertain,
         attractors=result.attractors,
         ends=result.searched.ends,
-        asked=most,
+        asked=maximum,
         interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
@@ -410,7 +410,7 @@ def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int])
             low, high = _phases(model, ends)
         else:
             low, high = box.low[known.index(name)], box.high[known.index(name)]
-        axes.append(np.linspace(low, high, checked_count(count, "points", least=2)))
+        axes.append(np.linspace(low, high, checked_count(count, "points", minimum=2)))
     return axes
 
 
@@ -477,20 +477,20 @@ def sweep(
     values = equidistant(changed.variable_parameter(vary), span, points)
     if isinstance(runs, str) or not {UP, DOWN}.issuperset(runs):
         raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
-    wanted = tuple(name for name in (UP, DOWN) if name in runs)
-    _, states = checked_starts(changed, box, starts, seed, least=0)
-    if not wanted and not len(states):
-        raise InputError("neither a sweep nor a start is asked for; give runs or starts")
+    directions = tuple(name for name in (UP, DOWN) if name in runs)
+    _, states = checked_starts(changed, box, starts, seed, minimum=0)
+    if not directions and not len(states):
+        raise InputError("neither a sweep nor a start is requested; give runs or starts")
     started = perf_counter()
     result = SweepRun(
         changed,
         vary,
         values,
-        wanted,
+        directions,
         initial_state(changed, state),
         states,
-        checked_count(transient, "transient", least=0),
-        checked_count(periods, "periods", least=2),
+        checked_count(transient, "transient", minimum=0),
+        checked_count(periods, "periods", minimum=2),
         on_progress,
     ).result()
     return Sweep(

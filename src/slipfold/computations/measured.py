@@ -97,7 +97,9 @@ def checked_values(parameter: Parameter, values: Values) -> np.ndarray:
     """Return values of a parameter that can all be used, shape (m,)."""
     given = np.atleast_1d(np.asarray(parse_values(parameter, values), dtype=float))
     if given.ndim != 1 or not given.size:
-        raise InputError(f"the values of {parameter.name} are no row of numbers; give at least one")
+        raise InputError(
+            f"the values of {parameter.name} are not a row of numbers; give at least one"
+        )
     for value in given.tolist():
         parameter.check(value)
     return given
@@ -246,10 +248,12 @@ def plan_measurement(
     if vary in fitted:
         raise InputError(f"{vary} is varied, so it cannot be fitted; fit others")
     if len(set(fitted)) < len(fitted):
-        raise InputError(f"a parameter stands twice among {', '.join(fitted)}; name each once")
+        raise InputError(f"a parameter is named twice in {', '.join(fitted)}; name each once")
     noise = checked_errors(errors, len(measured))
     if not (noise > 0).all():
-        raise InputError("errors = 0 would tell everything exactly; give what readings scatter by")
+        raise InputError(
+            "errors = 0 leave nothing uncertain; give standard deviations of the measurements"
+        )
     started = perf_counter()
     chosen = checked_values(changed.variable_parameter(vary), values)
     result = plan(changed, vary, chosen, measured, tuple(fitted), noise)

@@ -242,7 +242,7 @@ def _model_of(
         names = ", ".join(parameters)
         raise InputError(
             f"{names} cannot be changed, since the branch begins at a given orbit; find the orbit "
-            "with the values wanted"
+            "with the desired values"
         )
     model = orbit.model
     first, last = interval(model.variable_parameter(vary), span)
@@ -368,9 +368,9 @@ def responses(
     ]
     batch = dict[int, Callable[[], Diagram | None]]()
 
-    def send(stage: str, share: float) -> None:
+    def send(stage: str, fraction: float) -> None:
         if on_progress is not None:
-            values = {"failures": sum(map(bool, reasons)), "fraction": share}
+            values = {"failures": sum(map(bool, reasons)), "fraction": fraction}
             progress = Progress(stage, len(diagrams), total, values=values)
             try:
                 on_progress(progress)
@@ -419,7 +419,7 @@ def _batch(
 
     if own_events(model, vary):
         return {}
-    models, begun = dict[int, Model](), perf_counter()
+    models, began = dict[int, Model](), perf_counter()
     for case in range(start, min(start + SIMULTANEOUS, len(cases))):
         with suppress(InputError, *BREAKDOWNS):  # reported when the case itself is computed
             own = model.replace(**cases[case], **{vary: span[0]})
@@ -431,7 +431,7 @@ def _batch(
         result = follow_batch(list(models.values()), vary, span, settings, send)
     except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return {}
-    each = (perf_counter() - begun) / len(models)
+    each = (perf_counter() - began) / len(models)
     return {
         case: partial(_diagram, models[case], vary, span, settings, followed, each)
         for case, followed in zip(models, result, strict=True)
@@ -447,7 +447,7 @@ def _diagram(
     seconds: float,
 ) -> Diagram | None:
     """Return the diagram of a case that was followed in a batch; None if it was left out."""
-    begun = perf_counter()
+    began = perf_counter()
     try:
         if followed.failure:
             return None
@@ -455,7 +455,7 @@ def _diagram(
         checked = check_branches(branches)
     except (InputError, *BREAKDOWNS):  # reported when the case itself is computed
         return None
-    text = provenance(seconds + perf_counter() - begun)
+    text = provenance(seconds + perf_counter() - began)
     return Diagram(model, vary, span, branches, settings, (), text, checked)
 
 

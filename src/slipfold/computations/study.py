@@ -36,7 +36,7 @@ def study(
 ) -> StudyResult:
     """Compute the same thing for many cases, on one core or many.
 
-    A case that fails is kept with the reason and stops no others. The result does not depend on
+    A case that fails is stored with the reason and stops no others. The result does not depend on
     where cases are computed, nor on whether the study was interrupted.
 
     Returns
@@ -68,17 +68,17 @@ def study(
             store = stack.enter_context(tempfile.TemporaryDirectory(prefix="slipfold-study-"))
         head = {"versions": versions(), **_head(plan)}
         again = resume or retry_failed
-        kept = stack.enter_context(
+        open_store = stack.enter_context(
             Store.open(Path(store), total(plan.cases), head, again, temporary)
         )
         stopped = False
         try:
-            if retry_failed or kept.done < kept.total:
+            if retry_failed or open_store.done < open_store.total:
                 with open_executor(executor) as opened:
-                    run_cases(plan, kept, opened, on_progress, retry_failed)
+                    run_cases(plan, open_store, opened, on_progress, retry_failed)
         except KeyboardInterrupt:
             stopped = True  # what is finished is in the store
-        return study_result(plan, kept.records(), provenance(), stopped, kept.damaged)
+        return study_result(plan, open_store.records(), provenance(), stopped, open_store.damaged)
 
 
 def _head(plan: Plan) -> dict[str, Any]:

@@ -178,7 +178,7 @@ def uncertainty(
 
     point = checked_point(point)
     model, count = point.model, checked_count(samples, "samples")
-    start = checked_count(seed, "seed", least=0)
+    start = checked_count(seed, "seed", minimum=0)
     scatters = _scatters(point, scatter)
     parameter = model.parameter(point.vary)
     known = tuple(_load(value, parameter) for value in loads)
@@ -190,18 +190,18 @@ def uncertainty(
         )
     started = perf_counter()
     placed = ParameterizedPoint.at(point, tuple(item.name for item in scatters))
-    places = drawn("sobol", count, start, scatters, correlation=matrix)
+    draws = drawn("sobol", count, start, scatters, correlation=matrix)
     more = index_design(scatters, count, start) if indices else np.empty((0, len(scatters)))
-    total = len(places) + len(more)
+    total = len(draws) + len(more)
 
-    def send(done: int, lost: int) -> None:
+    def send(done: int, failures: int) -> None:
         if on_progress is not None:
-            on_progress(Progress("samples", done, total, values={"failures": lost}))
+            on_progress(Progress("samples", done, total, values={"failures": failures}))
 
-    result, reasons = thresholds_at(placed, np.concatenate([places, more]), send)
-    missing, told = _missing(reasons[count:]), None
+    result, reasons = thresholds_at(placed, np.concatenate([draws, more]), send)
+    missing, sobol = _missing(reasons[count:]), None
     if indices and not missing:
-        told = indices_of(result[count:], names_of(scatters), start)
+        sobol = indices_of(result[count:], names_of(scatters), start)
     return ThresholdUncertainty(
         model=model,
         type=point.type,
@@ -210,13 +210,13 @@ def uncertainty(
         period=point.period,
         scatters=scatters,
         gradient=placed.gradient,
-        samples=places,
+        samples=draws,
         thresholds=result[:count],
         reasons=reasons[:count],
         seed=start,
         loads=known,
         correlation=matrix,
-        indices=told,
+        indices=sobol,
         no_indices=missing,
         interrupted=bool((reasons == INTERRUPTED).any()),
         provenance=provenance(perf_counter() - started),
@@ -261,10 +261,10 @@ def _missing(reasons: NDArray[np.str_]) -> str:
 
     if (reasons == INTERRUPTED).any():
         return "interrupted before all of their samples were reached"
-    lost = reasons[reasons != ""]
-    if not len(lost):
+    failed = reasons[reasons != ""]
+    if not len(failed):
         return ""
-    return f"{len(lost)} of {len(reasons)} samples have no threshold; first: {lost[0]}"
+    return f"{len(failed)} of {len(reasons)} samples have no threshold; first: {failed[0]}"
 
 
 @documented
@@ -279,7 +279,7 @@ def design(
     state: DesignState = None,
     on_progress: Observer | None = None,
 ) -> Design:
-    """Choose parameters for a threshold where it is wanted, at the lowest vibration.
+    """Choose parameters for a threshold where it is needed, at the lowest vibration.
 
     The vibration is that of the response of period 1 under a load, a value of the parameter that
     was followed: root mean square of a state about its mean. Thresholds and vibration have exact
@@ -340,11 +340,11 @@ def design(
         return minimize_level(orbit, watched, requirements, bounds, start)
 
     nothing = Choice.none(len(names), 1 + len(kept), INTERRUPTED)
-    choices, settled = _searched(find, sides, _starts(model, bounds), nothing, on_progress)
-    if outside is not None and settled:
-        least = choices.index(_best(choices))
-        choices, sides = [choices[least]], [sides[least]]
-    confirmed, complete = _confirmed(point, names, choices, at)
+    choices, complete = _searched(find, sides, _starts(model, bounds), nothing, on_progress)
+    if outside is not None and complete:
+        best = choices.index(_best(choices))
+        choices, sides = [choices[best]], [sides[best]]
+    confirmed, checked = _confirmed(point, names, choices, at)
     return Design(
         model=model,
         type=point.type,
@@ -365,7 +365,7 @@ def design(
         levels=np.array([choice.level for choice in choices]),
         reasons=np.array([choice.reason for choice in choices], dtype=np.str_),
         confirmed=confirmed,
-        interrupted=not (settled and complete),
+        interrupted=not (complete and checked),
         provenance=provenance(perf_counter() - started),
     )
 
@@ -435,10 +435,10 @@ def _starts(model: Model, bounds: Mapping[str, tuple[float, float]]) -> list[Arr
     """Return the starts of searches: the model's own values, and evenly over the bounds."""
     from scipy.stats import qmc
 
-    begin = np.array([model.values[name] for name in bounds])
+    own = np.array([model.values[name] for name in bounds])
     low, high = np.array(list(bounds.values())).T
-    shares = qmc.Halton(len(low), scramble=False).random(STARTS + 1)[1:]
-    return [np.clip(begin, low, high), *(low + shares * (high - low))]
+    fractions = qmc.Halton(len(low), scramble=False).random(STARTS + 1)[1:]
+    return [np.clip(own, low, high), *(low + fractions * (high - low))]
 
 
 def _searched(

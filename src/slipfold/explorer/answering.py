@@ -211,7 +211,7 @@ STREAMS: Mapping[str, Callable[..., None]] = {
 
 
 def _checking(check: Check, observer: Observer | None) -> Observer:
-    """Return what stops a computation that is no longer wanted, and reports its progress."""
+    """Return what stops a computation that is no longer needed, and reports its progress."""
 
     def watch(progress: Progress) -> None:
         check()

@@ -37,7 +37,7 @@ from slipfold.parameter_space.measurement import parse_measurement
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
 """Codes with which a WebSocket is closed (RFC 6455)."""
 
-PATIENCE = 500
+MAX_REFUSED = 500
 """Refused requests after which a client that asks too often is let go."""
 
 
@@ -81,7 +81,7 @@ class Session:
         """Take one request; False if the client is to be let go."""
         if not self._allowance.take():
             self._refused += 1
-            if self._refused > PATIENCE:
+            if self._refused > MAX_REFUSED:
                 self._unsent.put_nowait(None)
                 return True
             sentence = f"more than {self._limits.requests_per_second:g} requests a second; wait"
@@ -180,8 +180,8 @@ def make_app(
 async def _refusal(request: Request, error: Exception) -> Response:
     """Return the errors of a request without repeating it: it may not be text."""
     assert isinstance(error, RequestValidationError)
-    told = [{name: item[name] for name in ("loc", "msg", "type")} for item in error.errors()]
-    return JSONResponse({"detail": told}, 422)
+    errors = [{name: item[name] for name in ("loc", "msg", "type")} for item in error.errors()]
+    return JSONResponse({"detail": errors}, 422)
 
 
 def _add_files(app: FastAPI) -> None:

@@ -51,7 +51,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
     stretches = []
     for line in branch_segments(branch, show, statistic):
         first = max(len(x) - 1, 0)
-        skip = 1 if x else 0  # a stretch begins where the one before ends
+        skip = 1 if x else 0  # a segment starts where the one before ends
         x += line.parameter[skip:].tolist()
         y += line.value[skip:].tolist()
         s += line.arclength[skip:].tolist()
@@ -159,7 +159,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
 
 
 def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
-    places = [
+    position = [
         f"{name} = {value:.6g} {point.model.parameter(name).unit}".rstrip()
         for name, value in zip(point.vary, point.certain_values, strict=True)
     ]
@@ -168,7 +168,7 @@ def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
         "type": point.type,
         "x": number(point.values[0]),
         "y": number(point.values[1]),
-        "sentence": f"{name} on the {locus.type} of period {locus.period} at {', '.join(places)}",
+        "sentence": f"{name} on the {locus.type} of period {locus.period} at {', '.join(position)}",
     }
 
 
@@ -186,15 +186,15 @@ def _regions(regions: RegionMap) -> dict[str, Any]:
 
 
 class PlaneProgress:
-    """Tells of a bifurcation set now and then; an observer of its computation.
+    """The progress of a bifurcation set, sent now and then; an observer of its computation.
 
-    `tell` takes each note: ``progress``, a sentence; ``lines``, those extended, each with
+    `send` takes each note: ``progress``, a sentence; ``lines``, those extended, each with
     all its points so far, by ``number``; and ``loci`` once all are followed.
     """
 
     def __init__(self, send: Emit) -> None:
-        self._tell = send
-        self._told = perf_counter()
+        self._send = send
+        self._sent = perf_counter()
         self._grown: dict[LocusLine, list[tuple[float, float]]] = {}
         self._last: LocusLine | None = None
 
@@ -202,14 +202,14 @@ class PlaneProgress:
         """Take a note of the computation."""
         self._grow(progress)
         followed = progress.values.get("loci")
-        if perf_counter() - self._told < BETWEEN and not followed:
+        if perf_counter() - self._sent < BETWEEN and not followed:
             return
-        self._told = perf_counter()
+        self._sent = perf_counter()
         total = "" if progress.total is None else f" of {progress.total}"
         sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
         lines = [_grown_line(line, points) for line, points in self._grown.items()]
         loci = {"loci": loci_view(followed)} if followed else {}
-        self._tell({"progress": sentence, "lines": lines, **loci, "done": False})
+        self._send({"progress": sentence, "lines": lines, **loci, "done": False})
         self._grown = {key: points for key, points in self._grown.items() if key == self._last}
 
     def _grow(self, progress: Progress) -> None:
@@ -246,7 +246,7 @@ def readings_view(measurement: Measurement) -> dict[str, Any]:
     }
 
 
-MOST = 20_000
+MAX_CASES = 20_000
 """Cases that a browser draws and searches without delay."""
 
 
@@ -255,10 +255,10 @@ def study_view(result: StudyResult, name: str) -> dict[str, Any]:
 
     Raises `InputError` if it is too large to be shown.
     """
-    if len(result) > MOST:
+    if len(result) > MAX_CASES:
         raise InputError(
-            f"the study has {len(result)} cases and the page shows {MOST} at most; open a smaller "
-            "one, or draw it with slipfold plot"
+            f"the study has {len(result)} cases and the page shows {MAX_CASES} at most; open a "
+            "smaller one, or draw it with slipfold plot"
         )
     model, cases = result.model, result.cases
     columns = cases.values(np.arange(len(result))).T

@@ -19,10 +19,10 @@ MAX_NUMBER = 1e100
 """Largest modulus of a number from a client: its cube is still one. Models know narrower bounds."""
 
 MAX_NAMES = 1000
-"""Most parameters or states of one request; a chain of fifty masses has some hundreds."""
+"""Maximum number of parameters or states of a request; a chain of fifty masses has hundreds."""
 
 MAX_NAME = 200
-"""Most characters of the name of a model, a parameter, a state or an output."""
+"""Maximum number of characters of the name of a model, a parameter, a state or an output."""
 
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 """Characters, as in a class of a regular expression, that no model's name in a request has."""
@@ -296,6 +296,6 @@ def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[
 
 def _sentence(error: ValidationError) -> str:
     first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-    place = ".".join(str(item) for item in first["loc"])
+    field = ".".join(str(item) for item in first["loc"])
     what = first["msg"].removeprefix("Value error, ")
-    return f"the request cannot be used: {place + ': ' if place else ''}{what}"
+    return f"the request cannot be used: {field + ': ' if field else ''}{what}"

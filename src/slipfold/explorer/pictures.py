@@ -40,8 +40,8 @@ def _picture(result: Basins) -> dict[str, Any]:
     """Return labels row by row from below, numbered so that finer pictures keep the numbers."""
     order = sorted(result, key=_character)
     labels = result.labels.copy()
-    for place, item in enumerate(order, 1):
-        labels[result.labels == item.id] = place
+    for index, item in enumerate(order, 1):
+        labels[result.labels == item.id] = index
     first, second = result.plane
     return {
         "x": {**axis_of(result.model, first), "values": short(result.first)},
@@ -54,7 +54,7 @@ def _picture(result: Basins) -> dict[str, Any]:
 
 
 def _character(item: Attractor) -> tuple[Any, ...]:
-    """Properties of an attractor that do not depend on how it was found."""
+    """Properties of an attractor that do not depend on how it was computed."""
     return item.kind, item.period or 0, np.round(item.maximum, 6).tolist()
 
 
@@ -77,8 +77,8 @@ def send_regimes(
     """
     if not model.forced:
         raise InputError(
-            f"nothing forces {model.name}, so there is no phase at which to look at its motions; "
-            "judge single ones by their exponents"
+            f"nothing forces {model.name}, so there is no phase at which to sample its solutions; "
+            "classify single ones by their exponents"
         )
     watch = now_and_then(send, check, _far)
     for points in REGIME_CELLS:
@@ -123,7 +123,7 @@ class _Picture:
         """Return labels row by row from below: the number of a name, or 0 where none is known."""
         names = _names(work)
         result = sorted({*names} - {NOT_DONE})
-        numbers = {name: place for place, name in enumerate(result, 1)}
+        numbers = {name: index for index, name in enumerate(result, 1)}
         labels = np.zeros(len(self._there), np.int64)
         labels[self._there] = [numbers.get(name, 0) for name in names]
         first, second = self._names

@@ -22,7 +22,7 @@ Emit = Callable[[dict[str, Any]], None]
 """Takes a view, or a part of it, as plain data."""
 
 Check = Callable[[], None]
-"""Raises if what is computed is no longer wanted."""
+"""Raises if what is computed is no longer needed."""
 
 SMALL = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho"
 SMALL += " sigma tau upsilon phi chi psi omega"
@@ -86,12 +86,12 @@ def axis_of(model: Model, name: str) -> dict[str, Any]:
         if parameter.name == name:
             same = [item.symbol for item in model.parameters].count(parameter.symbol) > 1
             return _axis(name, "" if same else parameter.symbol, parameter.unit, parameter.doc)
-    shown: list[State | Output] = [*model.states, *model.outputs()]
-    for item in shown:
+    quantities: list[State | Output] = [*model.states, *model.outputs()]
+    for item in quantities:
         if item.name == name:
-            same = [other.label for other in shown].count(item.label) > 1
+            same = [other.label for other in quantities].count(item.label) > 1
             return _axis(name, "" if same else item.label, item.unit, item.doc)
-    names = [item.name for item in shown]
+    names = [item.name for item in quantities]
     raise unknown(f"{model.name} has no output", name, names)
 
 
@@ -151,13 +151,13 @@ def now_and_then(
     note: Callable[[Progress], dict[str, Any]],
 ) -> Observer:
     """Return an observer that sends notes of the progress to the page at intervals."""
-    told = perf_counter()
+    sent = perf_counter()
 
     def watch(progress: Progress) -> None:
-        nonlocal told
+        nonlocal sent
         check()
-        if perf_counter() - told >= BETWEEN:
-            told = perf_counter()
+        if perf_counter() - sent >= BETWEEN:
+            sent = perf_counter()
             send({**note(progress), "done": False})
 
     return watch

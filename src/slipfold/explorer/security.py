@@ -29,7 +29,7 @@ class Limits:
 class Allowance:
     """Number of requests a client has left; it grows with time.
 
-    By `per_second`, up to `most`; `clock` tells the time in s.
+    By `per_second`, up to `maximum`; `clock` tells the time in s.
 
     >>> allowance = Allowance(1.0, 2, clock=lambda: 0.0)
     >>> [allowance.take() for _ in range(3)]
@@ -37,18 +37,18 @@ class Allowance:
     """
 
     def __init__(
-        self, per_second: float, most: int, clock: Callable[[], float] = monotonic
+        self, per_second: float, maximum: int, clock: Callable[[], float] = monotonic
     ) -> None:
         self._per_second = per_second
-        self._most = most
+        self._maximum = maximum
         self._clock = clock
-        self._left = float(most)
+        self._left = float(maximum)
         self._then = clock()
 
     def take(self) -> bool:
         """Use one up; False if there is none."""
         now = self._clock()
-        self._left = min(self._left + (now - self._then) * self._per_second, self._most)
+        self._left = min(self._left + (now - self._then) * self._per_second, self._maximum)
         self._then = now
         if self._left < 1:
             return False

@@ -22,13 +22,13 @@ from slipfold.models.model import Model
 from slipfold.results.study import StudyResult
 from slipfold.threads import take_one_thread
 
-MOST_WORKERS = 4
+MAX_WORKERS = 4
 """Maximum number of processes by default."""
 
 
 def default_workers() -> int:
     """Return the number of worker processes: one a core, and two at least."""
-    return min(max(os.cpu_count() or 1, 2), MOST_WORKERS)
+    return min(max(os.cpu_count() or 1, 2), MAX_WORKERS)
 
 
 def serve(
@@ -46,14 +46,14 @@ def serve(
     catalogue = Catalogue(given, file)
     described = None if study is None else study_view(study, catalogue.names[0])
     listener = listen(public or "127.0.0.1", port)
-    shown = _bracketed(public) if public else "127.0.0.1"
-    access = Access(listener.getsockname()[1], (shown,) if public else LOCAL)
+    host = _bracketed(public) if public else "127.0.0.1"
+    access = Access(listener.getsockname()[1], (host,) if public else LOCAL)
     limits = Limits()
     take_one_thread()
     pool = Workers(given, workers, limits, file)
     app = make_app(catalogue, access, pool, limits, described)
     config = uvicorn.Config(app, **settings_of_server(limits))
-    address = f"http://{shown}:{access.port}/?token={access.token}"
+    address = f"http://{host}:{access.port}/?token={access.token}"
     say(address)
     if browser:
         webbrowser.open(address)

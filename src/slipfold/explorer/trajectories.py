@@ -38,11 +38,11 @@ from slipfold.progress import Progress
 
 def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
     """Return the starting state with its perturbation."""
-    begin = model.start if request.start == "rest" else initial_state(model, request.start)
+    state = model.start if request.start == "rest" else initial_state(model, request.start)
     initial_state(model, request.nudge)  # refuses unknown states
     return {
         item.name: float(value) + request.nudge.get(item.name, 0.0)
-        for item, value in zip(model.states, begin, strict=True)
+        for item, value in zip(model.states, state, strict=True)
     }
 
 
@@ -56,8 +56,8 @@ def timed(model: Model, request: MotionRequest) -> Model:
 ORBIT_SAMPLES = 256
 """Samples a forcing period: enough for smooth curves on a large screen."""
 
-MOST_SAMPLES = 4096
-"""Most samples of one orbit."""
+MAX_SAMPLES = 4096
+"""Maximum number of samples of one orbit."""
 
 PER_PERIOD = 64
 """Samples a forcing period that the spectrum is taken from."""
@@ -70,7 +70,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
     model = orbit.model
     flow = flow_of(model)
-    time, states = orbit.sample(min(ORBIT_SAMPLES * orbit.period, MOST_SAMPLES))
+    time, states = orbit.sample(min(ORBIT_SAMPLES * orbit.period, MAX_SAMPLES))
     time = np.append(time, orbit.duration)
     turned = [TURN * orbit.turns.get(state.name, 0) for state in model.states]
     states = np.concatenate([states, states[:1] + turned])
@@ -149,7 +149,7 @@ def stream_simulation(
     if again:
         emit({**NOTHING, "again": True, "done": False})
         result = _switched(model, start, request.periods, every, emit)
-    emit({**NOTHING, "done": True, **_verdict(result), "contacts": contacts_view(result)})
+    emit({**NOTHING, "done": True, **_classification(result), "contacts": contacts_view(result)})
 
 
 NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
@@ -164,8 +164,8 @@ def _smooth(model: Model, start: Array, periods: int, every: int, emit: Emit) ->
         motion.advance(min(PERIODS, periods - done))
         starts = motion.strobe[done : motion.periods]
         if len(starts):
-            begin = np.zeros(len(starts))
-            states = flow.sample(starts, begin, begin + 1.0, SAMPLES, constants)
+            phase = np.zeros(len(starts))
+            states = flow.sample(starts, phase, phase + 1.0, SAMPLES, constants)
             rows = states.reshape(-1, flow.dimension)
             values = flow.outputs(rows, np.tile(phases, len(starts)), constants)
             emit(_piece(model, values.reshape(len(starts), SAMPLES, -1), done, every))
@@ -180,9 +180,9 @@ def _switched(model: Model, start: Array, periods: int, every: int, emit: Emit) 
         while motion.periods < end and motion.stopped is None:
             done = motion.periods
             motion.advance(min(PERIODS, end - done))
-            begins = zip(motion.strobe[done:-1], motion.modes[done:-1], strict=True)
+            starts = zip(motion.strobe[done:-1], motion.modes[done:-1], strict=True)
             values = [
-                sample_hybrid(motion.model, state, mode, phases).outputs() for state, mode in begins
+                sample_hybrid(motion.model, state, mode, phases).outputs() for state, mode in starts
             ]
             if values:
                 emit(_piece(motion.model, np.array(values), done, every))
@@ -194,8 +194,8 @@ def _switched(model: Model, start: Array, periods: int, every: int, emit: Emit) 
 
 def _step_between_samples(periods: int) -> int:
     """Return how many samples make one drawn instant; a divisor of the samples a period."""
-    wanted = max(DRAWN / periods, 4)
-    return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= wanted or step == 16)
+    samples = max(DRAWN / periods, 4)
+    return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= samples or step == 16)
 
 
 def _piece(model: Model, values: Array, done: int, every: int) -> dict[str, Any]:
@@ -228,7 +228,7 @@ def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
     }
 
 
-def _verdict(motion: Trajectory) -> dict[str, Any]:
+def _classification(motion: Trajectory) -> dict[str, Any]:
     judged, stop = motion.settlement, motion.stopped
     return {
         "verdict": judged.message if stop is None else stop.reason,
@@ -239,7 +239,7 @@ def _verdict(motion: Trajectory) -> dict[str, Any]:
 
 
 CONTACT_SAMPLES = 128
-"""Samples a period, or a round of a cycle, and at most what makes MOST_SAMPLES of all."""
+"""Samples a period, or a round of a cycle, and at most what makes MAX_SAMPLES of all."""
 
 WORDS = {Status.STICK: "stick", Status.FORTH: "forth", Status.BACK: "back", Status.OPEN: "open"}
 
@@ -255,7 +255,7 @@ def contacts_view(motion: Trajectory) -> dict[str, Any] | None:
     model, flow = shown.model, flow_of(motion.model)
     length = shown.contacts[0].end
     count = max(round(length), 1)
-    each = min(2 * CONTACT_SAMPLES, MOST_SAMPLES // count)
+    each = min(2 * CONTACT_SAMPLES, MAX_SAMPLES // count)
     values = motion.steady_outputs(count, each)
     last = values[:1] if shown.repeats else values[-1:]
     values = np.concatenate([values, last])
@@ -309,8 +309,8 @@ def _words(motion: Trajectory, shown: ShownContacts, last: LastRound | None) -> 
     for item in last.sticking:
         counts[item.contact] += 1
     text = " and ".join(f"{name} sticks {_times(count)}" for name, count in counts.items())
-    share = f"{100 * last.fraction:.3g}\u202f% of the time"
-    return f"In its last {round_name} {text}, {share}."
+    fraction = f"{100 * last.fraction:.3g}\u202f% of the time"
+    return f"In its last {round_name} {text}, {fraction}."
 
 
 def _times(count: int) -> str:

@@ -43,8 +43,10 @@ class Superseded(Exception):
     """The request is superseded."""
 
 
-def run_worker(connection: Connection, wanted: Any, given: Model | None, file: Path | None) -> None:
-    """Compute until told to stop; the main function of a worker process."""
+def run_worker(
+    connection: Connection, current: Any, given: Model | None, file: Path | None
+) -> None:
+    """Compute until it is stopped; the main function of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
     _bound_memory()
     answering = Answering(Catalogue(given, file))
@@ -58,7 +60,7 @@ def run_worker(connection: Connection, wanted: Any, given: Model | None, file: P
         if task is None:
             return
         try:
-            connection.send(_reply(answering, task, connection, wanted))
+            connection.send(_reply(answering, task, connection, current))
         except (BrokenPipeError, ConnectionResetError):
             return
 
@@ -71,13 +73,13 @@ def _warm_up(answering: Answering) -> None:
         logging.getLogger("slipfold.explorer").exception("the first view cannot be computed")
 
 
-def _reply(answering: Answering, task: Task, connection: Connection, wanted: Any) -> Reply:
+def _reply(answering: Answering, task: Task, connection: Connection, current: Any) -> Reply:
     """Compute one task; return its last reply."""
     number, request = task
     held = b""
 
     def check() -> None:
-        if wanted.value != number:
+        if current.value != number:
             raise Superseded
 
     def emit(view: dict[str, Any]) -> None:
@@ -122,5 +124,5 @@ def _bound_memory() -> None:
     import resource
 
     hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
-    most = DATA_BYTES if hard == resource.RLIM_INFINITY else min(hard, DATA_BYTES)
-    resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
+    bound = DATA_BYTES if hard == resource.RLIM_INFINITY else min(hard, DATA_BYTES)
+    resource.setrlimit(resource.RLIMIT_DATA, (bound, hard))

@@ -19,7 +19,7 @@ from slipfold.explorer.worker import READY, Reply, Task, run_worker
 from slipfold.models.model import Model
 
 OVERTAKEN = 40
-"""Later jobs that may go before one of the next rank, so that no job waits for ever."""
+"""Later jobs that may go before one of the next rank, so that no job waits forever."""
 
 
 class Failing(Protocol):
@@ -40,7 +40,7 @@ class Job:
     deliver: Callable[[Reply], None]
     fail: Failing  # called if the job ends without a last reply
     number: int = 0
-    place: int = 0
+    position: int = 0
     cancelled: bool = False
 
     @property
@@ -52,7 +52,7 @@ class Job:
     def order(self) -> int:
         """Position in the queue: quick answers first."""
         pinned = isinstance(self.request, DiagramRequest) and self.request.slot != "live"
-        return self.place + OVERTAKEN * (self.request.rank + pinned)
+        return self.position + OVERTAKEN * (self.request.rank + pinned)
 
 
 GRACE = 2.0
@@ -67,22 +67,22 @@ class WorkerProcess:
     context: Any  # makes processes
     given: Model | None  # a model in addition to the built-in ones
     file: Path | None  # the file that holds its equations, if it has one
-    heard: Callable[[WorkerProcess, Reply], None]  # called in the event loop with every reply
+    received: Callable[[WorkerProcess, Reply], None]  # called in the event loop with every reply
     ended: Callable[[WorkerProcess], None]  # called in the event loop when the process has ended
     job: Job | None = None  # what it computes now
     ready: bool = False  # whether it has started up
-    dropping: bool = False  # whether it has been told to drop its job
+    dropping: bool = False  # whether it is to drop its job
     timer: asyncio.TimerHandle | None = None  # fires when the job takes too long
-    wanted: Any = field(init=False)
+    current: Any = field(init=False)
     process: Any = field(init=False)
     connection: Connection = field(init=False)
 
     def __post_init__(self) -> None:
         """Start the process, and a thread that listens to it."""
         self.connection, theirs = self.context.Pipe()
-        self.wanted = self.context.Value("q", 0, lock=False)
+        self.current = self.context.Value("q", 0, lock=False)
         self.process = self.context.Process(
-            target=run_worker, args=(theirs, self.wanted, self.given, self.file), daemon=True
+            target=run_worker, args=(theirs, self.current, self.given, self.file), daemon=True
         )
         self.process.start()
         theirs.close()
@@ -97,14 +97,14 @@ class WorkerProcess:
     def give(self, job: Job) -> None:
         """Let it compute a job."""
         self.job = job
-        self.wanted.value = job.number
+        self.current.value = job.number
         with suppress(OSError):  # it may just have ended: the listener will say so
             self.connection.send(Task(job.number, job.request))
 
     def drop(self) -> None:
         """Let it drop its job at the next point of a branch."""
         self.dropping = True
-        self.wanted.value = 0
+        self.current.value = 0
 
     def finish(self) -> None:
         """Note that it has no job any more."""
@@ -119,7 +119,7 @@ class WorkerProcess:
 
     def ask_to_stop(self) -> None:
         """Let it end when it has dropped its job."""
-        self.wanted.value = 0
+        self.current.value = 0
         with suppress(OSError):
             self.connection.send(None)
 
@@ -142,7 +142,7 @@ class WorkerProcess:
         with suppress(EOFError, OSError):
             while True:
                 reply = self.connection.recv()
-                loop.call_soon_threadsafe(self.heard, self, reply)
+                loop.call_soon_threadsafe(self.received, self, reply)
         with suppress(RuntimeError):  # the event loop may have ended
             loop.call_soon_threadsafe(self.ended, self)
 
@@ -151,7 +151,7 @@ FAILED_STARTS = 3
 """Workers in a row that end before they are ready, after which no more are started."""
 
 KILLED = (
-    "the worker process that computed this was ended from outside ({code}), perhaps for want of "
+    "the worker process that computed this was ended from outside ({code}), perhaps for lack of "
     "memory; a fresh one takes its place, so ask again"
 )
 
@@ -197,7 +197,7 @@ class Workers:
         """Queue a job."""
         job.number = next(self._numbers)
         waiting = instead_of is not None and instead_of in self._pending
-        job.place = instead_of.place if waiting and instead_of is not None else job.number
+        job.position = instead_of.position if waiting and instead_of is not None else job.number
         if instead_of is not None:
             self.cancel(instead_of)
         if self._failed_starts >= FAILED_STARTS:
@@ -261,7 +261,7 @@ class Workers:
 
     # -- what workers say ----------------------------------------------------------------------
 
-    def _heard(self, worker: WorkerProcess, reply: Reply) -> None:
+    def _received(self, worker: WorkerProcess, reply: Reply) -> None:
         if reply.number == READY:
             worker.ready = True
             self._failed_starts = 0
@@ -305,5 +305,5 @@ class Workers:
 
     def _started(self, index: int) -> WorkerProcess:
         return WorkerProcess(
-            index, self._context, self._given, self._file, self._heard, self._ended
+            index, self._context, self._given, self._file, self._received, self._ended
         )

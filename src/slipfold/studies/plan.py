@@ -62,8 +62,8 @@ class Grid:
 
     def values(self, numbers: Any) -> Array:
         """Return the values of some cases."""
-        places = np.unravel_index(numbers, self.shape)
-        columns = [values[place] for values, place in zip(self.axes.values(), places, strict=True)]
+        indices = np.unravel_index(numbers, self.shape)
+        columns = [values[index] for values, index in zip(self.axes.values(), indices, strict=True)]
         return np.stack(columns, axis=-1)
 
     def record(self) -> dict[str, Any]:
@@ -190,8 +190,8 @@ def _model(tables: Mapping[str, Any], label: str, folder: Path) -> Model:
         unknown = sorted(set(tables) - {"model", "parameters", *TABLES})
         if unknown:
             raise InputError(
-                f"{label} has the entry {unknown[0]!r} beside a slipfold.Model, which has all that "
-                "belongs to it but parameters; leave it out"
+                f"{label} has the entry {unknown[0]!r} next to a slipfold.Model, which has all "
+                "of it but parameters; leave it out"
             )
         return given.replace(**tables.get("parameters", {}))
     return model_of_case(Source(tables, label), folder, {}, others=TABLES)
@@ -207,7 +207,7 @@ def _cases(given: _Given, model: Model) -> Cases:
         )
     if given.sample is None and (given.scatter or given.correlation or given.count is not None):
         raise InputError(
-            f"cases.{chosen[0]} is no sample; leave out scatter, correlation and count"
+            f"cases.{chosen[0]} is not a sample; leave out scatter, correlation and count"
         )
     if given.grid is not None:
         return _grid(given.grid, model)
@@ -231,18 +231,18 @@ def _grid(given: Mapping[str, Any], model: Model) -> Grid:
     return Grid(axes)
 
 
-def _axis(given: Any, parameter: Parameter, place: str) -> NDArray[np.float64]:
+def _axis(given: Any, parameter: Parameter, entry: str) -> NDArray[np.float64]:
     if isinstance(given, Mapping):
-        steps = validated(_Steps.model_validate, given, place)
+        steps = validated(_Steps.model_validate, given, entry)
         first, last = (_number(end, parameter) for end in (steps.first, steps.last))
         if steps.spacing == "linear":
             return np.linspace(first, last, steps.count)
         if not first * last > 0:
-            raise InputError(f"{place} has logarithmic steps; give both ends above zero")
+            raise InputError(f"{entry} has logarithmic steps; give both ends above zero")
         return np.geomspace(first, last, steps.count)
     if not isinstance(given, list | tuple | np.ndarray) or not len(given):
         raise InputError(
-            f"{place} = {given!r} is no list of values; give e.g. [0.5, 0.6] or "
+            f"{entry} = {given!r} is not a list of values; give e.g. [0.5, 0.6] or "
             "{from = 0.5, to = 1, count = 6}"
         )
     return np.array([_number(value, parameter) for value in given])

@@ -73,10 +73,10 @@ class Done:
 def compute(task: Task) -> Done:
     """Compute every case of a task; one that fails says why."""
     if versions() != task.versions:
-        told = ", ".join(f"{name} {version}" for name, version in versions().items())
-        wanted = ", ".join(f"{name} {version}" for name, version in task.versions.items())
+        here = ", ".join(f"{name} {version}" for name, version in versions().items())
+        there = ", ".join(f"{name} {version}" for name, version in task.versions.items())
         raise InputError(
-            f"a worker has {told}, but the study was begun with {wanted}, and last digits would "
+            f"a worker has {here}, but the study was started with {there}, and last digits would "
             "differ; install the same versions everywhere"
         )
     started = perf_counter()
@@ -142,7 +142,7 @@ def versions() -> dict[str, str]:
 class Groups:
     """Numbers of cases in order, cut into groups by the measured time of a case.
 
-    Groups have at least `least` cases.
+    Groups have at minimum `minimum` cases.
 
     >>> groups = Groups(range(10))
     >>> groups.next(), groups.next()
@@ -152,9 +152,9 @@ class Groups:
     (2, 3, 4)
     """
 
-    def __init__(self, numbers: Iterable[int], least: int = 1) -> None:
+    def __init__(self, numbers: Iterable[int], minimum: int = 1) -> None:
         self._numbers = iter(numbers)
-        self._least = self.size = least
+        self._minimum = self.size = minimum
 
     def next(self) -> tuple[int, ...]:
         """Return the next group; an empty one at the end."""
@@ -163,7 +163,7 @@ class Groups:
     def learn(self, count: int, seconds: float) -> None:
         """Record the time of a group."""
         wanted = int(TASK_SECONDS * count / max(seconds, 1e-9))
-        self.size = max(self._least, min(wanted, MAX_GROWTH * self.size, MAX_TASK_CASES))
+        self.size = max(self._minimum, min(wanted, MAX_GROWTH * self.size, MAX_TASK_CASES))
 
 
 @dataclass(frozen=True)
@@ -222,8 +222,8 @@ class _Run:
 
     def run(self, retry_failed: bool) -> None:
         """Keep as many tasks running as the executor takes."""
-        least = self._plan.work.side_by_side if self._together else 1
-        self._groups = Groups(self._store.missing(failed=retry_failed), least)
+        minimum = self._plan.work.side_by_side if self._together else 1
+        self._groups = Groups(self._store.missing(failed=retry_failed), minimum)
         again = self._store.failures if retry_failed else 0
         self._wanted = self._store.total - self._store.done + again
         try:
@@ -314,8 +314,8 @@ class _Run:
             (row,) = self._plan.cases.values(np.array([number])).tolist()
             given = dict(zip(self._plan.cases.names, row, strict=True))
             reason = (
-                f"the process that computed it ended {ATTEMPTS} times without a word: killed, "
-                "perhaps for want of memory"
+                f"the process that computed it ended {ATTEMPTS} times without a message: killed, "
+                "perhaps for lack of memory"
             )
             return [failure(number, given, reason)]
         self._alone.extend(group.parts())
@@ -347,7 +347,7 @@ class Estimate:
 def estimate(plan: Plan) -> Estimate:
     """Compute a few cases for the time they take."""
     count = total(plan.cases)
-    begun = perf_counter()
+    started = perf_counter()
     times: list[float] = []
     failures: list[str] = []
     chosen = np.linspace(0, count - 1, min(ESTIMATE_CASES, count)).astype(int)
@@ -358,7 +358,7 @@ def estimate(plan: Plan) -> Estimate:
         done = compute(task)
         times.append(done.seconds)
         failures += [record["failed"] for record in done.records if "failed" in record]
-        if len(times) > 1 and perf_counter() - begun > ESTIMATE_SECONDS:
+        if len(times) > 1 and perf_counter() - started > ESTIMATE_SECONDS:
             break
     able = type(plan.work).together is not Work.together
     batched = able and count >= max(plan.work.together_from, 2)

@@ -23,7 +23,7 @@ from zlib import crc32
 from slipfold.errors import InputError
 
 Record = dict[str, Any]
-"""A finished case as plain data: its number, and what was found or why it failed."""
+"""A finished case as plain data: its number, and its values or why it failed."""
 
 SCHEMA = "slipfold.study_store/1"
 
@@ -118,9 +118,9 @@ class Store:
         """Yield finished cases in the order of their numbers."""
         with open(self._path, "rb") as file:
             for number in range(self.total):
-                place = self._positions[number]
-                if place != MISSING:
-                    file.seek(place)
+                position = self._positions[number]
+                if position != MISSING:
+                    file.seek(position)
                     record = _content(file.readline())
                     assert record is not None
                     yield record
@@ -129,8 +129,8 @@ class Store:
         """Return what happens to finished cases if a study cannot continue, and what to do."""
         cases, first = f"the {self.done} cases finished before are", f"{cure} and " if cure else ""
         if self._temporary:
-            return f"{cases} lost: {first}name a folder to keep them in, store="
-        return f"{cases} kept: {first}go on with --resume (resume=True)"
+            return f"{cases} lost: {first}name a folder to store them in, store="
+        return f"{cases} stored: {first}continue with --resume (resume=True)"
 
     def close(self) -> None:
         """Release it."""
@@ -162,7 +162,7 @@ class Store:
         if self._size and not resume:
             raise InputError(
                 f"{self.folder} holds {self.done} of {self.total} cases of this study; "
-                "go on with them by --resume (resume=True), or give another --out"
+                "continue with --resume (resume=True), or give another --out"
             )
         if self._unwritable is not None:
             if self.done < self.total:
@@ -192,18 +192,18 @@ class Store:
     def _check_head(self, result: Mapping[str, Any] | None) -> None:
         if result is None:
             raise InputError(
-                f"the first line of {self._path} is damaged, so nobody can tell which study it "
+                f"the first line of {self._path} is damaged, so it is unknown which study it "
                 "holds; restore it, or give another --out"
             )
-        wanted = json.loads(json.dumps(self._head))
-        if result == wanted:
+        expected = json.loads(json.dumps(self._head))
+        if result == expected:
             return
-        differs = [key for key in {**wanted, **result} if result.get(key) != wanted.get(key)]
+        differs = [key for key in {**expected, **result} if result.get(key) != expected.get(key)]
         if set(differs) <= PROGRAM:
             raise InputError(self._other_program(result, differs))
         if differs == ["draws"]:
             raise InputError(
-                f"{self.folder} was begun when the same seed drew other cases, which cannot be "
+                f"{self.folder} was started when the same seed drew other cases, which cannot be "
                 "mixed with those of today; give another --out, or remove that folder"
             )
         raise InputError(
@@ -218,16 +218,16 @@ class Store:
         if not names:
             what = "other quantities" if "quantities" in differs else "a store of another form"
             return (
-                f"{self.folder} was begun by another state of this version of slipfold, with "
-                f"{what}; finish it by that one, or compute it anew with another --out"
+                f"{self.folder} was started by another state of this version of slipfold, with "
+                f"{what}; finish it by that one, or compute it again with another --out"
             )
         started, present = (
             ", ".join(f"{name} {each.get(name, 'unknown')}" for name in names)
             for each in (known, here)
         )
         return (
-            f"{self.folder} was begun with {started}, this is {present}, and last digits would "
-            "differ; install what it was begun with, or give another --out"
+            f"{self.folder} was started with {started}, this is {present}, and last digits would "
+            "differ; install what it was started with, or give another --out"
         )
 
     def _begin(self) -> None:
@@ -242,15 +242,15 @@ class Store:
     def _write(self, content: bytes) -> None:
         """Append without buffers, so that nothing is written later that was given up."""
         assert self._file is not None
-        rest = memoryview(content)
-        while rest:
-            rest = rest[self._file.write(rest) :]
+        remainder = memoryview(content)
+        while remainder:
+            remainder = remainder[self._file.write(remainder) :]
         os.fsync(self._file.fileno())
 
-    def _note(self, record: Record, place: int) -> None:
+    def _note(self, record: Record, position: int) -> None:
         number, failed = record["case"], "failed" in record
         new, worse = self._positions[number] == MISSING, failed - self._failed[number]
-        self._positions[number], self._failed[number] = place, failed
+        self._positions[number], self._failed[number] = position, failed
         self._done += new
         self._failures += worse
 
