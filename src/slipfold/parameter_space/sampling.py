@@ -37,12 +37,14 @@ def drawn(
     size = len(scatters)
     if method == "sobol":
         check_power(count, option)
-        shares = qmc.Sobol(size, seed=seed).random(count)
+        fractions = qmc.Sobol(size, seed=seed).random(count)
     elif method == "latin hypercube":
-        shares = qmc.LatinHypercube(size, seed=seed).random(count)
+        fractions = qmc.LatinHypercube(size, seed=seed).random(count)
     else:
-        shares = np.random.default_rng(seed).random((count, size))
-    return quantiles(scatters, shares if correlation is None else correlated(shares, correlation))
+        fractions = np.random.default_rng(seed).random((count, size))
+    if correlation is not None:
+        fractions = correlated(fractions, correlation)
+    return quantiles(scatters, fractions)
 
 
 def check_power(count: int, option: str) -> None:
@@ -54,9 +56,9 @@ def check_power(count: int, option: str) -> None:
         )
 
 
-def quantiles(scatters: Sequence[Scatter], shares: Array) -> Array:
-    """Return the values that fractions of all lie below. Shapes: shares (n, d); returns (n, d)."""
-    columns = [item.quantile(shares[:, place]) for place, item in enumerate(scatters)]
+def quantiles(scatters: Sequence[Scatter], fractions: Array) -> Array:
+    """Return the quantiles of fractions. Shapes: fractions (n, d); returns (n, d)."""
+    columns = [item.quantile(fractions[:, place]) for place, item in enumerate(scatters)]
     return np.stack(columns, axis=1)
 
 
@@ -105,8 +107,8 @@ def index_design(
             f"{option} = {count} is too few for the errors of indices; give at least {MINIMUM}"
         )
     sample, _ = _salib()
-    shares = sample.sample(_problem(names_of(scatters)), count, calc_second_order=False, seed=seed)
-    return quantiles(scatters, shares)
+    problem = _problem(names_of(scatters))
+    return quantiles(scatters, sample.sample(problem, count, calc_second_order=False, seed=seed))
 
 
 def indices_of(values: Array, names: Sequence[str], seed: int) -> SobolIndices:

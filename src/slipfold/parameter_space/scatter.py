@@ -1,4 +1,4 @@
-"""Distributions of parameters: their kinds, correlations, and what users give."""
+"""Distributions of parameters, their correlations, and how users write them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from slipfold.models.suggestion import unknown
 from slipfold.text.validated import validated
 
 SINGULAR = 1e-10
-"""Eigenvalue of a correlation matrix that is zero: some parameters then determine another."""
+"""Eigenvalue of a correlation matrix that counts as zero: then parameters determine each other."""
 
 
 def parse_correlation(given: Any, names: Sequence[str]) -> Array:
-    """Return a correlation matrix from pairs of parameters, or checked if it is one.
+    """Return a correlation matrix from pairs of parameters, or check a given one.
 
     Shapes: returns (d, d).
 
@@ -86,26 +86,26 @@ def _checked(matrix: Array, names: Sequence[str]) -> Array:
     return matrix
 
 
-def correlated(shares: Array, matrix: Array) -> Array:
-    """Return shares whose normal scores have correlations. Shapes: shares (n, d), matrix (d, d)."""
+def correlated(fractions: Array, matrix: Array) -> Array:
+    """Return fractions with correlated normal scores. Shapes: fractions (n, d), matrix (d, d)."""
     if np.array_equal(matrix, np.eye(len(matrix))):
-        return shares
+        return fractions
     from scipy.special import ndtr, ndtri
 
-    scores = ndtri(np.clip(shares, 2.0**-53, 1 - 2.0**-53))
+    scores = ndtri(np.clip(fractions, SMALLEST, 1 - SMALLEST))
     return np.asarray(ndtr(scores @ np.linalg.cholesky(matrix).T))
 
 
 SAME = 1e-9
-"""Difference of a mean from a value, over its size, that is rounding."""
+"""Relative difference of a mean from a value that counts as rounding."""
 
-LEAST = 2.0**-53
-"""Share nearest to none: quasi-random points may hold 0, where quantiles are infinite."""
+SMALLEST = 2.0**-53
+"""Smallest fraction: quasi-random points may hold 0, where quantiles are infinite."""
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """How a parameter scatters about its value; frozen.
+    """The distribution of a parameter about its value; frozen.
 
     Parameters
     ----------
@@ -114,12 +114,12 @@ class Scatter:
     kind
         ``"normal"``, ``"uniform"`` or ``"lognormal"``.
     mean
-        Its value in the middle; the median if lognormal.
+        Its mean; the median if lognormal.
     size
         Standard deviation if normal, half the width if uniform, in the unit of the parameter;
         standard deviation of the natural logarithm if lognormal.
     low, high
-        Ends at which a normal distribution is cut off, in the unit of the parameter.
+        Ends at which a normal distribution is truncated, in the unit of the parameter.
     """
 
     name: str
@@ -137,19 +137,19 @@ class Scatter:
         if self.kind == "lognormal":
             spread = math.expm1(self.size**2)
             return self.mean * math.sqrt(spread * (1 + spread))
-        if not self._is_cut:
+        if not self._is_truncated:
             return self.size
         from scipy.stats import truncnorm
 
         return float(truncnorm.std(*self._ends, self.mean, self.size))
 
-    def quantile(self, share: Array) -> Array:
-        """Return the values that a fraction of all lies below.
+    def quantile(self, fraction: Array) -> Array:
+        """Return the quantiles of fractions.
 
         Parameters
         ----------
-        share
-            Shares between 0 and 1, shape (n,).
+        fraction
+            Fractions between 0 and 1, shape (n,).
 
         Returns
         -------
@@ -163,14 +163,14 @@ class Scatter:
         """
         from scipy.stats import norm, truncnorm, uniform
 
-        share = np.clip(share, LEAST, 1 - LEAST)
+        fraction = np.clip(fraction, SMALLEST, 1 - SMALLEST)
         if self.kind == "uniform":
-            return np.asarray(uniform.ppf(share, self.mean - self.size, 2 * self.size))
+            return np.asarray(uniform.ppf(fraction, self.mean - self.size, 2 * self.size))
         if self.kind == "lognormal":
-            return np.asarray(self.mean * np.exp(self.size * norm.ppf(share)))
-        if not self._is_cut:
-            return np.asarray(norm.ppf(share, self.mean, self.size))
-        return np.asarray(truncnorm.ppf(share, *self._ends, self.mean, self.size))
+            return np.asarray(self.mean * np.exp(self.size * norm.ppf(fraction)))
+        if not self._is_truncated:
+            return np.asarray(norm.ppf(fraction, self.mean, self.size))
+        return np.asarray(truncnorm.ppf(fraction, *self._ends, self.mean, self.size))
 
     def record(self) -> dict[str, Any]:
         """Return it as the table from which it can be read again.
@@ -193,17 +193,17 @@ class Scatter:
         }
 
     @property
-    def _is_cut(self) -> bool:
+    def _is_truncated(self) -> bool:
         return math.isfinite(self.low) or math.isfinite(self.high)
 
     @property
     def _ends(self) -> tuple[float, float]:
-        """Where it is cut off, in deviations from the mean."""
+        """Ends at which it is truncated, in deviations from the mean."""
         return (self.low - self.mean) / self.size, (self.high - self.mean) / self.size
 
 
 def scatter_text(scatter: Scatter, base: float) -> str:
-    """Return kind and size, and where it is if it is not about `base` or is cut off.
+    """Return kind and size, the mean if it is not `base`, and the ends if it is truncated.
 
     >>> scatter_text(Scatter("mu", "normal", 0.5, 0.02, 0.4), 0.5)
     'normal 0.02 from 0.4'
@@ -221,7 +221,7 @@ def scatter_text(scatter: Scatter, base: float) -> str:
 
 
 def scattered_away(scatters: Iterable[Scatter], values: Mapping[str, float]) -> list[str]:
-    """Say which parameters do not scatter about their own values.
+    """Say which parameters have other means than their own values.
 
     >>> scattered_away([Scatter("mu", "uniform", 0.55, 0.05)], {"mu": 0.5})
     ['mu = 0.5 and not about 0.55']
@@ -236,34 +236,43 @@ def scattered_away(scatters: Iterable[Scatter], values: Mapping[str, float]) -> 
 Number = float | str
 """A number in the SI unit of the parameter, or text with a unit or in percent of a value."""
 
-Share = Annotated[float, Field(allow_inf_nan=False)]
+Fraction = Annotated[float, Field(allow_inf_nan=False)]
 
 WIDEST = 5.0
-"""Largest deviation of a logarithm; more are percent whose sign was forgotten."""
+"""Largest deviation of a logarithm; larger ones are percents without their sign."""
 
 WIDE = 1.0
-"""Deviation of a logarithm from which on words are asked whether they lack a sign of percent."""
+"""Deviation of a logarithm from which a text probably lacks a percent sign."""
 
 MOST_PERCENT = 100.0
-"""Percent that may have been meant."""
+"""Maximum number of percents that may have been meant."""
 
 WRITTEN = re.compile(r"\s*(normal|uniform|lognormal)(?:\s+|\s*:)(.*?)\s*")
 
 
-class _Normal(BaseModel):
-    """The normal distribution, cut off at ends if any are given."""
+class _Table(BaseModel):
+    """A distribution as users write it."""
 
     model_config = ConfigDict(extra="forbid")
 
-    distribution: Literal["normal"]
+
+class _Symmetric(_Table):
+    """A distribution about a mean, or between ends."""
+
     mean: Number | None = None
-    deviation: Number | None = None
-    relative: Share | None = None
+    relative: Fraction | None = None
     low: Number | None = Field(None, alias="from")
     high: Number | None = Field(None, alias="to")
 
+
+class _Normal(_Symmetric):
+    """The normal distribution, truncated at ends if any are given."""
+
+    distribution: Literal["normal"]
+    deviation: Number | None = None
+
     def of(self, parameter: Parameter, base: float) -> Scatter:
-        """Return the scatter; what is not given is about the value of the base case."""
+        """Return the distribution; the default mean is the value of the base case."""
         mean = base if self.mean is None else _number(self.mean, parameter, base)
         size = _size(parameter, mean, self.deviation, self.relative, "its deviation")
         low, high = _ends(self.low, self.high, parameter, base)
@@ -280,20 +289,14 @@ class _Normal(BaseModel):
         return Scatter(parameter.name, "normal", mean, size, low, high)
 
 
-class _Uniform(BaseModel):
-    """Every value between two ends is as likely as any other."""
-
-    model_config = ConfigDict(extra="forbid")
+class _Uniform(_Symmetric):
+    """The uniform distribution."""
 
     distribution: Literal["uniform"]
-    mean: Number | None = None
     half_width: Number | None = None
-    relative: Share | None = None
-    low: Number | None = Field(None, alias="from")
-    high: Number | None = Field(None, alias="to")
 
     def of(self, parameter: Parameter, base: float) -> Scatter:
-        """Return the scatter, between its ends or about a value."""
+        """Return the distribution between its ends or about a mean."""
         if self.low is None and self.high is None:
             mean = base if self.mean is None else _number(self.mean, parameter, base)
             size = _size(parameter, mean, self.half_width, self.relative, "from and to, half_width")
@@ -321,18 +324,16 @@ class _Uniform(BaseModel):
         return Scatter(parameter.name, "uniform", (low + high) / 2, (high - low) / 2)
 
 
-class _Lognormal(BaseModel):
+class _Lognormal(_Table):
     """The logarithm is normal, so that all values are positive."""
-
-    model_config = ConfigDict(extra="forbid")
 
     distribution: Literal["lognormal"]
     median: Number | None = None
-    deviation: Share
+    deviation: Fraction
     """Of the natural logarithm: 0.05 are five percent or so."""
 
     def of(self, parameter: Parameter, base: float) -> Scatter:
-        """Return the scatter."""
+        """Return the distribution."""
         median = base if self.median is None else _number(self.median, parameter, base)
         if not median > 0:
             raise InputError(
@@ -356,12 +357,12 @@ _TABLE: TypeAdapter[_Uniform | _Normal | _Lognormal] = TypeAdapter(
 def parse_scatter(
     given: str | Mapping[str, Any], parameter: Parameter, base: float, place: str = ""
 ) -> Scatter:
-    """Read how a parameter scatters about its value in the base case.
+    """Read the distribution of a parameter about its value in the base case.
 
-    Words are short for a table: ``"normal 5%"`` of the value, ``"normal 0.02:0.4:0.6"`` cut off at
+    A text abbreviates a table: ``"normal 5%"`` of the value, ``"normal 0.02:0.4:0.6"`` truncated at
     ends, ``"uniform 2deg"`` to either side, ``"uniform 0.4:0.6"``, ``"lognormal 2%"``. Ends in
-    percent are of the value, too: ``"uniform 95%:105%"``. `place` is where it stands, if not
-    simply the scatter of the parameter.
+    percent are of the value, too: ``"uniform 95%:105%"``. `place` is its name in errors, if
+    not the scatter of the parameter.
     """
     place = place or f"the scatter of {parameter.name}"
     table = _table_of(given, parameter) if isinstance(given, str) else given
@@ -431,11 +432,11 @@ def _ends(
 def _size(
     parameter: Parameter, mean: float, size: Number | None, relative: float | None, key: str
 ) -> float:
-    """Return how wide it is, which is said in one of two ways."""
+    """Return its width, which is given in one of two ways."""
     if (size is None) == (relative is None):
         raise InputError(
             f"the scatter of {parameter.name} needs either {key}, in "
-            f"{parameter.unit or 'its own unit'}, or relative, a share of its mean"
+            f"{parameter.unit or 'its own unit'}, or relative, a fraction of its mean"
         )
     wide = (
         abs(mean) * relative if relative is not None else _number(size or 0, parameter, abs(mean))
