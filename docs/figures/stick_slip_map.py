@@ -121,7 +121,9 @@ def off(speed: float, pulsation: float) -> list[float | None]:
         smooth = sf.simulate(sf.SlidingOscillator(friction=law), LONGER, **place)
         alike = exact.settlement.period is not None is not smooth.settlement.period
         alike = alike and exact.settlement.period == smooth.settlement.period
-        found.append(float(smooth.last_round.maximum[0] - exact.last_round.maximum[0]) if alike else None)
+        found.append(
+            float(smooth.last_round.maximum[0] - exact.last_round.maximum[0]) if alike else None
+        )
     return found
 
 
