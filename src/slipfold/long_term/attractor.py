@@ -1,4 +1,4 @@
-"""What trajectories converge to, as data: an orbit, a cycle, an equilibrium, a torus or chaos."""
+"""Attractors as data: an orbit, a cycle, an equilibrium, a torus or chaos."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from slipfold.models.model import Model, evaluation_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 
 SHOWN, PER_PERIOD = 400, 64
-"""Periods of a torus or of chaos whose outputs are seen, and samples in each."""
+"""Periods of a torus or of chaos that are sampled for extremes, and samples per period."""
 
 
 @dataclass(frozen=True, eq=False)
 class Attractor:
-    """Something that trajectories converge to; frozen.
+    """An attractor; frozen.
 
     Parameters
     ----------
     id
-        Its number, from 1 in the order in which they were found.
+        Its number, from 1 in the order of detection.
     kind
         ``"periodic"``, ``"torus"``, ``"chaos"``, or of an autonomous model ``"cycle"`` and
         ``"equilibrium"``.
@@ -34,15 +34,15 @@ class Attractor:
     minimum, maximum
         Least and largest value of every output, the states first, shape (n_outputs,).
     period
-        Period in forcing periods; None where nothing repeats with the forcing.
+        Period in forcing periods; None if it does not repeat with the forcing.
     duration
         Seconds that a cycle takes; None for others.
     multipliers
         Floquet multipliers, the largest first, complex, shape (n_states,); of an equilibrium its
-        eigenvalues in 1/s; NaN of a torus or chaos.
+        eigenvalues in 1/s; NaN for a torus or chaos.
     exponents
-        Lyapunov exponents, the largest first, shape (n_states,), a forcing period each, of an
-        autonomous model 1/s; NaN of what repeats.
+        Lyapunov exponents, the largest first, shape (n_states,), per forcing period, or in 1/s of
+        an autonomous model; NaN if it repeats.
     """
 
     id: int
@@ -57,7 +57,7 @@ class Attractor:
 
 
 def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:
-    """Return an orbit or cycle as what trajectories converge to."""
+    """Return a stable orbit or cycle as an attractor."""
     extrema, forced = orbit.extrema, orbit.model.forced
     return Attractor(
         number,
@@ -73,7 +73,7 @@ def of_orbit(orbit: PeriodicOrbit, number: int) -> Attractor:
 
 
 def at_rest(model: Model, state: Array, number: int) -> Attractor:
-    """Return an equilibrium as what trajectories converge to."""
+    """Return a stable equilibrium as an attractor."""
     functions = evaluation_of(model)
     values = functions.outputs(model, state, np.zeros(()))
     eigenvalues = np.linalg.eigvals(functions.jacobian(model, state)).astype(complex)
@@ -85,7 +85,7 @@ def at_rest(model: Model, state: Array, number: int) -> Attractor:
 
 
 def of_exponents(found: Exponents, number: int) -> Attractor:
-    """Return a torus or chaos as what trajectories converge to."""
+    """Return a torus or chaos as an attractor."""
     model, state = found.model, found.state
     motion = simulate(model, SHOWN, state)
     states = motion.sample(per_period=PER_PERIOD)[1]

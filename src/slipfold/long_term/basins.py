@@ -18,13 +18,13 @@ from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 
 KNOWN, WITHIN_CELL, WITHIN_ERROR = 0, 1, 2
-"""Whether a cell has one label: also at its corners; not there; nor where the start is moved by as
-much as errors of steps are."""
+"""Whether the label of a cell is certain, differs at a corner, or differs for a start perturbed by
+an integration error."""
 
 
 @dataclass(frozen=True, eq=False)
 class FoundBasins:
-    """What was found; shapes of arrays (n_second, n_first)."""
+    """Labels of the cells of a plane; shapes of arrays (n_second, n_first)."""
 
     searched: Searched  # of the centers of cells
     labels: NDArray[np.int64]
@@ -40,11 +40,11 @@ def find_basins(
     periods: int | None,
     observer: Observer | None,
 ) -> FoundBasins:
-    """Label the cells of a plane by what their starts converge to, and see where that is uncertain.
+    """Label the cells of a plane by their attractors, and mark uncertain cells.
 
-    Trajectories start at the centers of cells, then at their corners. Cells whose labels differ,
-    and those beside them, are labeled again from states that are moved by errors of steps.
-    `starts_at` returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
+    Trajectories start at the centers of cells, then at their corners. Cells whose labels differ and
+    their neighbors are labeled again from states perturbed by integration errors. `starts_at`
+    returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
     """
 
     def searched_on(starts: Array, phases: Array) -> Searched:
@@ -80,7 +80,7 @@ def _edges(values: Array) -> Array:
 
 
 def _differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether labels differ, as far as they are known."""
+    """Whether two known labels differ."""
     return np.asarray((one != other) & (one != UNFINISHED) & (other != UNFINISHED))
 
 
@@ -95,7 +95,7 @@ Labels = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Fractions:
-    """What starts came to at each value of a parameter."""
+    """Attractors and labels of starts at each value of a parameter."""
 
     labels: Labels  # shape (n_values, n_starts)
     attractors: tuple[tuple[Attractor, ...], ...]  # of each value, none where it was not finished
@@ -113,8 +113,8 @@ def find_fractions(
 ) -> Fractions:
     """Search at one value after the other; an attractor keeps its number as long as it continues.
 
-    From each attractor of the value before a trajectory starts as well, which is not counted: what
-    few starts come to is not lost, and where it comes to tells which attractor continues as which.
+    One more trajectory, which is not counted, starts on each attractor of the previous value. It
+    keeps small basins in view and shows which attractor continues which.
 
     Shapes: values (m,), starts (k, n).
     """
@@ -151,9 +151,9 @@ def _numbers(
     scales: Array,
     known: int,
 ) -> dict[int, int]:
-    """Return the number of each attractor: of the one like it that leads there, else a new one.
+    """Return the number of each attractor: that of its predecessor of the same kind, or a new one.
 
-    Of several that lead there the one whose extremes are nearest continues.
+    Of several predecessors the one with the nearest extremes counts.
     """
     numbers: dict[int, int] = {}
     for item in found:

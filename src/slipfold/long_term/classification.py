@@ -1,4 +1,4 @@
-"""Ensembles of trajectories classified: periodic, torus, chaos, sticking or stopped."""
+"""Classification of ensembles of trajectories: periodic, torus, chaos, sticking or stopped."""
 
 from __future__ import annotations
 
@@ -20,20 +20,19 @@ from slipfold.models.turns import mean_state, without_turns
 from slipfold.progress import Observer, Progress
 
 FLOOR = 1e-8
-"""Change in scales, from one response to the next, that errors of steps may make."""
+"""Change in scales over a period that may be an error of the integration."""
 
 NEAR = 1e-3
-"""Distance in scales that a trajectory may still be away from the response it comes to."""
+"""Distance in scales from its limit at which a trajectory counts as converged."""
 
 
 def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) -> NDArray[np.int64]:
-    """Return after how many states each trajectory repeats; 0 where that cannot be said.
+    """Return the period of each trajectory in states; 0 where it is unknown.
 
-    The change over a period either is no more than errors of steps, or shrinks by so much that what
-    is still to come, a geometric series, is little. A trajectory that winds round a response on its
-    way there nearly repeats after each turn: the period is the shortest after which it is not
-    farther away than that. Of one that repeats after two periods, but moves next to nothing in one,
-    that movement is still to fade.
+    The change over a period is an error of the integration, or it shrinks so fast that the changes
+    still to come, a geometric series, are small. A trajectory that spirals into a response nearly
+    repeats after each revolution, so the period is the shortest one with a change that small. A
+    change over half the period that is next to nothing will still fade.
 
     Shapes: states (..., m, n); scales, turns (n,); returns (...).
     """
@@ -54,11 +53,11 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
         result[new], left[new] = period, np.where(last <= FLOOR, FLOOR, rest)[new]
         changes[period] = last
     for period in sorted(changes, reverse=True):
-        # What winds round the response lies up to four distances away.
+        # A spiral is up to four times as far apart as its distance from the response.
         within = (result % period == 0) & (result > 0) & (changes[period] <= 4 * left)
         result[within] = period
     for period in sorted(changes, reverse=True):
-        # What moves so little over a part of the period only has to fade.
+        # So small a change over part of a period will fade.
         result[(result > period) & (result % period == 0) & (changes[period] <= 1e-5)] = period
     return result
 
@@ -90,7 +89,7 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
 
 
 def reached(values: Array, measure: str) -> Array:
-    """Return what an output reaches in each period: its extremes lie on parabolas.
+    """Return the extreme of an output in each period, the vertex of a parabola.
 
     Shapes: values (m, samples), of a period and the first one of the next; returns (m,).
     """
@@ -115,28 +114,28 @@ PERIODIC, STICKS, STOPPED = "periodic", "sticks", "stopped"
 TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"
 
 PAIR_PERIODS = (1000, 4000)
-"""Forcing periods of pairs, one after the other."""
+"""Forcing periods of pairs in the first and in the second attempt."""
 
 APART = 1e-7
-"""Distance of a pair in scales: far above what steps in common leave of rounding."""
+"""Distance of a pair in scales: far above rounding, since both take the same steps."""
 
 ZERO = 3e-4
-"""Exponents a period that may be those of a torus, and their largest errors."""
+"""Largest exponent per period of a torus, and its largest error."""
 
 SHRUNK = 0.9
-"""Fraction of its distance to a response that a trajectory has left at most, if it is seen to come
-to it; less where its exponent lets expect less."""
+"""Largest fraction of its distance from a response that a converging trajectory keeps; a smaller
+one if the exponent predicts it."""
 
 RECENT = 48
-"""Last periods, in which a trajectory is seen to repeat."""
+"""Last periods in which a trajectory must repeat."""
 
 CLASSES = 24
-"""States are averaged apart by their number modulo this: periods that divide it show."""
+"""States are averaged by their number modulo this, which shows periods that divide it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Classified:
-    """What trajectories do, as far as it is known; shapes (k, ...), or of r runs (r, k, ...)."""
+    """Known properties of trajectories; shapes (k, ...), or of r runs (r, k, ...)."""
 
     kinds: NDArray[np.object_]
     periods: NDArray[np.int64]
@@ -174,13 +173,13 @@ def classify_open(
     states: Array,
     on_progress: Callable[[int, int], None] = lambda done, more: None,
 ) -> tuple[Classified, bool]:
-    """Follow each trajectory beside another one close to it; return whether that was interrupted.
+    """Follow each trajectory and a neighbor; return whether that was interrupted.
 
-    The exponent is the mean growth of their distance, which is made small again each period. If it
-    is above zero the trajectory is chaotic, if it is zero within its error a torus. If it is below,
-    nearby trajectories come to one response: averages over states of equal number modulo 24 say of
-    what period, if trajectories are coming nearer to these averages. After an interruption those
-    that are not yet classified are undecided.
+    The exponent is the mean growth of their distance, which is reset each period. A trajectory with
+    a positive exponent is chaotic; with one that is zero within its error it is a torus. A negative
+    exponent means a response. Its period follows from averages over states of equal number modulo
+    24 if trajectories approach these averages. After an interruption those that are not yet
+    classified are undecided.
 
     Shapes: states (k, n).
     """
@@ -204,7 +203,7 @@ def classify_open(
 
 
 class _Pairs:
-    """Trajectories, each beside another one, for some periods."""
+    """Trajectories, each with a neighbor, for some periods."""
 
     def __init__(self, models: list[Model], states: Array, periods: int) -> None:
         self._scales, self._turns = models[0].state_scales(), models[0].whole_turns
@@ -212,7 +211,7 @@ class _Pairs:
         direction = np.random.default_rng(0).normal(size=states.shape)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         beside = states + APART * direction * self._scales
-        # Side by side, so that a pair takes the same steps.
+        # In one batch, so that a pair takes the same steps.
         both = np.stack([states, beside], axis=1).reshape(-1, n)
         self._crowd = Ensemble([model for model in models for _ in range(2)], both)
         self._logarithms = np.zeros((periods, self._count))
@@ -251,7 +250,7 @@ class _Pairs:
         self._done += 1
 
     def judge(self, found: Classified, rows: NDArray[np.intp]) -> None:
-        """Say what the trajectories do, as far as that is clear."""
+        """Classify the trajectories where the evidence is clear."""
         last = np.roll(self._last, -(self._done % RECENT), axis=0)
         stopped = np.array([stop is not None for stop in self._crowd.stopped])[::2]
         repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
@@ -267,7 +266,7 @@ class _Pairs:
                 found.exponents[row] = np.nan
             elif repeats[place]:
                 self._set_periodic(found, row, last[-repeats[place] :, place])
-            # What grows more evenly leaves a response, as does what nearly repeats at first.
+            # A trajectory that grows evenly, or nearly repeats at first, is leaving a response.
             elif exponent > slack + ZERO and error > 2e-5:
                 if not self._nearly_repeats(self._first[:, place]):
                     found.kinds[row] = CHAOS
@@ -276,7 +275,7 @@ class _Pairs:
             elif abs(exponent) <= min(slack, ZERO):
                 found.kinds[row] = TORUS
             elif exponent < -slack and exponent * self._done < np.log(SHRUNK):
-                # Of orbits of long periods averages are equal, too, but nothing shrinks.
+                # Averages over a long period are equal as well, but then no distance shrinks.
                 fraction = min(SHRUNK, np.exp(exponent * self._done / 2))
                 states = self._first[:, place], last[:, place]
                 period = self._comes_to(averages[:, place], *states, fraction)
@@ -288,7 +287,7 @@ class _Pairs:
         found.means[row] = mean_state(states, self._turns)
 
     def _nearly_repeats(self, states: Array) -> bool:
-        """Whether a trajectory has a response nearby, which it may be about to leave."""
+        """Whether a trajectory nearly repeats, and may be about to leave a response."""
         changes = [
             np.abs(without_turns(states[period:] - states[:-period], self._turns) / self._scales)
             for period in range(1, RECENT // 3 + 1)
@@ -296,7 +295,7 @@ class _Pairs:
         return min(change.max() for change in changes) < 1e-2
 
     def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
-        """Return the period of the averages, if the trajectory comes nearer to them; else 0."""
+        """Return the period of the averages if the trajectory approaches them, else 0."""
         numbers = np.arange(RECENT)
         late = (self._done - RECENT + numbers) % CLASSES
         before, after = (
@@ -316,17 +315,17 @@ class _Pairs:
 NOT_DONE = "not done"
 
 OPEN = "open"
-"""Of a trajectory that is to be followed for longer."""
+"""Kind of a trajectory that must be followed for longer."""
 
 STUCK = 32
-"""Periods in which a contact stuck after which a trajectory is not followed any further."""
+"""Periods with stick after which a trajectory is left."""
 
 BATCH = 2048
-"""Trajectories that are followed together: between them an interruption loses nothing."""
+"""Trajectories in a batch; an interruption loses at most one batch."""
 
 
 class TrajectoryGrid:
-    """Motions at many values of parameters, in one run or several; what is known of them so far."""
+    """Trajectories at many parameter values, in one run or several, with results so far."""
 
     def __init__(
         self,
@@ -341,7 +340,7 @@ class TrajectoryGrid:
         self.models = models_with(model, count, values)
         self.model = model.measured_in(self.models[0].found_sizes)
         self.scales = self.models[0].state_scales()
-        # Off a trajectory that symmetry would keep unstable.
+        # A perturbation, since symmetry could keep a trajectory on an unstable response.
         self.start = start + PUSH * self.scales
         self.transient, self.observer = transient, observer
         self.known = Classified.unknown(NOT_DONE, np.full((runs, count, len(start)), np.nan))
@@ -353,14 +352,14 @@ class TrajectoryGrid:
         return self.transient + RECENT
 
     def from_rest(self, run: int) -> None:
-        """Follow a trajectory from the start in each place."""
+        """Follow a trajectory from the start in each cell."""
         cells = np.arange(len(self.models))
         for first in range(0, len(cells), BATCH):
             some = cells[first : first + BATCH]
             self.follow(run, some, np.tile(self.start, (len(some), 1)))
 
     def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
-        """Follow a motion in some places; return their last states, or the start if they ended."""
+        """Follow trajectories in some cells; return last states, or the start if they ended."""
         result = self._followed(cells, starts)
         self.known.put((run, cells), result)
         self.known.put((run, cells), self._seen_again(cells, result))
@@ -369,11 +368,11 @@ class TrajectoryGrid:
         )
 
     def judged(self, cells: NDArray[np.intp], starts: Array) -> Classified:
-        """Follow trajectories in some places, and say what they do; none of it is stored."""
+        """Follow and classify trajectories in some cells without storing them."""
         return self._seen_again(cells, self._followed(cells, starts))
 
     def _seen_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
-        """Follow what still comes nearer to a response once more: past a saddle it leaves again."""
+        """Follow trajectories that still converge once more: near a saddle they leave again."""
         nearer = np.flatnonzero((found.periods > 0) & (found.changes > FLOOR))
         if len(nearer):
             self.total += len(nearer) * self.periods_of_a_motion
@@ -424,7 +423,7 @@ class TrajectoryGrid:
         return result
 
     def classify_open(self) -> None:
-        """Look longer at trajectories that neither repeat nor stick, of all runs together."""
+        """Follow trajectories of all runs for longer that neither repeat nor stick."""
         runs, cells = np.nonzero(self.known.kinds == OPEN)
         self.total += 2 * len(cells) * PAIR_PERIODS[0]
         for first in range(0, len(cells), BATCH):
@@ -436,7 +435,7 @@ class TrajectoryGrid:
                 raise KeyboardInterrupt
 
     def classified_open(self, cells: NDArray[np.intp], states: Array) -> tuple[Classified, bool]:
-        """Look longer at trajectories; return what they do, and whether that was interrupted."""
+        """Follow trajectories for longer; return classes, and whether that was interrupted."""
         return classify_open([self.models[cell] for cell in cells], states, self._report_pairs)
 
     def _report(self, periods: int) -> None:
@@ -450,5 +449,5 @@ class TrajectoryGrid:
 
     @property
     def reported_kinds(self) -> NDArray[np.str_]:
-        """What the trajectories do, as far as that is known."""
+        """Kinds of the trajectories so far."""
         return np.where(self.known.kinds == OPEN, NOT_DONE, self.known.kinds).astype(str)

@@ -1,4 +1,4 @@
-"""Branches that no other branch leads to, searched for from many starts."""
+"""Search for branches that are not connected to known ones, from many starts."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from slipfold.progress import Observer, Progress
 
 
 def equilibria_in(model: Model, starts: Array) -> list[Array]:
-    """Return what Newton's method finds from many starts, each equilibrium once.
+    """Return the equilibria that Newton's method finds from many starts, each once.
 
-    One at which a limit of the model is passed is none. Shapes: starts (k, n).
+    Equilibria beyond a limit of the model are left out. Shapes: starts (k, n).
     """
     functions, scales = evaluation_of(model), model.state_scales()
     # There are other starts.
@@ -48,19 +48,19 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
 
 
 PLACES = 4
-"""Places on the span, evenly spaced, at which trajectories are started."""
+"""Parameter values, evenly spaced over the span, at which trajectories start."""
 
 STARTS = 32
-"""Trajectories at each of them; starts of Newton's method for equilibria."""
+"""Trajectories at each value, and starts of Newton's method for equilibria."""
 
 STAGE = "search for others"
 
 ONE = 1e-4
-"""Distance, in scaled states, of two orbits that are one: those of branches are interpolated."""
+"""Distance, in scaled states, within which two orbits are the same: branches are interpolated."""
 
 
 class Follow(Protocol):
-    """What follows a branch, and all that leave it, from where it begins."""
+    """A function that follows a branch, and all branches that leave it, from a start."""
 
     def __call__(self, *, begin: Begin) -> tuple[Branch, ...]:
         """Return the branches that start there."""
@@ -76,10 +76,10 @@ def find_coexisting(
     box: Box | None = None,
     observer: Observer | None = None,
 ) -> tuple[tuple[Branch, ...], BranchSearch]:
-    """Look for what coexists with branches at some places of their span, and follow it.
+    """Search for orbits that coexist with branches at some parameter values, and follow them.
 
-    Returns all branches, those found behind those known, and where they were looked for. An
-    interruption keeps the branches that are followed by then, and follows no more.
+    Return all branches, new ones last, and a record of the search. An interruption keeps the
+    branches followed so far.
     """
     box = box or box_around(model, _reached(model, branches))
     values = tuple(span[0] + (i + 0.5) / PLACES * (span[1] - span[0]) for i in range(PLACES))
@@ -111,7 +111,7 @@ def find_coexisting(
 
 @dataclass(frozen=True)
 class _PlaceProgress:
-    """Reports how far the search at one place has come."""
+    """Reports the progress of the search at one parameter value."""
 
     observer: Observer
     branches: int
@@ -126,7 +126,7 @@ class _PlaceProgress:
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """Where branches may begin at a value of the parameter."""
+    """Starts of branches at a value of the parameter."""
 
     begins: list[Begin]
     interrupted: bool
@@ -154,7 +154,7 @@ def _begin(model: Model, value: float, item: Attractor) -> Begin | None:
 
 
 def _followed(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
-    """Follow what was found; nothing where it cannot be taken up."""
+    """Follow branches from a start; none if it cannot be continued."""
     try:
         return follow(begin=begin)
     except InputError:
@@ -162,7 +162,7 @@ def _followed(follow: Follow, begin: Begin) -> tuple[Branch, ...]:
 
 
 def _numbered(branches: Sequence[Branch], before: int) -> tuple[Branch, ...]:
-    """Return branches with numbers behind those that there are."""
+    """Return branches numbered after the existing ones."""
 
     def moved(number: int | None) -> int | None:
         return None if number is None else number + before
@@ -205,7 +205,7 @@ def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:
 
 
 def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
-    """Whether an orbit of a branch is the one that was found."""
+    """Whether an orbit of a branch is that of a start."""
     model, resting = orbit.model, branch.kind == "equilibrium"
     if begin.orbit is None or resting:
         if begin.orbit is not None or not resting or begin.state is None:

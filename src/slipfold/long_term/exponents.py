@@ -1,4 +1,4 @@
-"""Lyapunov exponents along a trajectory, with errors, and the kind of motion they imply."""
+"""Lyapunov exponents along a trajectory, with errors, and the classification they imply."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from slipfold.models.parameter import DURATION
 from slipfold.progress import Observer, Progress
 
 SURE = 3.0
-"""Errors by which an exponent differs from zero if it is said to."""
+"""Errors by which an exponent must differ from zero to be positive or negative."""
 
 ROUNDING = 1e-10
-"""Exponents, a period, that rounding may leave of zero."""
+"""Exponent per period of a zero one that is rounding."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a trajectory is, with the sentence that says so."""
+    """The classification of a trajectory, with a sentence."""
 
     kind: str  # equilibrium, periodic, torus, chaos or undecided
     message: str
@@ -54,7 +54,7 @@ class Verdict:
 
     @property
     def known(self) -> bool:
-        """Whether more periods would tell no more."""
+        """Whether more periods would add nothing."""
         repeats = (self.period or self.duration) is not None
         return repeats if self.kind == "periodic" else self.kind != "undecided"
 
@@ -62,10 +62,10 @@ class Verdict:
 def verdict_of(
     exponents: Array, errors: Array, settlement: Settlement, seconds: float | None
 ) -> Verdict:
-    """Tell from exponents a period, in descending order, and from what a trajectory converged to.
+    """Classify a trajectory by exponents per period, in descending order, and by convergence.
 
-    `seconds` is the length of a period of a trajectory that nothing forces: one exponent is zero
-    then, that along the trajectory. Shapes: exponents, errors (n,).
+    `seconds` is the length of an interval of an autonomous model, whose exponent along the
+    trajectory is zero. Shapes: exponents, errors (n,).
     """
     if settlement.settled:
         return _settled(settlement, exponents[0] > SURE * errors[0] + ROUNDING)
@@ -107,23 +107,23 @@ def _doubling(exponent: float, seconds: float | None) -> str:
 
 
 PILOT = 8
-"""Periods from which it is seen how unequally perturbations grow."""
+"""Periods that show how unequally perturbations grow."""
 
 SPREAD = 12.0
-"""Difference of logarithms of growth over which derivatives are carried at once: of 36, with which
-all digits of the least growth would be lost."""
+"""Difference of logarithms of growth in one linearization. With 36 the smallest growth would have
+no digits left."""
 
 LOST = 1e-12
-"""Growth over a period, of the largest, below which stick has taken a perturbation away: what is
-left of it is rounding."""
+"""Growth over a period, relative to the largest, below which stick has removed a perturbation; the
+remainder is rounding."""
 
 
 class Growth:
-    """A trajectory that continues, with the growth of perturbations along it.
+    """A trajectory in progress with the growth of perturbations along it.
 
-    They are kept orthogonal (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9): in
-    each period the logarithms of the factors by which volumes of 1, 2, ... dimensions grow, divided
-    by one another. At events of a trajectory through stick perturbations jump, or are lost.
+    They are kept orthogonal (Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9), so
+    that ratios of the growth of volumes of 1, 2, ... dimensions give the exponents. At events of a
+    trajectory with stick perturbations jump or vanish.
     """
 
     def __init__(self, integration: SmoothIntegration | HybridIntegration) -> None:
@@ -132,7 +132,7 @@ class Growth:
         n = len(self.model.states)
         self._frame: Array = np.eye(n)
         self._logarithms: list[Array] = []
-        # How far states move, over their characteristic scales: the frame is known in these
+        # Extents of the states, over their characteristic scales: units of the frame
         self._extents: Array = np.ones(n)
         self._parts = 0  # into which periods are cut; 0 if that is not known yet
 
@@ -147,7 +147,7 @@ class Growth:
         return sum(len(part) for part in self._logarithms)
 
     def advance(self, periods: int) -> None:
-        """Continue for some periods, as far as it comes."""
+        """Continue for some periods, or until it ends."""
         matrices = self._in_extents(self.derivatives(periods))
         result = np.zeros((len(matrices), matrices.shape[-1]))
         for row, pieces in zip(result, matrices, strict=True):
@@ -181,10 +181,10 @@ class Growth:
         return matrices * (self._extents / self._extents[:, None])
 
     def _extents_of(self, starts: Array) -> Array:
-        """Return how far each state moves, over its characteristic scale; one where it rests.
+        """Return the extent of each state over its characteristic scale; one where it is constant.
 
-        Characteristic scales are found before anything moves: of a hard spring the displacement's
-        may be thousands of times too large, and growth looks that unequal.
+        Characteristic scales may be thousands of times too large, as for the displacement of a hard
+        spring, and growth would look that unequal.
         """
         model, zero = self.model, np.zeros(len(starts))
         flow = flow_of(model)
@@ -194,7 +194,7 @@ class Growth:
         return np.where(moves, moved / model.state_scales(), 1.0)
 
     def _parts_of(self, starts: Array) -> int:
-        """Return into how many parts periods are cut, so that each keeps the least growth."""
+        """Return the number of parts of a period such that each resolves the smallest growth."""
         parts = 1
         while parts < 256:
             matrices = self._in_extents(self._in_slip(starts, parts))
@@ -243,24 +243,23 @@ def growth_from(model: Model, start: Array) -> Growth:
 
 
 def growth_through_stick(model: Model, start: Array) -> Growth:
-    """Begin a trajectory that sticks, or will. Shapes: start (n,)."""
+    """Begin a trajectory with stick. Shapes: start (n,)."""
     return Growth(HybridIntegration.begin(model, start, paced=True))
 
 
 FIRST = 250
-"""Periods after which exponents are estimated first; from then on each time it is twice as many."""
+"""Periods before the first estimate of exponents; each later one takes twice as many."""
 
 MOST, LONGEST = 32_000, 128_000
-"""Periods after which a trajectory ends if nobody says otherwise: if it is known what it is, or
-each period is expensive; else. Of four states 128,000 take 9 s."""
+"""Default number of periods: if the classification is known or periods are expensive, and else.
+With four states 128,000 take 9 s."""
 
 SETTLED = 1e-9
-"""Distance from a periodic response, in scaled states, at which the trajectory counts as
-settled."""
+"""Distance from a periodic response, in scaled states, at which a trajectory has converged."""
 
 
 class Estimate(NamedTuple):
-    """Exponents as they were after some periods, a period each."""
+    """Exponents per period after some periods."""
 
     periods: int
     exponents: Array  # shape (n,)
@@ -269,7 +268,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Exponents:
-    """What was found; exponents are a period each, in descending order."""
+    """Exponents per period, in descending order, and the classification."""
 
     model: Model
     state: Array  # the last one, shape (n,)
@@ -305,7 +304,7 @@ def follow_exponents(
     tolerance: float,
     observer: Observer | None,
 ) -> Exponents:
-    """Let a motion go on until its exponents are known; keep what is known if interrupted."""
+    """Continue until the exponents are known; keep results so far if interrupted."""
     integration = growth.integration
     smooth = isinstance(integration, SmoothIntegration)
     cheap = smooth and len(growth.model.states) <= 6
@@ -347,7 +346,7 @@ def _verdict(growth: Growth, last: Estimate) -> Verdict:
 
 
 def _ends(most: int) -> list[int]:
-    """Return after how many periods exponents are estimated."""
+    """Return the numbers of periods after which exponents are estimated."""
     ends = [FIRST]
     while 2 * ends[-1] < most:
         ends.append(2 * ends[-1])
@@ -367,7 +366,7 @@ def _refuse_ended(growth: Growth) -> None:
 
 
 def _estimate(growth: Growth) -> Estimate:
-    """Average over the second half: by then the frame has turned into the directions of growth."""
+    """Average over the second half, when the frame has turned into the directions of growth."""
     rates = growth.logarithms
     result = average(rates[len(rates) // 2 :])
     order = np.argsort(-result.values, kind="stable")

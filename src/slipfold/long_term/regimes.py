@@ -1,4 +1,4 @@
-"""What trajectories do over a plane of parameters and in regions of a bifurcation set."""
+"""Classes of trajectories over a plane of parameters and in regions of a bifurcation set."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from slipfold.progress import Observer, Progress
 Rows = NDArray[np.intp]
 
 SAME = 1e-2
-"""Distance in scales between the means of two responses of one period above which they differ."""
+"""Distance in scales between the means of two different responses of one period."""
 
 NONE = "none"
-"""The kind where a cell has no further trajectory."""
+"""Kind of a run in a cell without a further trajectory."""
 
 APERIODIC = (TORUS, CHAOS, UNDECIDED)
 
@@ -40,7 +40,7 @@ UP, DOWN = 1, 2
 """Runs that have already continued their trajectories along the second parameter."""
 
 STEPS = ((1, 0), (-1, 0), (0, 1), (0, -1))
-"""From a cell to those beside it, along the first and the second parameter."""
+"""Steps from a cell to its neighbors along the first and the second parameter."""
 
 
 def continue_to_neighbors(work: TrajectoryGrid, grid: Rows) -> None:
@@ -72,13 +72,13 @@ def _distinct(work: TrajectoryGrid) -> Rows:
 
 
 def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
-    """Return run and cell of trajectories, each with a cell beside it to which it is continued."""
+    """Return run and cell of trajectories, each with a neighboring cell to continue it to."""
     shape = grid.shape
     result = []
     for step in STEPS:
         places = np.array(np.unravel_index(sources[:, 1], shape)) + np.array(step)[:, None]
         inside = ((places >= 0) & (places < np.array(shape)[:, None])).all(axis=0)
-        # Where a sweep has this very trajectory, it has been in the next cell as well.
+        # A sweep with this trajectory has continued it to the next cell already.
         done = (DOWN, UP)[step[1] > 0] if step[1] else None
         if done is not None:
             swept = work.known.rows((done, sources[:, 1]))
@@ -86,7 +86,7 @@ def _proposals(work: TrajectoryGrid, grid: Rows, sources: Rows) -> Rows:
         targets = grid[tuple(places[:, inside])]
         result.append(np.column_stack([sources[inside], targets]))
     proposals = np.concatenate(result)
-    # Trajectories that stick are expensive, and not told apart.
+    # Trajectories with stick are expensive, and not distinguished.
     sticks = work.known.kinds[proposals[:, 0], proposals[:, 1]] == STICKS
     stuck_there = (work.known.kinds[:, proposals[:, 2]] == STICKS).any(axis=0)
     return proposals[~(sticks & stuck_there)]
@@ -96,7 +96,7 @@ def _continued(work: TrajectoryGrid, proposals: Rows) -> Rows:
     """Follow some proposals; store what is new, and return its runs and cells."""
     runs, cells, targets = proposals.T
     result = work.judged(targets, work.known.states[runs, cells])
-    # What does not repeat soon is taken for what it was, and followed for longer if that is new.
+    # A trajectory that does not repeat soon keeps its kind; if that is new, it is followed longer.
     opened = result.kinds == OPEN
     before = work.known.kinds[runs, cells]
     result.kinds[opened] = np.where(np.isin(before, APERIODIC), before, UNDECIDED)[opened]
@@ -130,7 +130,7 @@ def _stored(work: TrajectoryGrid, targets: Rows, found: Classified, rows: Rows) 
 def _known(
     work: TrajectoryGrid, cells: Rows, found: Classified, runs: int | None = None
 ) -> NDArray[np.bool_]:
-    """Whether motions add nothing to what the first runs, or all of them, have in their cells."""
+    """Whether the first runs, or all of them, have the trajectories in their cells already."""
     known = ~np.isin(found.kinds, (PERIODIC, STICKS, *APERIODIC))
     for run in range(len(work.known.kinds) if runs is None else runs):
         known |= _same(work, work.known.rows((run, cells)), found)
@@ -138,7 +138,7 @@ def _known(
 
 
 def _same(work: TrajectoryGrid, one: Classified, other: Classified) -> NDArray[np.bool_]:
-    """Whether pairs of trajectories cannot be told apart; of an undecided one it is not known."""
+    """Whether pairs of trajectories are the same, or may be if one is undecided."""
     apart = np.abs(without_turns(one.means - other.means, work.model.whole_turns) / work.scales)
     periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
     same = (one.kinds == other.kinds) & (periodic | (one.kinds != PERIODIC))
@@ -152,7 +152,7 @@ RUNS = ("rest", "up", "down")
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """What was found; the first axis of arrays is that of the runs, then those of the plane."""
+    """A map of regimes; axes of arrays are the runs, then those of the plane."""
 
     model: Model
     runs: tuple[str, ...]
@@ -220,11 +220,11 @@ def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> P
 Labels = NDArray[np.int64]
 
 TRANSIENT = 400
-"""Forcing periods after which it is seen whether a trajectory repeats, as in a map of regimes."""
+"""Forcing periods before a trajectory must repeat, as in a map of regimes."""
 
 MARGIN = 2
-"""Cells of the regions' map around a place that have to lie in the region: nearer to a border the
-label may be that of the other side."""
+"""Cells between a place and the border of its region; nearer to it the label may be that of the
+other side."""
 
 
 def resolve_regions(
@@ -235,10 +235,10 @@ def resolve_regions(
     points: tuple[int, int],
     observer: Observer | None = None,
 ) -> tuple[RegionMap, bool]:
-    """Follow trajectories on a grid in regions whose stable responses are none or not known.
+    """Follow trajectories on a grid in regions without known stable responses.
 
-    Returns the regions with their trajectories, and whether that was interrupted. A region whose
-    label trajectories contradict has a check more that says so, and is not known any longer.
+    Return the regions with their trajectories, and whether that was interrupted. A contradiction
+    between trajectories and the label of a region adds a check that makes the label unknown.
     """
     places = {
         region.id: _places(regions, region, window, points)
@@ -277,9 +277,9 @@ def resolve_regions(
 
 
 def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
-    """Return a region with its trajectories, and a check for each period that its label lacks.
+    """Return a region with its trajectories and a check for each period missing in its label.
 
-    Longer periods are no contradiction: the label speaks of periods 1 and 2.
+    Longer periods are no contradiction, since labels list periods 1 and 2.
     """
     against = []
     for period in sorted({1, 2} - {*region.stable}):
@@ -312,7 +312,7 @@ def _places(
 
 
 def _within(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the cells of an area that lie off its borders; the edge of the map is none."""
+    """Return the cells of an area away from its borders; the edge of the map is not a border."""
     rows, columns = mask.shape
     padded = np.pad(mask, MARGIN, mode="edge")
     around = [

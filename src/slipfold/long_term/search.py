@@ -1,4 +1,4 @@
-"""All attractors that trajectories from starts in a box converge to, each verified."""
+"""Search for the attractors of trajectories from many starts; each is verified."""
 
 from __future__ import annotations
 
@@ -24,13 +24,12 @@ from slipfold.models.suggestion import unknown
 from slipfold.progress import Observer, Progress
 
 REACH = 1.5
-"""Of a box that nobody gives: times the characteristic scale of each state, about the model's
-start."""
+"""Half width of the default box about the model's start, in characteristic scales of states."""
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """States between two corners; where they agree a state is the same in all starts."""
+    """States between two corners; a state with equal bounds is the same in all starts."""
 
     low: Array  # shape (n,)
     high: Array  # shape (n,)
@@ -81,10 +80,10 @@ def checked_box(model: Model, given: Any) -> Box:
 
 
 def box_around(model: Model, reached: Array | None = None) -> Box:
-    """Return the box that is meant where nobody gives one.
+    """Return the default box about the model's start.
 
-    It is about the model's start, by the characteristic scales of states or how far orbits reach
-    from it, whichever is larger. Shapes: reached (n,).
+    Its size follows from the characteristic scales, or from how far orbits reach if that is more.
+    Shapes: reached (n,).
     """
     sizes = model.state_scales() if reached is None else np.maximum(model.state_scales(), reached)
     half = np.where(model.whole_turns > 0, model.whole_turns / 2, REACH * sizes)
@@ -95,21 +94,21 @@ UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """Labels of starts that converge to no attractor."""
 
 KEPT = 33
-"""States of each trajectory that these looks see."""
+"""Last states of each trajectory that are examined."""
 
 SCOUTS = 256
-"""Starts, of more, that go ahead: the others then mostly come to what is known."""
+"""Starts of a first search; the others then mostly converge to known attractors."""
 
 SURELY = 256
-"""Periods in which a trajectory on a torus or in chaos passes most of what it passes at all."""
+"""Periods in which a trajectory on a torus or in chaos visits most of it."""
 
 PACED = 7
-"""Trajectories whose paces are looked at."""
+"""Trajectories from which the interval is chosen."""
 
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """What was found."""
+    """Result of a search."""
 
     model: Model
     attractors: tuple[Attractor, ...]
@@ -128,11 +127,10 @@ def search(
     measure: bool = True,
     known: tuple[Known, ...] = (),
 ) -> Searched:
-    """Let trajectories from many starts continue until each is near something known and verified.
+    """Follow trajectories from many starts until each is near a verified attractor.
 
-    `known` are the attractors of a search before, whose model this is. What converges to nothing
-    that repeats is measured by its exponents, or else undecided. An interruption keeps what is
-    found.
+    `known` are the attractors of an earlier search with this model. Trajectories that do not repeat
+    are classified by their exponents, or are undecided. An interruption keeps results so far.
 
     Shapes: starts (k, n).
     """
@@ -159,7 +157,7 @@ def search(
 
 
 class _Search:
-    """The trajectories, and what they have come to so far."""
+    """The trajectories and their labels so far."""
 
     def __init__(
         self, verified: Verified, starts: Array, most: int, observer: Observer | None
@@ -172,7 +170,7 @@ class _Search:
         self._observer = observer
 
     def run(self, *, measure: bool) -> None:
-        """Let all trajectories continue, and look closely at them now and then."""
+        """Continue all trajectories, and search for attractors at growing intervals."""
         look = 32  # periods, then twice as many each time
         while len(self._open) and self._periods < self._most:
             self._advance(min(16, self._most - self._periods))  # periods between looks
@@ -184,7 +182,7 @@ class _Search:
             self._measure_open()
 
     def result(self, interrupted: bool) -> Searched:
-        """Return what was found."""
+        """Return the result so far."""
         if not interrupted:
             self._labels[self._labels == UNFINISHED] = UNDECIDED
         ends = Counter(stop.kind for stop in self._trajectories.stops.values())
@@ -215,7 +213,7 @@ class _Search:
             self._observer(Progress("starts", done, len(self._labels), text, values))
 
     def _catch(self, known: Known) -> None:
-        """Label the trajectories that have come near it."""
+        """Label the trajectories in the region of an attractor."""
         which = self._open
         if len(which):
             self._labels[which[known.catches(self._last[which])]] = known.attractor.id
@@ -226,7 +224,7 @@ class _Search:
         self._report()
 
     def _look_at_open(self) -> None:
-        """Correct what trajectories nearly repeat on to what they converge to."""
+        """Search for attractors that open trajectories converge to."""
         which = self._open
         for place in which[:: -(-len(which) // 48) or 1]:  # 48 of them at most
             if self._labels[place] == UNFINISHED:
@@ -236,7 +234,7 @@ class _Search:
                     self._add(known)
 
     def _measure_open(self) -> None:
-        """Tell tori and chaos by their exponents."""
+        """Identify tori and chaos by their exponents."""
         trials = 0
         for place in self._open:
             if self._labels[place] != UNFINISHED or trials == 4:  # without success in sequence
@@ -273,7 +271,7 @@ def _paced(model: Model, starts: Array) -> Model:
 
 
 def kind_of(item: Attractor) -> str:
-    """Return what an attractor is wherever it continues."""
+    """Return the kind of an attractor, with its period."""
     return item.kind if item.period is None else f"period {item.period}"
 
 

@@ -1,4 +1,4 @@
-"""Attractors, each verified once: orbits, cycles, equilibria, tori, chaos, and what is near."""
+"""Verified attractors, orbits, cycles, equilibria, tori and chaos, with a region of attraction."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from slipfold.text.stability import stability_word
 
 
 class Trajectories:
-    """Trajectories in one batch; where contacts come to stick a trajectory continues through that.
+    """Trajectories in one batch; one whose contacts stick continues individually.
 
-    Periods are the forcing's, of an autonomous model intervals of its ``duration``.
+    Periods are those of the forcing, or intervals of the ``duration`` of an autonomous model.
     """
 
     def __init__(self, model: Model, starts: Array) -> None:
@@ -42,7 +42,7 @@ class Trajectories:
     def advance(self, which: NDArray[np.intp], periods: int) -> Array:
         """Continue some trajectories; return their states at the start of each period and the end.
 
-        What comes after the end of a trajectory is no number. Shapes: returns (k, periods + 1, n).
+        States after the end of a trajectory are NaN. Shapes: returns (k, periods + 1, n).
         """
         points = stroboscopic_samples(self.model, self.states[which], None, periods)
         known = np.isfinite(points.states).all(axis=2).sum(axis=1)
@@ -57,7 +57,7 @@ class Trajectories:
 
 
 class CycleLine:
-    """Straight pieces from sample to sample."""
+    """The closed polygon through samples of a cycle."""
 
     def __init__(self, orbit: PeriodicOrbit, scales: Array) -> None:
         self.samples = orbit.sample(1024)[1]  # between which the line is straight
@@ -81,28 +81,28 @@ class CycleLine:
 
 
 FIRST_DISTANCE = 1e-4
-"""Distance, in scaled states, that is tried first: what attracts should be linear there."""
+"""Distance, in scaled states, that is tried first: the flow is nearly linear there."""
 
 FARTHER, TIMES = 4, 7
-"""By how much that distance is made longer at a time, and how often at most; if need be shorter."""
+"""Factor between distances that are tried, and their number in each direction."""
 
 PROBES = 24
-"""States at a distance whose trajectories must come nearer."""
+"""States at a distance from which all trajectories must approach."""
 
 SAME = 1e-6
-"""Distance, in scaled states, of two orbits that are one."""
+"""Distance, in scaled states, within which two orbits are the same."""
 
 DECAY, FEWEST, MOST_ROUNDS = 0.03, 2, 100
-"""By how much the multipliers shorten distances from a cycle in the rounds in which trajectories
-must come nearer by half, and how many rounds these are at least and at most: what is not orthogonal
-to the others grows at first."""
+"""Factor by which multipliers shrink distances from a cycle in the rounds that trajectories get to
+come nearer by half, and the minimum and maximum of these rounds: modes that are not orthogonal grow
+at first."""
 
 INSIDE = 0.9
-"""Fraction of the states of a trajectory on it that lie so near."""
+"""Fraction of the states of a trajectory on a torus or chaos that lie near the stored ones."""
 
 
 class Known(ABC):
-    """An attractor, with what lies near it."""
+    """An attractor with a region of attraction around it."""
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
         self.attractor = attractor
@@ -110,7 +110,7 @@ class Known(ABC):
 
     @abstractmethod
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether each trajectory ends here, by its last states, shapes (k, m, n), returns (k,)."""
+        """Whether the last states of trajectories lie in the region. Shapes: (k, m, n) to (k,)."""
 
     @abstractmethod
     def distance(self, states: Array) -> Array:
@@ -128,9 +128,9 @@ class Known(ABC):
 class KnownPoint(Known):
     """A periodic orbit seen once a period, or an equilibrium seen at intervals.
 
-    Near it distances are measured so that each round makes them shorter: with the monodromy matrix
-    M of spectral radius r, in the norm x' P x of M' P M - r P + r = 0. How far that holds in the
-    equations themselves trajectories tell that begin at such distances.
+    Distances shrink each round in the norm x' P x with M' P M - r P + r = 0; r is the spectral
+    radius of the monodromy matrix M. Trajectories from several distances show how far that holds in
+    the nonlinear equations.
     """
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
@@ -145,7 +145,7 @@ class KnownPoint(Known):
         self._reach = self._found_reach(model)
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether a trajectory passed near it once."""
+        """Whether one of the states lies in the region."""
         return np.asarray((self._length(strobes) < self._reach).any(axis=1))
 
     def distance(self, states: Array) -> Array:
@@ -159,7 +159,7 @@ class KnownPoint(Known):
             return np.asarray(np.linalg.norm(apart @ self._metric.T, axis=-1))
 
     def _found_reach(self, model: Model) -> float:
-        """Return the largest of some distances from which every trajectory comes nearer."""
+        """Return the largest distance tried from which every trajectory approaches."""
         around = np.linalg.solve(self._metric, self._directions().T).T * self._scales
 
         def nearer(tried: float) -> bool:
@@ -171,7 +171,7 @@ class KnownPoint(Known):
 
 
 class KnownCycle(Known):
-    """A cycle of an autonomous model, near which only the distance across it counts."""
+    """A cycle of an autonomous model, with distances measured across it."""
 
     def __init__(self, model: Model, orbit: PeriodicOrbit, attractor: Attractor) -> None:
         super().__init__(model, attractor)
@@ -183,7 +183,7 @@ class KnownCycle(Known):
         self._reach = self._found_reach(model)
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
-        """Whether a trajectory has come beside it, which it then does not leave."""
+        """Whether the last state lies in the region."""
         return np.asarray(self.distance(strobes[:, -1]) < self._reach)
 
     def distance(self, states: Array) -> Array:
@@ -193,7 +193,7 @@ class KnownCycle(Known):
     def _found_reach(self, model: Model) -> float:
         directions, samples = self._directions(), self._line.samples
         beside = samples[:: len(samples) // PROBES][:PROBES]
-        # What is farther may be another attractor inside of it, which few directions would meet.
+        # Farther away there may be another attractor inside, which few directions would meet.
         farthest = 0.25 * float((np.ptp(samples, axis=0) / self._scales).max())
 
         def nearer(tried: float) -> bool:
@@ -207,7 +207,7 @@ class KnownCycle(Known):
 
 
 class KnownCloud(Known):
-    """A torus or chaos, by the states of one trajectory on it."""
+    """A torus or chaos, represented by the states of one trajectory on it."""
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
         from scipy.spatial import KDTree
@@ -228,7 +228,7 @@ class KnownCloud(Known):
         return np.asarray((self.distance(strobes) < self._reach).mean(axis=1) >= INSIDE)
 
     def holds(self, other: KnownCloud) -> bool:
-        """Whether another is the same: of two attractors each lies beside the other."""
+        """Whether another cloud is the same attractor."""
         return bool((self.distance(other.points) < self._reach).mean() > 0.5)
 
     def distance(self, states: Array) -> Array:
@@ -248,7 +248,7 @@ class KnownCloud(Known):
 
 
 def _farthest(nearer: Callable[[float], bool], tried: float) -> float:
-    """Return the largest distance from which all trajectories come nearer; zero if none is."""
+    """Return the largest distance tried from which all trajectories approach, else zero."""
     if nearer(tried):
         for _ in range(TIMES):
             if not nearer(FARTHER * tried):
@@ -272,13 +272,13 @@ def _monodromy(model: Model, state: Array, period: int) -> Array:
     result = np.eye(len(state))
     for matrix in matrices.reshape(-1, *result.shape):
         result = matrix @ result
-    # A trajectory is scaled by its own start.
+    # Each trajectory has scales from its own start.
     ratios = growth.model.state_scales() / model.state_scales()
     return result * ratios[:, None] / ratios
 
 
 def _metric(matrix: Array) -> Array:
-    """Return W so that |W x| shrinks under a contracting matrix."""
+    """Return W such that |W x| shrinks under a contracting matrix."""
     from scipy.linalg import solve_discrete_lyapunov
 
     products = solve_discrete_lyapunov(matrix.T, np.eye(len(matrix)))
@@ -286,27 +286,27 @@ def _metric(matrix: Array) -> Array:
 
 
 NEARLY = 0.03
-"""A trajectory that moves by less in a period of its own, in scaled states, has an orbit nearby,
-which Newton's method finds; so has one that comes back this near, over its extent."""
+"""Distance, in scaled states or over its extent, within which a trajectory that returns is near a
+periodic orbit, which Newton's method then finds."""
 
 BESIDE = 3e-3
-"""Distance from a cycle, in scaled states, within which it is the one."""
+"""Distance from a cycle, in scaled states, within which a trajectory is on it."""
 
 FINELY = 64
-"""Samples in an interval in which that is seen."""
+"""Samples per interval for the search of a return."""
 
 POINT = 1e-5
-"""Extent, in scaled states, of a cycle that is none: Newton's method turns about an equilibrium."""
+"""Extent, in scaled states, below which a cycle found by Newton's method is an equilibrium."""
 
 EXPONENTS = (2000, 8000)
 """Periods after which exponents say, one after the other, whether it is a torus or chaos."""
 
 TOLERANCE = 1e-8
-"""Error of exponents below which no more are needed."""
+"""Error of exponents that suffices."""
 
 
 class Verified:
-    """The attractors that are known so far."""
+    """The attractors found so far, and the search for others."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -314,7 +314,7 @@ class Verified:
         self._slips = may_slip(model)  # else each orbit turns, sticking or not
 
     def settling(self, states: Array, sticks: bool) -> Known | None:
-        """Return what attracts a trajectory and is not known, if its last states tell that.
+        """Return a new attractor that the last states of a trajectory converge to, if there is one.
 
         Shapes: states (m, n).
         """
@@ -330,9 +330,10 @@ class Verified:
         return None
 
     def measured(self, state: Array, sticks: bool) -> Known | None:
-        """Return the torus or chaos that a trajectory is on by its exponents, known or not.
+        """Return the torus or chaos that a trajectory is on by its exponents, new or known.
 
-        Where they tell that it repeats, its orbit if that is not known. Shapes: state (n,).
+        If the exponents show a periodic trajectory, return its orbit if that is new. Shapes: state
+        (n,).
         """
         for periods in EXPONENTS:
             try:
@@ -352,7 +353,7 @@ class Verified:
         return len(self.known) + 1
 
     def _gaps(self, states: Array) -> Array:
-        """Return how far a motion moved over 1, 2, ... of its last periods, in scaled states."""
+        """Return the change of a trajectory over its last 1, 2, ... periods, in scaled states."""
         before = states[-2:-18:-1]
         apart = without_turns(states[-1] - before, self.model.whole_turns)
         return np.asarray(np.abs(apart / self.model.state_scales()).max(axis=1))
@@ -400,7 +401,7 @@ class Verified:
         return KnownCycle(self.model, orbit, of_orbit(orbit, self._next))
 
     def _round(self, states: Array) -> float | None:
-        """Return after how many seconds the end of a trajectory comes nearly back, if it does."""
+        """Return the seconds after which the end of a trajectory nearly returns, if it does."""
         flow, count = flow_of(self.model), len(states) - 1
         constants = flow.constants_of(self.model)
         finely = flow.sample(states[:-1], np.zeros(count), np.ones(count), FINELY, constants)
