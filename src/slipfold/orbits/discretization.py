@@ -295,7 +295,12 @@ class Discretization(ABC):
 
         Shapes: nodes (m, n).
         """
-        return self.flow.rates(nodes, self.start, constants) / self.scales
+        flow = self.flow_at(nodes, constants)
+        return flow.rates(nodes, self.start, constants) / self.scales
+
+    def flow_at(self, nodes: Array, constants: Constants) -> Flow:
+        """Return the flow at the first node. Shapes: nodes (m, n)."""
+        return self.flow
 
     def scheme(self, nodes: Array, constants: Constants, stages: int = STAGES) -> Scheme:
         """Return how collocation should solve intervals, from the vibrations at some of the nodes.
@@ -311,10 +316,10 @@ class Discretization(ABC):
 
         Shapes: nodes (q, n); returns rates (q, n), slopes (q, n, n), pulls (q, n, k).
         """
-        at = self.start[: len(nodes)]
-        rates = self.flow.rates(nodes, at, constants) / self.scales
-        slopes = self.flow.jacobians(nodes, at, constants) * self.ratios
-        pulls = self.flow.pulls(nodes, at, constants, constants.rates[:, self.indices])
+        at, flow = self.start[: len(nodes)], self.flow_at(nodes, constants)
+        rates = flow.rates(nodes, at, constants) / self.scales
+        slopes = flow.jacobians(nodes, at, constants) * self.ratios
+        pulls = flow.pulls(nodes, at, constants, constants.rates[:, self.indices])
         return rates, slopes, pulls * self.pull_units
 
     def changed(

@@ -186,13 +186,12 @@ def limit_ahead(orbits: Orbits, last: OrbitPoint) -> str | None:
     if not isinstance(by, SwitchedShooting) or not by.switched.limits:
         return None
     nodes, constants = orbits.nodes(expected), orbits.constants(expected)
-    for node, begin, end in zip(nodes, by.start, by.end, strict=True):
-        try:
-            by.motion(node, float(begin), float(end), constants)
-        except Broken as broken:
-            return broken.stop.reason if _is_at_limit(broken, orbits, last) else None
-        except (Undecided, Undetermined):
-            return None
+    try:
+        by.motion(nodes[0], float(by.start[0]), float(by.end[0]), constants)
+    except Broken as broken:
+        return broken.stop.reason if _is_at_limit(broken, orbits, last) else None
+    except (Undecided, Undetermined):
+        return None
     return None
 
 

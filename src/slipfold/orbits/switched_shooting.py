@@ -9,6 +9,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
+from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.linearized_trajectory import left_to_touch, linearized_trajectory
@@ -23,17 +24,20 @@ DIFFERENCED = 1e-4
 """Step of differences of first derivatives, in scaled states."""
 
 Passed = list[tuple[SmoothPhase, Mode]]
-"""The smooth_phases of a trajectory, each with the mode that follows."""
+"""The smooth phases of a trajectory, each with the mode that follows."""
+
+REMEMBERED = 8
+"""Trajectories that are not computed again: a point of a curve looks at its own several times."""
 
 
 class SwitchedShooting(Shooting):
-    """The flow through all modes of a model over m segments of a period.
+    """The flow through all modes of a model over a period, from one node.
 
-    What contacts do at a node follows from its state: at rest they stick if friction can hold them.
-    One segment is enough, since friction takes more from perturbations than it adds; a node at
-    which something changes has no tangent, and the fewer there are the better.
+    What contacts do at the node follows from its state: at rest they stick if friction can hold
+    them. One segment is enough, since friction takes more from perturbations than it adds; a node
+    at which something changes has no tangent, and the fewer there are the better.
 
-    `phase` is that of the first node.
+    `phase` is that of the node.
     """
 
     def __init__(
@@ -44,7 +48,9 @@ class SwitchedShooting(Shooting):
         segments: int = 1,
         phase: float = 0.0,
     ) -> None:
+        assert segments == 1
         super().__init__(model, free, period, segments, phase)
+        self._known = dict[tuple[bytes, bytes, float, float], Passed]()
         self.switched = hybrid_flow_of(model)
         self.slips_in_planes = any(len(contact.slip) == 2 for contact in self.switched.contacts)
 
@@ -71,13 +77,12 @@ class SwitchedShooting(Shooting):
         The last one may continue beyond the end of the orbit. Shapes: nodes (m, n).
         """
         found = list[tuple[float, float, Mode]]()
-        for node, begin, end in zip(nodes, self.start, self.end, strict=True):
-            for leg, _ in self.passed(node, begin, end, constants):
-                mode = shown(leg.mode)
-                if found and found[-1][2] == mode:
-                    found[-1] = (found[-1][0], leg.end, mode)
-                else:
-                    found.append((leg.begin, leg.end, mode))
+        for part, _ in self.round(nodes, constants):
+            mode = shown(part.mode)
+            if found and found[-1][2] == mode:
+                found[-1] = (found[-1][0], part.end, mode)
+            else:
+                found.append((part.begin, part.end, mode))
         if len(found) > 1 and found[0][2] == found[-1][2]:
             _, end, mode = found.pop(0)
             found[-1] = (found[-1][0], end + self.period, mode)
@@ -89,11 +94,8 @@ class SwitchedShooting(Shooting):
         That is the least speed, over its size, or the square of the shortest stuck interval. None
         where no slip is slow. Shapes: nodes (m, n).
         """
-        found = list[float]()
-        for node, begin, end in zip(nodes, self.start, self.end, strict=True):
-            system = self.switched.system(node, constants)
-            found += left_to_touch(system, node, self.passed(node, begin, end, constants))
-        return min(found, default=None)
+        system = self.switched.system(nodes[0], constants)
+        return min(left_to_touch(system, nodes[0], self.round(nodes, constants)), default=None)
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
         """Return how fast, at least, what friction lacks to hold a contact grows where it lets go.
@@ -101,21 +103,17 @@ class SwitchedShooting(Shooting):
         In what it has at the beginning of the stop, a phase. None where none lets go along a line.
         Shapes: nodes (m, n).
         """
-        found, none = list[float](), np.empty((len(constants.values), 0))
-        for node, begin, end in zip(nodes, self.start, self.end, strict=True):
-            before = node
-            for leg, _ in self.passed(node, begin, end, constants):
-                event = leg.event
-                if event is not None and event.ending is Ending.YIELDS and not event.scaled:
-                    mode = self.switched.mode(shown(leg.mode))
-                    slopes, which = mode.slopes_of(event)
-                    phase = np.array([leg.end])
-                    size = slopes.values(before[None], np.array([leg.begin]), constants)[0, which]
-                    rates = mode.flow.rates(leg.state[None], phase, constants)[0]
-                    by_state, by_phase, _ = slopes.at(leg.state, leg.end, constants, none)
-                    rate = float(by_state[which] @ rates + by_phase[which])
-                    found.append(abs(rate) / float(abs(size)))
-                before = leg.state
+        found, none, before = list[float](), np.empty((len(constants.values), 0)), nodes[0]
+        for part, _ in self.round(nodes, constants):
+            event = part.event
+            if event is not None and event.ending is Ending.YIELDS and not event.scaled:
+                mode = self.switched.mode(shown(part.mode))
+                slopes, which = mode.slopes_of(event)
+                size = slopes.values(before[None], np.array([part.begin]), constants)[0, which]
+                rates = mode.flow.rates(part.state[None], np.array([part.end]), constants)[0]
+                by_state, by_phase, _ = slopes.at(part.state, part.end, constants, none)
+                found.append(abs(float((by_state[which] @ rates + by_phase[which]) / size)))
+            before = part.state
         return min(found, default=None)
 
     def better(self, nodes: Array, constants: Constants) -> SwitchedShooting | None:
@@ -124,7 +122,7 @@ class SwitchedShooting(Shooting):
         A node that a change passes by has no tangent there. Shapes: nodes (m, n).
         """
         spans = self.spans(nodes, constants)
-        if len(spans) < 2 or self.segments > 1:
+        if len(spans) < 2:
             return None
         away = [
             abs((begin - self.phase + 0.5 * self.period) % self.period - 0.5 * self.period)
@@ -133,11 +131,11 @@ class SwitchedShooting(Shooting):
         longest = max(end - begin for begin, end, _ in spans)
         if min(away) > NEAR * longest:
             return None
-        return self._begun_at(_middle(max(spans, key=lambda span: span[1] - span[0])))
+        begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
+        return self._begun_at(0.5 * (begin + end))
 
     def _begun_at(self, phase: float) -> SwitchedShooting:
-        start = phase % 1.0
-        return SwitchedShooting(self.model, self.free, self.period, self.segments, start)
+        return SwitchedShooting(self.model, self.free, self.period, phase=phase % 1.0)
 
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
@@ -161,21 +159,10 @@ class SwitchedShooting(Shooting):
         phases: Array = np.arange(count // 2, dtype=float) * (2 * self.period / count)
         return self.states(nodes, constants, self.phase + phases)
 
-    def rates(self, nodes: Array, constants: Constants) -> Array:
-        """Return the rates at the nodes a forcing period, in scaled states, shape (m, n)."""
-        return self._rates(nodes, self.start, constants) / self.scales
-
-    def changing_rates(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
-        """Return the rates at the first nodes with their derivatives, in scaled variables."""
-        at, along = self.start[: len(nodes)], constants.rates[:, self.indices]
-        modes = [self._mode(node, phase, constants) for node, phase in zip(nodes, at, strict=True)]
-        flows = [self.switched.of(mode) for mode in modes]
-        one = [(node[None], at[i : i + 1], constants) for i, node in enumerate(nodes)]
-        slopes = np.array([flow.jacobians(*args)[0] for flow, args in zip(flows, one, strict=True)])
-        pulls = np.array(
-            [flow.pulls(*args, along)[0] for flow, args in zip(flows, one, strict=True)]
-        )
-        return self.rates(nodes, constants), slopes * self.ratios, pulls * self.pull_units
+    def flow_at(self, nodes: Array, constants: Constants) -> Flow:
+        """Return the flow of what contacts do at the node. Shapes: nodes (1, n)."""
+        system = self.switched.system(nodes[0], constants)
+        return self.switched.of(shown(first_mode(system, nodes[0], float(self.start[0]))))
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states: by differences."""
@@ -192,20 +179,6 @@ class SwitchedShooting(Shooting):
             pulled.append((sides[0][1] - sides[1][1]) * units * over)
         return np.array(bent), np.array(pulled)
 
-    def cubes(self, nodes: Array, constants: Constants, vectors: Array) -> Array:
-        """Return the third derivatives of the segments' ends along vectors: by differences."""
-        found = np.empty_like(vectors)
-        for place, vector in enumerate(vectors):
-            size = float(np.linalg.norm(vector))
-            step = DIFFERENCED / size * vector * self.scales
-            blocks = [
-                self.carried(nodes + share * step, self.start, self.end, constants)[1]
-                for share in (1, 0, -1)
-            ]
-            bend = (blocks[0] - 2 * blocks[1] + blocks[2]) * self.ratios
-            found[place] = np.einsum("jab,jb->ja", bend, vector) * (size / DIFFERENCED) ** 2
-        return found
-
     # -- trajectories --------------------------------------------------------------------------
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
@@ -215,28 +188,28 @@ class SwitchedShooting(Shooting):
         """
         if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
             return []
-        try:
-            found = self.motion(start, begin, end, constants)
-        except (Broken, Undecided, Undetermined):
-            return []
-        # Slip that begins just before the end is known beyond it only.
-        return found if found[-1][0].end <= end else []
+        key = start.tobytes(), constants.values.tobytes(), begin, end
+        if key not in self._known:
+            try:
+                found = self.motion(start, begin, end, constants)
+            except (Broken, Undecided, Undetermined):
+                found = []
+            # Slip that begins just before the end is known beyond it only.
+            complete = bool(found) and found[-1][0].end <= end
+            while len(self._known) >= REMEMBERED:
+                del self._known[next(iter(self._known))]
+            self._known[key] = found if complete else []
+        return self._known[key]
+
+    def round(self, nodes: Array, constants: Constants) -> Passed:
+        """Return the smooth phases of an orbit from its node on. Shapes: nodes (1, n)."""
+        return self.passed(nodes[0], float(self.start[0]), float(self.end[0]), constants)
 
     def motion(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
         """Do the same; an error tells why a trajectory cannot continue. Shapes: start (n,)."""
         system = self.switched.system(start, constants)
         mode = first_mode(system, start, begin)
         return list(smooth_phases(system, mode, system.held(mode, start, begin), end, begin=begin))
-
-    def _mode(self, state: Array, phase: float, constants: Constants) -> Mode:
-        return shown(first_mode(self.switched.system(state, constants), state, phase))
-
-    def _rates(self, nodes: Array, phases: Array, constants: Constants) -> Array:
-        found = np.full(nodes.shape, np.nan)
-        for place, (node, phase) in enumerate(zip(nodes, phases, strict=True)):
-            flow = self.switched.of(self._mode(node, float(phase), constants))
-            found[place] = flow.rates(node[None], np.array([phase]), constants)[0]
-        return found
 
     def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
         """Carry states, each from a phase to another, shape (m, n)."""
@@ -262,7 +235,3 @@ class SwitchedShooting(Shooting):
                 ends[place] = passed[-1][0].state
                 matrices[place], vectors[place] = found.matrix, found.vectors
         return ends, matrices, vectors
-
-
-def _middle(span: tuple[float, float, Mode]) -> float:
-    return 0.5 * (span[0] + span[1])
