@@ -5,17 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, ClassVar
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
-from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression, Symbols
 from slipfold.models.parameter import State, nonnegative, positive
 from slipfold.models.parametric import Parametric
@@ -207,25 +205,29 @@ class FrictionLaw(Parametric, ABC):
         speed
             Slip speed in m/s, a number or array, not negative.
         """
-        speeds = _checked_speeds(speed)
+        speeds = np.asarray(speed)
+        if np.any(speeds.real < 0):  # a complex step may differentiate
+            raise InputError(
+                f"a slip speed of {float(speeds.real.min()):g} m/s is negative; give the modulus "
+                "of the slip velocity"
+            )
         result = np.asarray(self.formula(speeds, self.values) + 0.0 * speeds)
         return result if result.ndim else result.item()
 
     def slope(self, speed: ArrayLike) -> Any:
         """Return the derivative of the coefficient by the slip speed in s/m, shaped as `speed`.
 
-        A negative slope feeds vibration along the slip. It is derived from the symbols of the law.
+        A negative slope feeds vibration along the slip. A complex step takes the derivative, which
+        is exact to rounding.
 
         Parameters
         ----------
         speed
             Slip speed in m/s, a number or array, not negative.
         """
-        speeds = _checked_speeds(speed)
-        rows = [np.full(speeds.size, value) for value in self.values.values()]
-        values = _slope_function(self.kind)(np.array([speeds.ravel(), *rows]))[0]
-        result = np.asarray(values).reshape(speeds.shape)
-        return result if result.ndim else float(result)
+        step = 1e-30
+        result = np.imag(self.coefficient(np.asarray(speed) + 1j * step)) / step
+        return result if np.ndim(result) else float(result)
 
     def damping(self, speed: float, normal: float = 1.0, direction: float = 0.0) -> Array:
         r"""Return the damping matrix of small motions about steady slip in N s/m, shape (2, 2).
@@ -304,27 +306,6 @@ class FrictionLaw(Parametric, ABC):
             Options of the drawing, e.g. ``fastest=2.0`` (m/s) and ``ax=`` the axes to draw in.
         """
         return draw(self, **options)
-
-
-def _checked_speeds(speed: Any) -> NDArray[Any]:
-    speeds = np.asarray(speed)
-    # The real part, so that a complex step may differentiate.
-    if np.any(speeds.real < 0):
-        raise InputError(
-            f"a slip speed of {float(speeds.real.min()):g} m/s is negative; give the modulus of "
-            "the slip velocity"
-        )
-    return speeds
-
-
-@lru_cache(maxsize=64)
-def _slope_function(kind: FrictionLaw) -> Any:
-    """Return the compiled slope as a function of speed and parameters."""
-    speed = hy.expression("speed")
-    p = {parameter.name: hy.expression(f"p_{parameter.name}") for parameter in kind.parameters}
-    mu = kind.formula(speed, p)
-    slope = hy.diff(mu, speed) if is_symbolic(mu) else hy.expression(0.0)
-    return compiled_function([slope], [speed, *p.values()])
 
 
 @dataclass(frozen=True)
