@@ -1,4 +1,4 @@
-"""One mode compiled: its integrator with the events that end it, and what its contacts hold."""
+"""Compiled code of one mode: an integrator with events, and functions of its contacts."""
 
 from __future__ import annotations
 
@@ -37,17 +37,16 @@ from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.output import Expression, Limit
 
 BEYOND = TOLERANCE / 10
-"""How far beyond zero, over its size, something has come that counts as having crossed it. Where a
-mode begins, slip is exactly zero; a root there would be taken for the one that is sought."""
+"""Distance beyond zero, over the scale, at which an event triggers. Slip is exactly zero where a
+mode begins, and a root there must not be an event."""
 
 
 class CompiledMode:
-    """What runs in one mode, compiled and kept on disk.
+    """Compiled code of one mode, stored on disk.
 
-    Parameters of the integrator are coefficients, scales, and one over the sizes of slips, of
-    frictions and of what limits watch; where slip is slow, the phase asked for comes last. States
-    are those of the model, in a mode with slow slip its logarithm, its angle and the phase, then
-    the energies.
+    Parameters of the integrator are coefficients, scales, and one over the scales of slips, of
+    frictions and of outputs of limits; with slow slip the requested phase comes last. States are
+    those of the model, with slow slip its logarithm, its angle and the phase, then the energies.
     """
 
     def __init__(self, mode: ModeEquations, limits: Sequence[Limit]) -> None:
@@ -60,10 +59,10 @@ class CompiledMode:
             hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
         ]
         self.events = events_of(mode, limits, self._weights[:count])
-        # What follows the outcome of an event, of a contact along a line that is the only one
+        # Next mode of a single contact along a line by the outcome of the integration
         self.follows = _follows(self.events) if count == 1 else {}
         self.held = [equations.names.index(name) for name in mode.held]
-        # Whether what contacts hold stays as it is: on moving surfaces at a constant speed
+        # Whether held states are constant, as on surfaces with a constant speed
         self.rests = mode.slow is None and all(
             is_zero(equations.field[place]) for place in self.held
         )
@@ -88,9 +87,9 @@ class CompiledMode:
     def hold(
         self, state: Array, phase: float, constants: Constants, polar: Sequence[float] = ()
     ) -> Array:
-        """Return a state as contacts hold it: what sticks has no slip at all.
+        """Return a state in which sticking contacts have no slip.
 
-        Slow slip has a logarithm and an angle. Shapes: state (n,).
+        `polar` is the logarithm and the angle of slow slip. Shapes: state (n,).
         """
         if not self.held:
             return state
@@ -104,23 +103,24 @@ class CompiledMode:
         return result
 
     def hold_all(self, states: Array, phases: Array, constants: Constants, polar: Array) -> Array:
-        """Do so with many states of slow slip. Shapes: states (p, n); phases (p,); polar (p, 2)."""
+        """Hold many states of slow slip. Shapes: states (p, n); phases (p,); polar (p, 2)."""
         result = states.copy()
         known = many(np.concatenate([states, polar], axis=1), phases, constants)
         result[:, self.held] = self._holding(known).T
         return result
 
     def rest(self, state: Array, phase: float, constants: Constants) -> tuple[float, bool]:
-        """Return the speed of a state when a contact along a line, the only one, comes to rest.
+        """Return the held state of a single contact along a line that comes to rest.
 
-        With it whether friction holds it, clearly within its limit: most do. Shapes: state (n,).
+        Also return whether friction is clearly below its limit, as in most cases. Shapes: state
+        (n,).
         """
         known = self._arguments.of(state, phase, constants)
         speed, needed, most = self._holding(known).tolist()
         return speed, abs(needed) < most * (1 - SLACK)
 
     def slopes_of(self, event: Event) -> tuple[Slopes, int]:
-        """Return what differentiates an event, in a mode without slow slip, and its row there."""
+        """Return the derivatives of events in a mode without slow slip, and the row of an event."""
         same = [
             (item.ending, item.which, item.towards) == (event.ending, event.which, event.towards)
             for item in self.events
@@ -139,7 +139,7 @@ class CompiledMode:
 
     @cached_property
     def powers(self) -> Any:
-        """What contacts put into the structure a phase, and heat, in J, compiled."""
+        """Power of each contact on the structure, and heat, in J per phase, compiled."""
         equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
         result = [
             equations.coefficients[-1] * power
@@ -185,7 +185,7 @@ class CompiledMode:
             hy.t_event(item, direction=RISING if event.rising else FALLING)
             for item, event in zip(hy.subs(watched, known), self.events, strict=True)
         ]
-        # Slow slip is no longer where a law is flat.
+        # Laws do not turn sharply within slow slip.
         turns_sharply = sharp_turns(equations).scaled(scaled) if mode.slow is None else SharpTurns()
         return hy.taylor_adaptive(
             list(zip([*equations.states, *states], hy.subs(rates, known), strict=True)),
@@ -198,7 +198,7 @@ class CompiledMode:
         )
 
     def _watched(self, event: Event, count: int) -> Expression:
-        """Return the function of an event over its size, with its root a little beyond."""
+        """Return the scaled function of an event, with its root slightly shifted."""
         if event.scaled:
             return event.expression
         which = event.which
@@ -219,7 +219,7 @@ def _follows(events: Sequence[Event]) -> dict[int, Mode]:
 
 
 def _held_alone(mode: ModeEquations) -> list[Expression]:
-    """Return what a contact along a line that is the only one bears in stick, and can bear."""
+    """Return friction in stick of a single contact along a line, and its limit."""
     if mode.mode != (Status.STICK,) or len(mode.friction[0]) > 1:
         return []
     return [mode.friction[0][0], mode.normal[0] * hy.subs(mode.contacts[0].holding, mode.held)]
@@ -231,7 +231,7 @@ RISING, FALLING = hy.event_direction.positive, hy.event_direction.negative
 def _powers(
     mode: ModeEquations, slips: Sequence[Expression], forces: Sequence[Expression]
 ) -> tuple[list[Expression], list[Expression]]:
-    """Return what each contact puts into the structure, and heat, in units of the weights."""
+    """Return the power of each contact on the structure, and heat, in units of the weights."""
     given, heat = [], []
     for contact, friction, slip, force in zip(
         mode.contacts, mode.friction, slips, forces, strict=True
@@ -245,11 +245,11 @@ def _powers(
 
 
 STEPS = 20_000
-"""Steps of the integrator between two changes at most."""
+"""Largest number of integrator steps between two changes."""
 
 
 class ReadyMode:
-    """An integrator with the places of its states: most pieces of a motion differ in them alone."""
+    """An integrator with views of its states, which alone differ between most smooth phases."""
 
     def __init__(
         self, compiled: CompiledMode, integrator: Any, constants: Constants, weights: Array
@@ -266,18 +266,18 @@ class ReadyMode:
         self.slow = self.whole[n : n + own]  # logarithm and angle of slow slip, and the phase
         self.energies = self.whole[n + own :]
         self.dimension = n
-        # Of states in their units, and of energies in J
+        # Units of the states, and of energies in J
         self.units = np.concatenate([constants.scales, np.ones(own + 2 * count)])
         self.weigh(weights)
 
     def weigh(self, weights: Array) -> None:
-        """Take other sizes of the same slips and forces."""
+        """Set other scales of slips and forces."""
         self.weights, self._weights[:] = weights, weights
         k = self.compiled.contacts
         self.units[-2 * k : -k] = self.units[-k:] = 1 / (weights[:k] * weights[k : 2 * k])
 
     def set_out(self, state: Array, phase: float) -> None:
-        """Put the integrator at a beginning. Shapes: state (n,)."""
+        """Set the initial state. Shapes: state (n,)."""
         np.divide(state, self.constants.scales, self.scaled)
         self.energies.fill(0.0)
         if self.compiled.events:
@@ -285,13 +285,13 @@ class ReadyMode:
         self.integrator.time = phase
 
     def propagate(self, until: float) -> tuple[Event | None, float]:
-        """Integrate up to a time; return what ended it there or before, and when."""
-        # By name the number of steps would take as long as a step.
+        """Integrate up to a time; return the event that ended it, and when."""
+        # A keyword argument would take as long as a step.
         outcome = int(self.integrator.propagate_until(until, STEPS)[0])
         return self.ending(outcome), self.integrator.time
 
     def ending(self, outcome: int) -> Event | None:
-        """Return what ended a piece of motion; None if it came to where it was asked to."""
+        """Return the event that ended the integration; None at the requested end."""
         if outcome == ARRIVED:
             return None
         if -len(self.compiled.events) <= outcome < 0:

@@ -1,4 +1,4 @@
-"""Contacts at an instant: slips, forces, and the mode in which they continue."""
+"""Contacts at an instant: slips, forces, and the next mode."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from slipfold.models.output import Expression
 
 
 class Arguments(threading.local):
-    """Their place in memory, one a thread: most calls of a trajectory differ in few of them."""
+    """Arguments of compiled functions in one array per thread, of which most calls change few."""
 
     def __init__(self) -> None:
         self._constants: Constants | None = None
         self._whole, self._count = np.empty(0), 0
 
     def of(self, state: Array, phase: float, constants: Constants) -> Array:
-        """Return state, phase and coefficients, good until the next call. Shapes: state (n,)."""
+        """Return state, phase and coefficients, valid until the next call. Shapes: state (n,)."""
         if constants is not self._constants:
             self._whole = np.concatenate([state, (phase,), constants.values])
             self._constants, self._count = constants, len(state)
@@ -43,7 +43,7 @@ class Arguments(threading.local):
 def many(states: Array, phases: Array, constants: Constants) -> Array:
     """Return the same of many states, one a column. Shapes: states (p, n); phases (p,)."""
     known = np.repeat(constants.values[:, None], len(states), axis=1)
-    # Without coefficients the columns are not yet one behind the other.
+    # Without coefficients the array would not be contiguous.
     return np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))
 
 
@@ -92,7 +92,7 @@ Numbers = list[float]
 class ContactsNow(NamedTuple):
     """All contacts at a state; m components of slip, k contacts, in SI units.
 
-    They are few numbers, of which a list is quicker than an array.
+    For so few numbers a list is faster than an array.
     """
 
     slip: Numbers  # velocity of the moving surfaces relative to the bodies, m of them
@@ -101,13 +101,13 @@ class ContactsNow(NamedTuple):
     by_normal: list[Numbers]  # and with each normal force, m rows of k
     normal: Numbers  # normal forces, k
     kinetic: Numbers  # friction in slip at the present speed, k
-    starting: Numbers  # friction in slip at no speed yet, k
+    starting: Numbers  # friction at the onset of slip, k
     holding: Numbers  # friction up to which contacts stick, k
     plate: Numbers  # velocity of the moving surfaces, m
 
 
 class ContactQuantities:
-    """Evaluates what decides how contacts continue."""
+    """Evaluates slips and forces, which decide on the next mode."""
 
     def __init__(self, contacts: Sequence[Contact], equations: Equations) -> None:
         ends = np.cumsum([0, *(len(contact.slip) for contact in contacts)])
@@ -161,11 +161,11 @@ def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expr
 
 
 SLACK = 1e-11
-"""Fraction of what friction holds by which rounding may place a force beyond it."""
+"""Fraction of the limit of friction by which rounding may move a force beyond it."""
 
 
 class Undecided(ValueError):
-    """No mode agrees with itself."""
+    """No mode is consistent with the forces."""
 
 
 @dataclass(eq=False)
@@ -174,8 +174,8 @@ class Instant:
 
     now: ContactsNow
     places: Sequence[slice]  # components of each contact
-    rest: tuple[int, ...]  # contacts without slip, of which it is open what they do
-    moving: Mode  # what each contact does; of those at rest it means nothing
+    rest: tuple[int, ...]  # contacts without slip, whose next status is open
+    moving: Mode  # status of each contact, ignored of those at rest
 
     def forces(
         self, mode: Mode, given: Mapping[int, Numbers] | None = None
@@ -225,14 +225,14 @@ class Instant:
 
     @cached_property
     def _borne(self) -> Numbers:
-        """Friction if all that is at rest sticks."""
+        """Friction if all contacts at rest stick."""
         changes = dict.fromkeys(self.rest, Status.STICK)
         return self.forces(_changed(self.moving, changes))[0]
 
     def response(self, mode: Mode, contact: int) -> tuple[Numbers, list[Numbers]]:
         """Return a contact's rate of slip without its friction, and its change with that.
 
-        Others continue in the mode, those that stick with whatever friction it takes.
+        Other contacts keep their mode; those that stick have the friction they need.
         """
         place = self.places[contact]
         size = range(place.stop - place.start)
@@ -244,9 +244,9 @@ class Instant:
         return alone, [[column[row] - alone[row] for column in columns] for row in size]
 
     def next_mode(self, wanted: Mapping[int, Status]) -> Mode:
-        """Return the mode in which contacts continue; `wanted` is what some are about to do.
+        """Return the mode in which contacts continue; `wanted` is the next status of some.
 
-        Sticking goes before slipping back: a contact stops where friction can hold it.
+        Stick has priority over slip in reverse: a contact stops where friction can hold it.
         """
         seen = set[Mode]()
         trial = _changed(self.moving, wanted)
@@ -255,7 +255,7 @@ class Instant:
             wrong = self.violations(trial)
             if not wrong:
                 return trial
-            # One at a time, the last first: where one lets go, what others bear changes.
+            # One at a time, the last first: the release of one changes the forces of others.
             worst = max(wrong)
             trial = _changed(trial, {worst: wrong[worst]})
         for candidate in self._all():
@@ -264,7 +264,7 @@ class Instant:
         raise Undecided("no state of its contacts agrees with the forces in them")
 
     def _all(self) -> Iterator[Mode]:
-        """All modes, those that stick most first."""
+        """Yield all modes, those with most sticking contacts first."""
         if len(self.rest) > 7:  # too many combinations to try
             return
         planar = (Status.STICK, Status.SLOW)
@@ -275,7 +275,7 @@ class Instant:
             yield _changed(self.moving, dict(zip(self.rest, chosen, strict=True)))
 
     def violations(self, mode: Mode) -> dict[int, Status]:
-        """Return the contacts at rest that cannot stay as they are, and what they do next."""
+        """Return the contacts at rest that cannot keep their status, and the next one."""
         friction, rates = self.forces(mode)
         result = {}
         for contact in self.rest:
@@ -299,7 +299,7 @@ class Instant:
 
 
 def outward(alone: Numbers, change: list[Numbers], size: float) -> tuple[Numbers, float]:
-    """Return the direction in which slip in the plane begins, and how fast it grows.
+    """Return the direction in which slip in the plane begins, and its rate of growth.
 
     Slip grows along itself, ``s' = k e`` with friction ``size e``.
     """
@@ -320,12 +320,12 @@ def outward(alone: Numbers, change: list[Numbers], size: float) -> tuple[Numbers
 
 
 def largest(matrix: list[Numbers]) -> float:
-    """Return the size of the largest of its entries."""
+    """Return the largest absolute entry."""
     return max(abs(entry) for row in matrix for entry in row)
 
 
 def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
-    """Solve some equations; a library takes longer for one or two than all else here."""
+    """Solve linear equations; for one or two a library call would dominate the time."""
     if len(right) == 1:
         return [right[0] / matrix[0][0]]
     if len(right) == 2:

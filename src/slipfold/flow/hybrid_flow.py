@@ -1,4 +1,4 @@
-"""The flow of a model in each of its modes, ended where a contact changes what it does."""
+"""The flow of a model in each mode of its contacts, which ends where the mode changes."""
 
 from __future__ import annotations
 
@@ -40,32 +40,32 @@ from slipfold.models.model import Model
 from slipfold.models.output import Limit
 
 FOREVER = 1e30
-"""Upper end of the rescaled time, which no trajectory reaches."""
+"""End of the rescaled time, beyond that of any trajectory."""
 
 
 @dataclass(eq=False, slots=True)  # frozen ones take three times as long to make
 class SmoothPhase:
-    """A piece of motion in one mode; nothing changes once it is handed on."""
+    """A part of a trajectory in one mode; not changed once it is returned."""
 
     mode: Mode
     begin: float  # phases
     end: float
     state: Array  # at its end, shape (n,)
     energies: Array  # put into the structure by each contact, then heat, in J, shape (2 k,)
-    event: Event | None  # what ended it; None if it came to where it was asked to
-    released: bool = False  # whether it is the beginning of slip in the plane, taken by itself
-    onset: SlipOnset | None = None  # how slip begins in it if that is slowly
+    event: Event | None  # what ended it; None at the requested phase
+    released: bool = False  # whether it is the onset of slip in the plane
+    onset: SlipOnset | None = None  # the solution of a slow onset
     # Maps phases to scaled states, if asked for
     polynomials: StepPolynomials | SlowPolynomials | BegunPolynomials | None = None
 
     @property
     def seen(self) -> Mode:
-        """What contacts do in it."""
+        """Mode as contacts know it."""
         return shown(self.mode)
 
 
 class HybridFlow:
-    """The flows of a model's modes; the values of its parameters play no part."""
+    """The flows of a model's modes, for any values of its parameters."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
@@ -87,11 +87,11 @@ class HybridFlow:
 
     @cached_property
     def slips(self) -> Slopes:
-        """What differentiates slips by states, phase and coefficients."""
+        """Derivatives of slips with respect to states, phase and coefficients."""
         return Slopes(self._slips, self._equations)
 
     def mode(self, mode: Mode) -> CompiledMode:
-        """Return what runs in a mode."""
+        """Return the compiled code of a mode."""
         if mode not in self._modes:
             with _BUILDING:
                 if mode not in self._modes:
@@ -105,7 +105,7 @@ class HybridFlow:
 
     @cached_property
     def stuck(self) -> CompiledMode:
-        """The mode in which a contact, the only one, sticks."""
+        """The mode of stick of a single contact."""
         return self.mode(STUCK)
 
     def held(self, mode: Mode, state: Array, phase: float, constants: Constants) -> Array:
@@ -113,11 +113,11 @@ class HybridFlow:
         return self.mode(shown(mode)).hold(state, phase, constants)
 
     def no_energies(self) -> Array:
-        """Return those of a smooth phase without duration, shape (2 k,)."""
+        """Return the energies of a smooth phase without duration, shape (2 k,)."""
         return np.zeros(2 * len(self.contacts))
 
     def ready(self, mode: Mode, constants: Constants, weights: Array) -> ReadyMode:
-        """Return a mode with its integrator, this thread's own."""
+        """Return a mode with an integrator of this thread."""
         own = self._own.modes
         ready = own.get(mode)
         if ready is None or ready.constants is not constants:
@@ -129,9 +129,9 @@ class HybridFlow:
         return ready
 
     def weights(self, state: Array, constants: Constants) -> Array:
-        """Return one over the sizes of slips, of frictions, and of what limits watch.
+        """Return one over the scales of slips, of frictions, and of the outputs of limits.
 
-        They count in the length of a step. Shapes: state (n,).
+        They affect the length of a step. Shapes: state (n,).
         """
         around = np.concatenate([state[None], state + np.diag(constants.scales)])
         now = self.quantities.along(around, np.zeros(len(around)), constants)
@@ -149,7 +149,7 @@ class HybridFlow:
 
     def _distances(self, states: Array, constants: Constants) -> Array:
         """Return how far states are from the limits, shape (m, limits)."""
-        if not self.limits:  # outputs take their time to compile
+        if not self.limits:  # compiling outputs takes time
             return np.empty((len(states), 0))
         flow = self.of((Status.FORTH,) * len(self.contacts))
         values = flow.outputs(states, np.zeros(len(states)), constants)
@@ -158,7 +158,7 @@ class HybridFlow:
 
 
 def _polar(slip: Sequence[float] | Array, least: float) -> tuple[float, float]:
-    """Return logarithm and angle of slip that is no slower than some speed."""
+    """Return logarithm and angle of slip, with a lower bound on the speed."""
     return math.log(max(math.hypot(*slip), least)), math.atan2(slip[1], slip[0])
 
 
@@ -169,11 +169,11 @@ def _over(sizes: Array) -> Array:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class HybridSystem:
-    """The switched flow of a model at values of its parameters."""
+    """The hybrid flow of a model at values of its parameters."""
 
     flow: HybridFlow
     constants: Constants
-    weights: Array  # one over the scales of slips, frictions, and of what limits watch
+    weights: Array  # one over the scales of slips, frictions and outputs of limits
 
     @property
     def places(self) -> tuple[slice, ...]:
@@ -209,7 +209,7 @@ class HybridSystem:
     def _run_closely(
         self, ready: ReadyMode, mode: Mode, state: Array, begin: float, end: float, *, dense: bool
     ) -> SmoothPhase:
-        """Do so where slip is slow, or dense output is requested."""
+        """Integrate slow slip, or with dense output."""
         compiled, integrator = ready.compiled, ready.integrator
         until, slow = end, compiled.slow
         if slow is not None:
@@ -236,7 +236,7 @@ class HybridSystem:
         return SmoothPhase(mode, begin, time, final, energies, event, polynomials=polynomials)
 
     def _slowly(self, compiled: CompiledMode, polynomials: StepPolynomials) -> SlowPolynomials:
-        """Return what lies between the ends of steps of slow slip."""
+        """Return dense output of slow slip."""
         scales = self.constants.scales
 
         def placed(scaled: Array, polar: Array, phases: Array) -> Array:
@@ -245,14 +245,14 @@ class HybridSystem:
         return SlowPolynomials(polynomials, len(scales), placed, compiled.held)
 
     def without_limit(self, contact: int) -> HybridSystem:
-        """Return the system in which a contact is held by more than friction."""
+        """Return the system in which a contact sticks without a limit of friction."""
         weights = self.weights.copy()
-        weights[len(self.flow.contacts) + contact] *= 2.0**-100  # the limit counts for nothing
+        weights[len(self.flow.contacts) + contact] *= 2.0**-100
         return HybridSystem(self.flow, self.constants, weights)
 
 
 class _Own(threading.local):
-    """The modes that are ready in a thread."""
+    """The modes with integrators of a thread."""
 
     def __init__(self) -> None:
         self.modes: dict[Mode, ReadyMode] = {}

@@ -1,4 +1,4 @@
-"""Trajectories through all their modes, from event to event, and what contacts did in them."""
+"""Hybrid trajectories from event to event, and a record of their contacts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from slipfold.flow.release import Release, released_at_limit
 
 
 class Interval(NamedTuple):
-    """A time in which a contact does one thing.
+    """A time in which a contact slips, sticks or is open.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Interval(NamedTuple):
     work
         Work of its friction on the structure in J.
     heat
-        What friction turned into heat in J.
+        Heat from friction in J.
     """
 
     contact: str
@@ -71,10 +71,10 @@ class Recorder:
     def __init__(self, contacts: Sequence[str], mode: Mode) -> None:
         self._contacts = contacts
         self._energies: list[Array] = []
-        # Of all that begins with a mode: when, in which state, how many smooth phases came before
+        # Of each mode: its time, its state and the number of earlier smooth phases
         self.modes, self._times, self._legs = [mode], [0.0], [0]
         self._states: list[Array] = []
-        self.begun = 0  # periods that are over where times are counted from
+        self.begun = 0  # complete periods before the phases that are noted
 
     def went_on(self, energies: Array) -> None:
         """Note the energies of a smooth phase, shape (2 k,)."""
@@ -89,16 +89,16 @@ class Recorder:
 
     @property
     def changes(self) -> list[Change]:
-        """All of them so far."""
+        """All changes so far."""
         return list(map(Change, self._times[1:], self._states, self.modes[1:]))
 
     @property
     def last_time(self) -> float:
-        """When something changed last, zero if nothing did, in phases."""
+        """Phase of the last change, zero if there was none."""
         return self._times[-1]
 
     def ended(self, time: float) -> tuple[Interval, ...]:
-        """Return all intervals, those that still last as far as the end, by their ends."""
+        """Return all intervals up to a phase, sorted by their ends."""
         count = len(self._contacts)
         energies = np.zeros((len(self._energies) + 1, 2, count))
         if self._energies:
@@ -112,7 +112,7 @@ class Recorder:
         return tuple(sorted(chain.from_iterable(result), key=attrgetter("end")))
 
     def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
-        """Return what one contact did. Shapes: energies (smooth phases + 1, 2)."""
+        """Return the intervals of one contact. Shapes: energies (smooth phases + 1, 2)."""
         doing = np.array([mode[place] for mode in self.modes])
         kept = np.flatnonzero(np.append(True, doing[1:] != doing[:-1]))
         sums = np.add.reduceat(energies, np.array(self._legs)[kept])
@@ -125,7 +125,7 @@ class Recorder:
 
 
 MAX_LEGS = 1_000
-"""Smooth phases in a period of which none is looked at more closely."""
+"""Smooth phases in a period that are integrated without a closer look."""
 
 
 def alternate(
@@ -137,13 +137,13 @@ def alternate(
     recorder: Recorder,
     ended: Callable[[Mode, Array], None],
 ) -> tuple[Mode, Array, float]:
-    """Propagate a state to the end of a period, or to where a closer look is due.
+    """Propagate a state of a single contact to the end of a period, or to an unclear event.
 
-    A smooth phase with constant rates may go somewhat further than that end, of which `ended` is
-    told then. Nothing is made for a smooth phase but what is noted. Shapes: state (n,).
+    It is faster than `smooth_phases`. A smooth phase with constant rates may continue beyond the
+    end of the period, which is reported to `ended`. Shapes: state (n,).
     """
     flow, constants, weights = system.flow, system.constants, system.weights
-    # An event is a root that lies ahead: what begins at its limit may be beyond it already.
+    # An event is a later root: a contact at its limit may be beyond it already.
     if phase < 1 and mode == STUCK and not flow.stuck.rest(state, phase, constants)[1]:
         return mode, state, phase
     for _ in range(MAX_LEGS):
@@ -175,7 +175,7 @@ def alternate(
 
 
 MAX_CHANGES = 10_000
-"""Changes in a forcing period that are followed."""
+"""Largest number of changes in a forcing period."""
 
 
 class Broken(Exception):
@@ -214,7 +214,7 @@ def smooth_phases(
 ) -> Iterator[tuple[SmoothPhase, Mode]]:
     """Propagate a state through its modes; yield each smooth phase and the mode that follows.
 
-    A last smooth phase with constant rates may continue steadily, to a phase beyond the end.
+    A last smooth phase with constant rates may continue to the phase `steadily` beyond the end.
     """
     flow, phase = system.flow, begin
     if flow.planar:
@@ -265,7 +265,7 @@ def smooth_phases(
 def _begun(
     system: HybridSystem, mode: Mode, state: Array, phase: float, end: float, *, dense: bool
 ) -> tuple[Mode, list[tuple[SmoothPhase, Mode]]]:
-    """Return the mode in which a motion goes on, and its first pieces if slip begins at once."""
+    """Return the mode in which a trajectory continues, and first phases if slip begins at once."""
     first = list[tuple[SmoothPhase, Mode]]()
     try:
         slips = released_at_limit(system, mode, state, phase)
@@ -291,9 +291,9 @@ def _undecided(error: Undecided, phase: float) -> Stop:
 
 
 def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
-    """Return the mode that follows an event, and the one in which all that is at rest sticks.
+    """Return the mode after an event, and the one in which all contacts at rest stick.
 
-    The smooth phase comes to rest in the latter.
+    The smooth phase ends in the latter.
     """
     event, mode = part.event, part.mode
     assert event is not None
@@ -330,8 +330,8 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
         elif math.hypot(*slip) * system.weights[contact] <= ROUNDING:
             rest.append(contact)
         elif status is Status.OPEN:
-            continue  # it slips as it lands
-        # A change was missed.
+            continue  # it slips when it lands
+        # A change would have been missed.
         elif len(slip) == 1 and float(status) * slip[0] * system.weights[contact] < -1e-9:
             raise Undecided(f"{flow.contacts[contact].name} slips against its own friction")
     after = Instant(now, places, tuple(rest), mode).next_mode(requested)
@@ -345,7 +345,7 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
 
 
 def _alone(system: HybridSystem, part: SmoothPhase, event: Event) -> Mode | None:
-    """Return the mode that follows where nothing else can change; None if that is not so clear."""
+    """Return the mode after an event of a single contact; None if that is unclear."""
     if event.ending is Ending.YIELDS:
         return (event.towards,)
     if event.ending is Ending.STOPS:
@@ -358,7 +358,7 @@ def _alone(system: HybridSystem, part: SmoothPhase, event: Event) -> Mode | None
 
 
 def _slow_where_slow(system: HybridSystem, mode: Mode, state: Array, phase: float) -> Mode:
-    """Return a mode in which slow slip in the plane, the slowest, is integrated as such."""
+    """Return a mode in which the slowest slip in the plane is integrated as slow if it is."""
     sliding = [
         contact for contact, place in enumerate(system.places)
         if mode[contact] is Status.FORTH and place.stop - place.start == 2
@@ -374,9 +374,9 @@ def _slow_where_slow(system: HybridSystem, mode: Mode, state: Array, phase: floa
 
 
 def _one_slow(mode: Mode, rest: Sequence[int]) -> Mode:
-    """Return a mode in which one contact slips slowly, which begins to: time goes with its speed.
+    """Return a mode with one slow contact, the one that begins to slip: its speed rescales time.
 
-    Another one that slips slowly already is integrated as if it were fast.
+    Another slow contact is integrated as if it were fast.
     """
     if mode.count(Status.SLOW) < 2:
         return mode

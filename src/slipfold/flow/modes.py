@@ -18,32 +18,32 @@ from slipfold.models.output import Expression, Limit
 
 
 class Status(IntEnum):
-    """What one contact does."""
+    """Status of a contact."""
 
     BACK = -1  # along a line: slips backwards
     STICK = 0
-    FORTH = 1  # slips: along a line forwards, in the plane in any direction
-    OPEN = 2  # touches nothing
-    SLOW = 3  # slips slowly in the plane; only how that is integrated differs
+    FORTH = 1  # slips: forwards along a line, or in any direction in the plane
+    OPEN = 2  # without contact force
+    SLOW = 3  # slips slowly in the plane, which is integrated in other variables
 
-    __hash__ = int.__hash__  # that of names is slow, and modes are looked up all the time
+    __hash__ = int.__hash__  # faster than that of an enum: modes are dictionary keys
 
 
 Mode = tuple[Status, ...]
-"""What each contact does."""
+"""Status of each contact."""
 
 STUCK: Mode = (Status.STICK,)
-"""That of a contact that is the only one."""
+"""The mode of stick of a single contact."""
 
 
 @cache
 def shown(mode: Mode) -> Mode:
-    """Return a mode as contacts know it, whatever it is integrated in."""
+    """Return a mode without the distinction of slow slip."""
     return tuple(Status.FORTH if status is Status.SLOW else status for status in mode)
 
 
 def status_name(status: int) -> str:
-    """Return what histories say of it."""
+    """Return the name of a status."""
     return _NAMES.get(status, "slip")
 
 
@@ -56,7 +56,7 @@ def is_zero(expression: Expression) -> bool:
 
 
 def rate_along(value: Expression, rates: Mapping[str, Expression]) -> Expression:
-    """Return the rate of a function of states and phase, by the rates of these."""
+    """Return the rate of a function of states and phase from their rates."""
     terms = []
     for name, rate in rates.items():
         slope = hy.diff(value, hy.expression(name))
@@ -89,9 +89,9 @@ def solve(matrix: Sequence[Sequence[Expression]], right: Sequence[Expression]) -
 def solve_for_states(
     zeros: Sequence[Expression], names: Sequence[str]
 ) -> dict[str, Expression] | None:
-    """Solve linear functions of states that are to vanish, each for one of the states.
+    """Solve for the states at which linear functions vanish, one state per function.
 
-    None if they contradict or repeat each other.
+    None if the functions are linearly dependent.
     """
     result: dict[str, Expression] = {}
     for zero in zeros:
@@ -111,26 +111,26 @@ def solve_for_states(
 ZERO = hy.expression(0.0)
 
 LOGARITHM, ANGLE = hy.expression("logarithm of slow slip"), hy.expression("angle of slow slip")
-"""Slip in the plane comes to rest in finite time, while its direction, which turns faster and
-faster, tends to a limit: the equations are singular there. Those of the logarithm of its speed in
-m/s and of its angle are not, in a time that goes with the speed, ``dt = |v| ds``."""
+"""Slip in the plane comes to rest in finite time. Its direction turns ever faster and tends to a
+limit, so the equations are singular there. Those of the logarithm of its speed in m/s and of its
+angle are regular in a time s with ``dt = |v| ds``."""
 
 COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
 
 
 class Undetermined(ValueError):
-    """Contacts that stick together hold one motion twice, so what each of them bears is open."""
+    """Contacts that stick hold one motion twice, so that their forces are undetermined."""
 
 
 @dataclass(frozen=True)
 class ModeEquations:
     """A model in one mode."""
 
-    # Rates without the states that the contacts hold, and outputs, forces included
+    # Rates and outputs, with the forces and the held states inserted
     equations: Equations
     contacts: tuple[Contact, ...]
     mode: Mode
-    held: dict[str, Expression]  # the states that contacts hold, by the others
+    held: dict[str, Expression]  # states that contacts hold, as functions of the others
     normal: tuple[Expression, ...]  # normal force of each contact, zero if it is open
     friction: tuple[tuple[Expression, ...], ...]  # components of the friction of each contact
     # Rates of logarithm and angle of slow slip a phase, times the speed
@@ -151,12 +151,12 @@ def with_given_forces(model: Model, contacts: Sequence[Contact]) -> Equations:
 
 
 def rate_of_phase(equations: Equations) -> dict[str, Expression]:
-    """Return the rate of the phase by its name, beside those of states: slip may depend on it."""
+    """Return the rate of the phase by its name, since slip may depend on it."""
     return {str(equations.phase): 1.0 / equations.coefficients[-1]}
 
 
 def friction_given(contact: Contact, status: Status) -> dict[str, Expression]:
-    """Return the forces in a contact that follow from its state; not what holds it."""
+    """Return the forces in a contact that follow from the state, without those that hold it."""
     if status is Status.OPEN:
         return dict.fromkeys((normal_name(contact.name), *contact.friction_names), ZERO)
     forces = {normal_name(contact.name): contact.normal}
@@ -190,7 +190,7 @@ def mode_equations(model: Model, mode: Mode) -> ModeEquations:
         for item in slow
         for part, along in zip(item.slip, (COS, SIN), strict=True)
     ]
-    # Velocities first: it is they that friction holds.
+    # Velocities first, since friction holds them.
     held = solve_for_states([*slips, *polar], [*reversed(free.names)])
     if held is None:
         raise Undetermined(" and ".join(contact.name for contact in stuck))
@@ -240,7 +240,7 @@ def _turning(
 def _holding(
     slips: Sequence[Expression], names: Sequence[str], rates: dict[str, Expression]
 ) -> dict[str, Expression]:
-    """Return the friction by name that keeps slips from changing."""
+    """Return the friction by name that keeps slips constant."""
     if not slips:
         return {}
     changes = [rate_along(slip, rates) for slip in slips]
@@ -250,14 +250,14 @@ def _holding(
 
 
 REST, SLOW = 1e-13, 0.05
-"""Slip in the plane, over its size, below which it is at an end, and below which it is slow."""
+"""Slip in the plane, over its scale, below which it ends, and below which it is slow."""
 
 PHASE, END = hy.expression("phase in slow slip"), hy.expression("phase asked for")
-"""Where time goes with a speed the phase is a state."""
+"""In slow slip the phase is a state, and an event ends the integration."""
 
 
 class Ending(Enum):
-    """Why a trajectory does not continue in its mode."""
+    """Why a smooth phase ends."""
 
     STOPS = "slip comes to an end"
     SLOWS = "slip in the plane becomes slow"
@@ -273,20 +273,20 @@ class Ending(Enum):
 
 @dataclass(frozen=True)
 class Event:
-    """A change that a mode may meet."""
+    """An event that may end a mode."""
 
     ending: Ending
     which: int  # number of the contact, or of the limit
     expression: Expression  # zero there
-    rising: bool = False  # whether it comes from below
-    towards: Status = Status.FORTH  # of a contact that yields: how it will slip
-    scaled: bool = False  # whether it is over its size already
+    rising: bool = False  # whether the expression rises through zero
+    towards: Status = Status.FORTH  # next status of a contact that yields
+    scaled: bool = False  # whether the expression is scaled already
 
 
 def events_of(
     mode: ModeEquations, limits: Sequence[Limit], slips: Sequence[Expression]
 ) -> tuple[Event, ...]:
-    """Return the changes that a mode may meet; `slips` are one over the sizes of slips."""
+    """Return the events of a mode; `slips` are one over the scales of slips."""
     result = []
     for which, (contact, status) in enumerate(zip(mode.contacts, mode.mode, strict=True)):
         if status is Status.OPEN:
@@ -324,7 +324,7 @@ def events_of(
 
 
 def _slow_events(which: int, slip: Expression) -> list[Event]:
-    """Return what slow slip may meet: its end, its beginning, and the phase asked for."""
+    """Return the events of slow slip: its end, its return to fast slip, and the requested phase."""
     logarithm = LOGARITHM + hy.log(slip)
     return [
         Event(Ending.STOPS, which, (logarithm - math.log(REST)) / UNIT, scaled=True),

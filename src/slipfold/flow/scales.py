@@ -18,14 +18,14 @@ from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
 WEAK = 0.1
-"""Where a state drives another that does not act back, their ratio is that of a coupling back with
-this fraction of the typical rate."""
+"""Feedback, as a fraction of the typical rate, assumed where a state drives another that does not
+act back."""
 
 
 def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
-    """Return the sizes of states that balance a system's matrix, shape (n,).
+    """Return the scales of states that balance a system's matrix, shape (n,).
 
-    They are known up to a factor for each group of coupled states; the first of each has one.
+    Each group of coupled states has a free factor; its first state has the scale one.
 
     Shapes: matrix (n, n); loops (n,).
     """
@@ -36,7 +36,7 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     fastest = largest_in(loops, np.maximum(np.sqrt(entries * entries.T).max(axis=1), own))
     typical = rate or np.maximum(fastest, fastest[:, None])
     weak = WEAK * np.where(np.equal(typical, 0), 1.0, typical)
-    # What follows without acting back is no larger than its own decay lets it become.
+    # The decay of a state that does not act back bounds its scale.
     lasting = np.maximum(weak, (loops != loops[:, None]) * own[:, None])
     with np.errstate(divide="ignore", over="ignore"):
         back = np.where(entries > 0, lasting**2 / entries, 0.0).T
@@ -47,13 +47,13 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
         acts = (rows > 0) & (columns > 0)
         unequal = rows[acts] / columns[acts]
         size[acts] *= unequal**0.25
-        if np.abs(np.log(unequal)).max(initial=0.0) < 0.1:  # sizes become powers of two
+        if np.abs(np.log(unequal)).max(initial=0.0) < 0.1:  # scales become powers of two
             break
     return size / size[groups]
 
 
 def coupled(matrix: Array) -> NDArray[np.intp]:
-    """Return for each state the first one of those it is coupled with, directly or not.
+    """Return for each state the first state coupled with it, directly or not.
 
     Shapes: matrix (n, n).
     """
@@ -67,9 +67,9 @@ def coupled(matrix: Array) -> NDArray[np.intp]:
 
 
 def loops_of(feeds: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return for each state the first one of those it feeds and is fed by, directly or not.
+    """Return for each state the first state in a feedback loop with it.
 
-    Shapes: feeds (n, n), of each rate the states that are in it.
+    Shapes: feeds (n, n), whether each rate depends on each state.
     """
     reached = feeds | np.eye(len(feeds), dtype=bool)
     for _ in range(len(feeds).bit_length()):
@@ -78,22 +78,22 @@ def loops_of(feeds: NDArray[np.bool_]) -> NDArray[np.intp]:
 
 
 def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
-    """Return of each state the largest value in its loop. Shapes: values (n,)."""
+    """Return for each state the largest value in its loop. Shapes: values (n,)."""
     result = np.zeros(loops.max() + 1)
-    np.fmax.at(result, loops, values)  # what is not a number is not known
+    np.fmax.at(result, loops, values)  # NaN is unknown
     return result[loops]
 
 
 FAST = 64.0
-"""Vibrations this many times faster than the slowest one, and than the forcing, carry none of the
-trajectory: they follow it. A chain of forty masses has none, a beam of three elements has."""
+"""Vibrations this many times faster than the slowest one and the forcing follow the trajectory
+quasi-statically. A chain of forty masses has none, a beam of three elements has some."""
 
 
 def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
-    """Return what makes of rates those of slow motion, shape (n, n); None if all motion is slow.
+    """Return the projection of rates onto slow motion, shape (n, n); None if all motion is slow.
 
-    With rates r and their derivatives A it is the rate of one implicit step of Euler's method,
-    ``(I - h A)^-1 r``, over a time h in which slow motion hardly changes.
+    It is the rate ``(I - h A)^-1 r`` of one implicit Euler step, with rates r and their derivatives
+    A, over a time h in which slow motion hardly changes.
 
     Shapes: jacobian (n, n).
 
@@ -139,7 +139,7 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
         )
 
     result = np.full(n, np.nan)
-    for beside in (0.0, 1e-3):  # rest itself may be singular
+    for beside in (0.0, 1e-3):  # the state of rest may be singular
         if np.isnan(result).any():
             result = damped_newton(linear, (start + beside * scales)[None], scales)[0]
     return result
@@ -162,9 +162,9 @@ def linear_response(
     for harmonic in range(1, 9):
         stiffness = (2j * np.pi * harmonic * np.eye(n) - jacobian) * scales
         if np.isfinite(stiffness).all():
-            # Rows of one size: else slow modes are nothing but rounding beside fast ones.
+            # Rows are normalized: else slow modes would be rounding errors of fast ones.
             sizes = np.abs(stiffness).max(axis=1)
-            # Without damping a harmonic may meet a resonance: what does not force it is left out.
+            # Without damping a harmonic may be resonant: least squares leaves out unforced modes.
             result = np.linalg.lstsq(stiffness / sizes[:, None], forcing[harmonic] / sizes)[0]
             amplitude = scales * result
             nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
@@ -172,21 +172,20 @@ def linear_response(
 
 
 PERIODS = 8
-"""Forcing periods of the trajectory looked at: a resonance shows, and what runs away has not
-yet."""
+"""Forcing periods of a trial trajectory: a resonance shows, and an unstable one is still small."""
 
 SAMPLES = 16
-"""Samples of it in a forcing period."""
+"""Samples of it per forcing period."""
 
 ROUNDING = 1e-9
-"""Movement below this fraction of the displacement at rest, and vibration below this fraction of
-the fastest rate, are rounding."""
+"""Fraction of the displacement at rest, or of the fastest rate, below which movement or vibration
+is rounding."""
 
 DISTANCES = 2.0 ** np.arange(-120, 121)
-"""Distances from rest at which that is looked for, in balanced states."""
+"""Distances from rest, in balanced states, at which nonlinearity is sought."""
 
 DIRECTIONS = np.array([[1.0, 1.0], [1.0, -1.0], [1.0, 0.3], [0.3, -1.0]])
-"""Components of every other state in the directions in which it is looked for."""
+"""Directions of that search, as components of alternate states."""
 
 
 def measured(
@@ -196,12 +195,11 @@ def measured(
     motion: Array | None = None,
     start: Array | None = None,
 ) -> Model:
-    """Return a model that knows the characteristic scales of its states, where it declares none.
+    """Return a model with characteristic scales of its states if it declares none.
 
-    The ratios of coupled states are those that balance the linearized equations. How large all of
-    them are shows in a trajectory; where nothing moves them, in the distance from rest at which the
-    equations stop being linear; else in the state of rest itself. All of this is the same in any
-    units. Sizes are powers of two.
+    The linearized equations give the ratios of coupled states. A trajectory gives their size;
+    without forcing it is the distance from rest at which the equations become nonlinear, or the
+    size of the state of rest. The scales do not depend on units. They are powers of two.
 
     Shapes: motion (m, n_states); start (n_states,).
     """
@@ -225,7 +223,7 @@ def measured(
 def measured_within(
     model: Model, values: Sequence[Mapping[str, float]], motion: Array | None = None
 ) -> Model:
-    """Return a model that knows how large its states become at several parameter values."""
+    """Return a model with scales that suit several parameter values."""
     if not np.isnan(model.declared_scales()).any():
         return model
     others = []
@@ -238,7 +236,7 @@ def measured_within(
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """A model about its state of rest. Sizes have the shape (n,) and are NaN where unknown."""
+    """A model about its state of rest. Scales have the shape (n,) and are NaN where unknown."""
 
     # The model and its flow
     model: Model
@@ -247,7 +245,7 @@ class _Look:
 
     @cached_property
     def rest(self) -> Array:
-        """State of rest under the mean of the forcing; the start where there is none."""
+        """State of rest under the mean of the forcing, or the start if there is none."""
         start = self.start
         result, slopes = self._around(start)
         ratios = self._balanced(slopes)
@@ -257,7 +255,7 @@ class _Look:
         if np.isnan(state).any() and not self.model.forced:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium
-        # Newton's method, and the mean of a forcing, leave of a zero what is no size of anything.
+        # Newton's method and the mean of a forcing leave rounding errors of zero.
         zero = 1e-15 * np.maximum(np.abs(start), ratios * guess)
         state = np.where(np.abs(state) < zero, 0.0, state)
         return np.where(np.isfinite(state), state, start)
@@ -274,16 +272,16 @@ class _Look:
 
     @cached_property
     def groups(self) -> NDArray[np.intp]:
-        """The first of the states that each one is coupled with."""
+        """The first state coupled with each one."""
         return coupled(self.slopes)
 
     @cached_property
     def loops(self) -> NDArray[np.intp]:
-        """The first of the states that each one feeds and is fed by, wherever they are."""
+        """The first state in a feedback loop with each one, at any state."""
         return loops_of(self.flow.equations.feeds)
 
     def moved(self, motion: Array | None) -> Array:
-        """Sizes that a trajectory shows."""
+        """Return the scales that a trajectory shows."""
         if motion is None:
             reached = self._reached() if self.model.forced else np.zeros(len(self.rest))
         else:
@@ -291,16 +289,16 @@ class _Look:
         largest = self._in_group(reached / self.ratios)
         still = self._in_group(np.abs(self.rest - self.start) / self.ratios)
         still = np.maximum(still, self._in_group(np.abs(self.rest) / self.ratios))
-        # What moves little now may take over where others have grown as far as equations bend.
+        # States that move little now may dominate where others reach the nonlinear range.
         far = _largest(largest * self.ratios / self.bent)
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
-        # A slow forcing moves displacements alone, and what follows it vibrates faster.
+        # A slow forcing moves displacements only; the velocities belong to faster vibrations.
         sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
         return np.where(largest > ROUNDING * still, sizes, np.nan)
 
     @cached_property
     def bent(self) -> Array:
-        """Sizes at which the equations are no longer linear."""
+        """Scales at which the equations become nonlinear."""
         sizes = np.full(len(self.rest), np.nan)
         for first in np.unique(self.groups):
             group = self.groups == first
@@ -309,12 +307,12 @@ class _Look:
 
     @cached_property
     def resting(self) -> Array:
-        """Sizes of the state of rest, where it is not zero."""
+        """Scales of the state of rest, where it is not zero."""
         away = self._in_group(np.maximum(np.abs(self.rest), np.abs(self.start)) / self.ratios)
         return self.ratios * np.where(away > 0, away, np.nan)
 
     def _around(self, state: Array) -> tuple[Array, Array]:
-        """Rates over a period at a state, shape (p, n), and mean moduli of their derivatives."""
+        """Return rates over a period at a state, (p, n), and mean moduli of their derivatives."""
         constants = self.flow.constants(self.model.vector)
         states = np.tile(state, (len(PHASES), 1))
         rates = self.flow.rates(states, PHASES, constants)
@@ -325,7 +323,7 @@ class _Look:
 
     @cached_property
     def slow(self) -> Array | None:
-        """What makes of rates those of slow motion, shape (n, n); None if all motion is slow."""
+        """Projection of rates onto slow motion, shape (n, n); None if all motion is slow."""
         constants = self.flow.constants(self.model.vector)
         states = np.tile(self.start, (len(PHASES), 1))
         mean = self.flow.jacobians(states, PHASES, constants).mean(axis=0)
@@ -337,16 +335,16 @@ class _Look:
         return balanced(slopes, 2 * np.pi if self.model.forced else 0.0, self.loops)
 
     def _rate(self, slopes: Array, ratios: Array) -> float:
-        """Fastest rate of the linear system, about; of the forcing at least."""
+        """Return about the fastest rate of the linear system and of the forcing."""
         own = _largest(slopes * ratios / ratios[:, None])
         return own + 2 * np.pi if self.model.forced else own or 1.0
 
     def _in_group(self, values: Array) -> Array:
-        """Largest value among those of coupled states."""
+        """Return the largest value in each group of coupled states."""
         return largest_in(self.groups, np.nan_to_num(values))
 
     def _reached(self) -> Array:
-        """Amplitudes of the trajectory from rest: their median over forcing periods."""
+        """Return amplitudes of the trajectory from rest, the median over forcing periods."""
         rates = self._around(self.rest)[0]
         pushed = self._in_group(np.ptp(rates, axis=0) / self.ratios)
         if not _largest(pushed) > 0:
@@ -368,17 +366,17 @@ class _Look:
         return np.ptp(part, axis=0) / 2 if len(part) > 1 else sizes
 
     def _bent_distance(self, group: NDArray[np.bool_]) -> float:
-        """Distance from rest at which rates are no longer linear, in balanced states; or NaN."""
+        """Return the distance from rest, in balanced states, at which rates bend, or NaN."""
         constants = self.flow.constants(self.model.vector)
         phase, ratios = PHASES[5:6], self.ratios[group]
         still = self.flow.rates(self.rest[None], phase, constants)
         matrix = self.flow.jacobians(self.rest[None], phase, constants)[0]
-        # At a degenerate state of rest rates are not linear anywhere: the start says how fast.
+        # At a degenerate state of rest no rate is linear: the start shows how large they are.
         moduli = np.abs(matrix if self.slow is None else self.slow @ matrix)
         slopes = np.fmax(moduli, self._around(self.start)[1])[np.ix_(group, group)]
         rows = (slopes * ratios / ratios[:, None]).max(axis=1)
         linear = _largest(rows)
-        # Beside what bends, and not beside what merely follows it, however fast that does.
+        # Compare with rates in the loop, not with those of states that only follow it.
         rows = largest_in(self.loops[group], rows)
         rows = np.where(rows > 0, rows, linear or np.finfo(float).tiny)
         least = _largest(np.abs(self.rest[group]) / ratios)
@@ -395,10 +393,10 @@ class _Look:
             others = np.abs(others if self.slow is None else others @ self.slow.T)
             fraction = (others[..., group] / ratios / rows).max(axis=2) / distances[:, None]
         fraction = fraction.max(axis=1)
-        large = ~(fraction <= 0.5)  # of the rates is not linear
-        if not large.any():  # what is not linear is bounded, as friction is: where it counts most
+        large = ~(fraction <= 0.5)  # of the rates are nonlinear
+        if not large.any():  # bounded, as friction is: where it counts most
             most = fraction.max(initial=1e-6)  # rounding
-            # What saturates beside what stays linear counts ever more: there half of it is enough.
+            # Beside linear terms one that saturates counts ever more: half of it is enough.
             large = fraction >= (most / 2 if fraction[-1] >= most / 2 else most)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
