@@ -59,7 +59,7 @@ def test_indices_that_cannot_be_told_say_why(found):
     assert said.startswith("no indices of time, last_q, last_v, min_q, max_q, ")
     assert f"the number is missing in {len(lost.failures)} of 12 cases; first: " in said
     assert len(lost.failures) > 0
-    for count, why in [(3, "is not a power of 2"), (1, "is too few to tell errors of indices")]:
+    for count, why in [(3, "is not a power of 2"), (1, "is too few for the errors of indices")]:
         with pytest.raises(InputError, match=rf"cases\.count = {count} {why}"):
             sf.study({**LINEAR, "cases": {**LINEAR["cases"], "count": count}})
 
