@@ -327,3 +327,74 @@ def test_folds_of_cycles_start_at_a_generalized_hopf_point_of_any_scale(monkeypa
     folds = [locus for locus in found.loci if locus.kind == "periodic"]
     assert len(bautin) == len(folds) == 3
     assert {locus.stopped.kind for locus in folds} == {"window"}
+
+
+SYMMETRIC_PAIR = sf.System(
+    name="pitchfork and Hopf",
+    parameters={"m": 0.1, "b": -0.2},
+    formulas={
+        "r2": "y^2 + z^2",
+        "g": "b - 1.5*x^2 + 0.6*r2 - 0.2*r2^2",
+    },
+    states={"x": "x*(m - x^2 + 0.5*r2)", "y": "g*y - 2*z", "z": "2*y + g*z"},
+)
+"""Cycles with x^2 = m + r2/2, g = 0 and x^2 = 0.6 r2 - 0.4 r2^2 have a pair on the unit circle."""
+
+
+def test_tori_begin_at_a_zero_hopf_point_of_a_symmetry():
+    window = ((-0.5, 0.5), (-0.5, 0.5))
+    found = sf.locus(SYMMETRIC_PAIR, ("m", "b"), window)
+    # No locus is followed again as its own mirror image.
+    kinds = sorted((locus.type, locus.kind) for locus in found.loci)
+    assert kinds == [
+        ("BP", "equilibrium"),
+        ("BP", "periodic"),
+        ("HB", "equilibrium"),
+        ("HB", "equilibrium"),
+        ("LP", "periodic"),
+        ("NS", "periodic"),
+    ]
+    (tori,) = of_type(found, "NS")
+    point = next(p for locus in found.loci for p in locus.special if p.type == "ZH")
+    assert tori.id in point.leads_to
+    assert tori.begun.values == pytest.approx((0, 0), abs=1e-9)
+    # With unit vectors x' = -x^3 + x |w|^2 / 2 (y + iz = w) is as it stands, but r2 = 2 |w|^2.
+    assert point.coefficients == pytest.approx({"p11": -1, "p12": 1, "p21": -1.5, "p22": 1.2})
+    m, b = tori.values.T
+    r2 = (b - m) / 0.2  # m = r2/10 - 0.4 r2^2 and b = 0.3 r2 - 0.4 r2^2
+    assert m == pytest.approx(0.1 * r2 - 0.4 * r2**2, abs=1e-9)
+    assert [p.values for p in tori.special if p.type == "MAX"] == [
+        pytest.approx((0.00625, 0.03125), abs=1e-9),
+        pytest.approx((-0.01875, 0.05625), abs=1e-9),
+    ]
+
+
+@pytest.mark.parametrize("kind", ["LP", "BP"])
+def test_a_fold_that_meets_a_pitchfork_is_no_bogdanov_takens_point(kind):
+    # Folds at m = 0, pitchforks at m = -b^2: both kinds of vectors are null at the origin.
+    model = sf.System(
+        parameters={"m": -0.2, "b": -0.1},
+        states={"x": {"rate": "m + x^2 + y^2", "start": -0.4}, "y": "y*(b - x)"},
+    )
+    start, *_ = points_of(model, "m", (-0.2, 0.1), kind, sf.Settings(largest_period=0))
+    (locus,) = sf.locus(start, ("m", "b"), ((-0.5, 0.5), (-0.5, 0.5)), switch=False).loci
+    (point,) = (item for item in locus.special if item.type not in ("MIN", "MAX"))
+    assert (point.type, point.name) == ("LPBP", "fold and branch point")
+    assert point.values == pytest.approx((0, 0), abs=1e-9)
+    assert {end.kind for end in (locus.begun, locus.stopped)} == {"window"}
+
+
+def test_symmetric_cycles_of_the_circuit_fold_and_lose_symmetry_at_one_point():
+    # Of AUTO's demo tor: tori lead from the zero-Hopf point to there, and nothing is listed twice.
+    found = sf.locus(CIRCUIT, ("nu", "beta"), ((-0.65, -0.55), (0.4, 0.65)))
+    ends = []
+    for kind in ("LP", "BP", "NS"):
+        (locus,) = of_type(found, kind)
+        (point,) = (item for item in locus.special if item.type == "LPBP")
+        ends.append(point.values)
+    (tori,) = of_type(found, "NS")
+    assert ends[1] == pytest.approx(ends[0], abs=1e-6)
+    assert ends[2] == pytest.approx(ends[1], abs=1e-8)
+    assert tori.begun.values == pytest.approx((-0.6, 0.6), abs=1e-9)
+    assert tori.stopped.values == ends[2]
+    assert [item.type for item in tori.special] == ["MAX", "LPBP"]

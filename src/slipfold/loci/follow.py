@@ -22,7 +22,7 @@ from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.locus import Locus, locus_title
-from slipfold.loci.locus_equations import LocusEquations, begins_or_ends_at, lies_on
+from slipfold.loci.locus_equations import LocusEquations, begins_or_ends_at, lies_on, mirrors
 from slipfold.loci.make_locus import as_loci, pair_of, plane_of
 from slipfold.loci.special_points import SpecialPoints, tests_of
 from slipfold.loci.start import (
@@ -41,7 +41,7 @@ from slipfold.loci.window import LocusLine, Window, check_window, locus_progress
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
-from slipfold.orbits.orbit_curve import OrbitPoint
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import PAIRED
 from slipfold.progress import Observer
 
@@ -201,7 +201,7 @@ def follow_found(
         if curve.condition == "BP" and crossing_gap(curve.orbits, z) > CROSSED:
             remarks.append(_isolated(curve, z))
             curve = LocusEquations(curve.orbits, "LP")
-        if work.passing(curve, z) is None:
+        if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:
             start = work.start(curve, z, point)
             if isinstance(start, InputError):
                 if sticks:
@@ -344,17 +344,20 @@ class _Loci(CurveSet[OrbitPoint]):
         """Return the number of the locus that passes a start, if it was followed already."""
         assert isinstance(start, LocusStart)
         at = start.beside or (start.points[0].z,)
-        numbers = (self.passing(start.curve, z, start.doubled) for z in at)
+        meets = begins_or_ends_at if start.doubled else lies_on
+        numbers = (self.passing(start.curve, z, meets) for z in at)
         number = next((number for number in numbers if number is not None), None)
         if number is not None and start.doubled:
             self._place_end(self.curves[number - 1], start)
         return number
 
     def passing(
-        self, curve: LocusEquations, z: NDArray[np.float64], doubled: bool = False
+        self,
+        curve: LocusEquations,
+        z: NDArray[np.float64],
+        meets: Callable[[Sequence[OrbitPoint], Orbits, NDArray[np.float64]], bool] = lies_on,
     ) -> int | None:
-        """Return the number of the locus that passes a place, if it was followed already."""
-        meets = begins_or_ends_at if doubled else lies_on
+        """Return the number of the locus that an orbit meets, if it was followed already."""
         for followed in self.curves:
             own = followed.traced.curve
             if _sort(own) != _sort(curve):

@@ -26,6 +26,7 @@ CODIMENSION_TWO = {
     "R3": "1:3 resonance",
     "R4": "1:4 resonance",
     "DP": "degenerate pitchfork",
+    "LPBP": "fold and branch point",
     "LPPD": "fold-flip",
     "LPNS": "fold and Neimark-Sacker",
     "PDNS": "flip and Neimark-Sacker",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import arc_between, hermite
+from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.flow.modes import MET
 from slipfold.orbits.critical import Critical
@@ -19,7 +20,7 @@ from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PAIRED, critical_places
+from slipfold.orbits.test_functions import PAIRED, critical_places, floquet_multipliers
 
 Multipliers = NDArray[np.complex128]
 
@@ -166,6 +167,9 @@ SAME_CRITICAL = 1e-4
 """Two critical orbits this close are one: beside multipliers of 1e4 they are known to 1e-6, and two
 loci differ by more."""
 
+SAME_PLACE = 1e-7
+"""Critical orbits whose parameters agree to this in windows may be symmetric images."""
+
 SAMPLES = 16
 """Places between neighboring points that are looked at first."""
 
@@ -177,6 +181,51 @@ def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
         for curve, run in _runs(points)
         for copy in _copies(curve.orbits, curve.orbits.adopt(orbits, z))
     )
+
+
+def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
+    """Whether an orbit is the symmetric image of one on a locus.
+
+    At the same values of both parameters it has the same multipliers.
+    """
+    values = floquet_multipliers(orbits.linearize(z).monodromy)
+    for curve, run in _runs(points):
+        target = curve.orbits.adopt(orbits, z)[-2:]
+        for a, b in pairwise(run):
+            length = float(np.linalg.norm(b.z[-2:] - a.z[-2:]))
+            gap = min(float(np.linalg.norm(item.z[-2:] - target)) for item in (a, b))
+            if gap < length + ABREAST and _same_spectrum(_beside(curve, a, b, target), values):
+                return True
+    return False
+
+
+def _beside(
+    curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, target: Array
+) -> OrbitPoint | None:
+    """Return the point of a locus at a place in the plane; None if there is none.
+
+    Shapes: target (2,).
+    """
+    grid = np.linspace(a.arclength, b.arclength, SAMPLES + 1)
+    gaps = [float(np.linalg.norm(hermite([a, b], s)[0][-2:] - target)) for s in grid]
+    s = float(grid[int(np.argmin(gaps))])
+    try:
+        for _ in range(4):  # each squares the distance
+            point = point_at(curve, [a, b], s)
+            along, gap = point.tangent[-2:], target - point.z[-2:]
+            if np.linalg.norm(gap) < SAME_PLACE:
+                return point
+            s = float(np.clip(s + along @ gap / (along @ along), a.arclength, b.arclength))
+    except LostCurveError:
+        return None
+    return None
+
+
+def _same_spectrum(point: OrbitPoint | None, values: Multipliers) -> bool:
+    if point is None or len(point.multipliers) != len(values):
+        return False
+    apart = np.abs(point.multipliers[:, None] - values) / np.maximum(1.0, np.abs(values))
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < SAME_CRITICAL)
 
 
 def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:

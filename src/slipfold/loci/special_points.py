@@ -114,9 +114,19 @@ LEFT = "the locus ends at {}, where its orbits become symmetric: beyond are thei
 CROSSED = {("PD", "LPPD"): "BPPD", ("NS", "LPNS"): "BPNS"}
 """What a locus crosses, by its type and by what it would be, where that is no fold."""
 
-STANDS: dict[str, str | None] = {"HB": "ZH", "PD": "BPPD", "NS": "BPNS", "BP": None}
+STANDING_STILL = ("first", "second")
+"""Where one parameter stands still: an extremum."""
+
+STANDS = {"HB": "ZH", "PD": "BPPD", "NS": "BPNS"}
 """What it is where a locus other than one of folds stands in both parameters: it leaves orbits of a
 symmetry there, which have another critical multiplier."""
+
+LEFT_AT = {"HB": ("ZH", "BT", "LPBP"), "PD": ("BPPD",), "NS": ("BPNS", "R1", "LPBP")}
+"""The same where a critical pair may be one there too."""
+
+LEAVING = 1e-3
+"""A tangent whose components along both parameters are below this may belong to such a point: next
+to it the equations are nearly singular, and the tangent is known to the root of rounding."""
 
 CROSSES = 1e-6
 """A test function below this vanishes, where another was located that has it as a factor."""
@@ -132,14 +142,15 @@ rounding."""
 def tests_of(kind: str, tests: Mapping[str, float]) -> tuple[str, ...]:
     """Return the test functions that vanish at a point of codimension two on a locus."""
     fold = next((test for (_, test), name in CROSSED.items() if name == kind), kind)
-    return next(((name,) for name in (kind, fold) if name in tests), ("first", "second"))
+    names = (kind, fold, *(("R1", "BT") if kind == "LPBP" else ()))
+    return next(((name,) for name in names if name in tests), ("first", "second"))
 
 
 class SpecialPoints(Zeros[OrbitPoint]):
     """Records what is special along a locus, and ends one of tori at a strong resonance.
 
     Types are ``CPC GPD CH DP R1 R2 R3 R4 LPPD LPNS PDNS NSNS BPPD BPNS``, of equilibria ``CP DP BT
-    GH ZH HH``, and for extrema ``first`` and ``second`` for the parameter that stands still.
+    GH ZH HH LPBP``, and for extrema ``first`` and ``second`` for the parameter that stands still.
     """
 
     def __init__(self, curve: LocusEquations) -> None:
@@ -159,6 +170,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
     ) -> MonitorResult[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
         curve = self._curve
+        found = self._each_once([*found], interval)
         turns = [item for item in found if item.type == "DP"]
         if curve.condition == "LP" and turns:
             turn, last = degenerate_pitchfork(turns[0], curve), turns[0].point
@@ -169,9 +181,10 @@ class SpecialPoints(Zeros[OrbitPoint]):
             )
             place = curve.place(there.z)
             return MonitorResult(found, Stop(last, End("codimension-2", MIRRORED, place)))
-        left = [item for item in found if curve.condition in STANDS and _stands(item.point)]
-        if left and self._is_symmetric(left[0].point):
+        left = [item for item in found if item.type in LEFT_AT.get(curve.condition, ())]
+        if left and _turns_back(interval) and self._leaves_symmetry(left[0].point):
             point = left[0].point
+            found = [item for item in found if item is left[0] or item.type not in STANDING_STILL]
             end = End("codimension-2", LEFT.format(left[0].type), curve.place(point.z))
             return MonitorResult(found, Stop(point, end))
         resonances = [item for item in found if item.type in DOUBLED]
@@ -194,29 +207,68 @@ class SpecialPoints(Zeros[OrbitPoint]):
         result = super().located(known, a, b)
         if self._curve.condition == "LP":
             result = _merged(result, "DP", self._is_symmetric, SAME_PITCHFORK)
-        result = [self._named(item) for item in result]
+        return self._joined([self._named(item) for item in result])
+
+    def _each_once(
+        self, found: list[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]
+    ) -> list[Found[OrbitPoint]]:
+        """Return what was found in parts of a step without what rounding repeats.
+
+        Next to each other, several extrema of a parameter are as many changes of its direction as
+        they are more than an even number; where both parameters stand they are one point.
+        """
+        found = self._joined(found)
+        result: list[Found[OrbitPoint]] = []
+        for item in found:
+            near = next((old for old in result if _are_one(old, item)), None)
+            if near is None:
+                result.append(item)
+            elif near.slope * item.slope < 0:
+                result.remove(near)
+        return [
+            item for item in result if not any(_are_one(old, item) for old in interval.traced.found)
+        ]
+
+    def _joined(self, found: list[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
+        """Return extrema in both parameters as what stands there."""
+        if self._curve.condition == "BP":
+            return found
+        if self._curve.condition in STANDS:
+            name = STANDS[self._curve.condition]
+            found = _merged(found, name, self._leaves_symmetry, SAME_PITCHFORK)
+            return [self._doubled(item) if item.type == name else item for item in found]
         resting = self._curve.orbits.kind == "equilibrium"
-        name = STANDS.get(self._curve.condition, "CP" if resting else "CPC")
-        result = result if name is None else _merged(result, name, _stands, SAME_CUSP)
-        return [self._doubled(item) if item.type == "ZH" else item for item in result]
+        return _merged(found, "CP" if resting else "CPC", _stands, SAME_CUSP)
 
     def _named(self, found: Found) -> Found:
         """Tell a branch point from a fold, where another multiplier is one as well."""
+        if found.type in ("R1", "BT") and self._curve.condition in ("LP", "BP"):
+            return replace(found, type="LPBP") if _two_vectors(found.point) else found
         name = CROSSED.get((self._curve.condition, found.type))
         crosses = name is not None and self._is_symmetric(found.point)
         return replace(found, type=name) if name is not None and crosses else found
 
     def _doubled(self, found: Found) -> Found:
-        """Tell BT from ZH: where the critical pair is zero too, no other eigenvalue is meant."""
-        paired = self._curve.condition in PAIRED
-        return replace(found, type="BT") if paired and found.point.tests["BT"] < CROSSES else found
+        """Rename what is met where the critical pair is one as well, so that no other one is."""
+        test = "BT" if self._curve.orbits.kind == "equilibrium" else "R1"
+        if self._curve.condition not in PAIRED or found.point.tests[test] > CROSSES:
+            return found
+        return replace(found, type="LPBP" if _two_vectors(found.point) else test)
+
+    def _leaves_symmetry(self, point: OrbitPoint) -> bool:
+        """Whether a locus of other orbits leaves those of a symmetry, with the square of both."""
+        slopes = abs(point.tests["first"]), abs(point.tests["second"])
+        return max(slopes) < LEAVING and self._is_symmetric(point)
 
     def _is_pole_alone(self, point: OrbitPoint) -> bool:
         """Whether a coefficient's zero is that of what is zero where other points have its pole.
 
         At a branch point that a symmetry keeps there is none.
         """
-        fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(self._curve.condition)
+        condition, resting = self._curve.condition, self._curve.orbits.kind == "equilibrium"
+        if condition == "BP":
+            return abs(point.tests["BT" if resting else "R1"]) < CROSSES
+        fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(condition)
         beside = fold is not None and abs(point.tests[fold]) < CROSSES
         return beside and self._is_symmetric(point)
 
@@ -249,13 +301,13 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """Whether the multipliers are where the type says."""
         values, condition = found.point.multipliers, self._curve.condition
         others = np.delete(values, critical_places(condition, values))
-        if found.type in ("GPD", "CH", "GH") and self._is_pole_alone(found.point):
+        if found.type in ("GPD", "CH", "GH", "DP") and self._is_pole_alone(found.point):
             return False
         if found.type in ("first", "second"):
             return not self._turns_at_parent(found.point)
         if found.type in _PAIR.get(condition, ()):
             return is_torus(others)
-        if found.type in DOUBLED:
+        if found.type in DOUBLED or found.type == "LPBP":
             target = -1 if found.type == "R2" else 1
             return condition in PAIRED or bool(np.abs(others - target).min() < DOUBLE)
         if found.type in _SINGLE.get(condition, ()):
@@ -280,10 +332,10 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
 
 _SINGLE = {
-    "LP": ("R1", "BT", "LPPD"),
+    "LP": ("R1", "BT", "LPBP", "LPPD"),
     "PD": ("R2", "LPPD", "BPPD"),
     "NS": ("LPNS", "BPNS", "PDNS"),
-    "BP": ("R1", "BT", "BPPD"),
+    "BP": ("R1", "BT", "LPBP", "BPPD"),
     "HB": ("ZH",),
 }
 _PAIR = {
@@ -309,6 +361,31 @@ def _merged(
             places.append(place)
             result.append(Found(name, item.point, item.slope))
     return result
+
+
+def _turns_back(interval: StepInterval[OrbitPoint]) -> bool:
+    """Whether both parameters, as far as they change, do so in the other direction after a step."""
+    pairs = [(interval.before.tests[name], interval.point.tests[name]) for name in STANDING_STILL]
+    changing = [(a, b) for a, b in pairs if max(abs(a), abs(b)) > PARALLEL]
+    return bool(changing) and all(a * b < 0 for a, b in changing)
+
+
+def _are_one(first: Found[OrbitPoint], second: Found[OrbitPoint]) -> bool:
+    """Whether two extrema of a parameter are so near to each other that rounding parts them."""
+    gap = abs(first.point.arclength - second.point.arclength)
+    return first.type == second.type and first.type in STANDING_STILL and gap < SAME_CUSP
+
+
+INDEPENDENT = 1e-2
+"""Sine of the angle between eigenvectors above which they are two: of a double multiplier with one
+eigenvector, located to 1e-8, they differ by 1e-4."""
+
+
+def _two_vectors(point: OrbitPoint) -> bool:
+    """Whether a double multiplier one has two eigenvectors, as where a fold meets a pitchfork."""
+    values, vectors = np.linalg.eig(point.monodromy)
+    first, second = vectors[:, np.abs(values - 1).argsort()[:2]].T
+    return bool(1 - abs(np.vdot(first, second)) ** 2 > INDEPENDENT**2)
 
 
 def _stands(point: OrbitPoint) -> bool:

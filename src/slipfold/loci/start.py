@@ -37,6 +37,8 @@ from slipfold.orbits.critical import (
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Equilibria, orbits_of
 from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.normal_forms.codimension_two import eigenvectors, equilibrium_coefficients
+from slipfold.orbits.normal_forms.maps import FieldMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
@@ -56,6 +58,7 @@ MOVED = 1e-3
 """A special point may be moved by this, in scaled variables, before it is another one."""
 
 CROSSING = {
+    "LPBP": ("LP", "BP"),
     "LPPD": ("LP", "PD"),
     "LPNS": ("LP", "NS"),
     "PDNS": ("PD", "NS"),
@@ -230,8 +233,8 @@ def starts_at(
 
     Through LPPD, LPNS, PDNS, BT, ZH, R1 and R2 pass loci of two types, of which that of pairs ends
     at BT, R1 and R2; through HH and NSNS two of the same type. Folds of cycles are born at GH, of
-    doubled orbits at GPD; tori of cycles at HH, one locus for each pair, and at ZH, of doubled
-    orbits at R2.
+    doubled orbits at GPD; tori of cycles at HH, one locus for each pair, and at ZH, where other
+    cycles branch off of symmetric ones as well; tori of doubled orbits at R2.
     """
     point, orbits, condition = found.point, found.point.curve.orbits, traced.condition
     # A point may be described by the equations of another locus that passes there.
@@ -246,16 +249,45 @@ def starts_at(
     if found.type == "ZH" and crossed and "HB" in types:
         yield from _leaving_along(orbits, "HB", point, "", settings)
     born = [] if (found.type, condition) == ("R2", "NS") else [*BORN.get(found.type, ())]
-    if found.type == "ZH":  # of a symmetry, other cycles branch off; without it, tori begin
-        born = [item for item in born if (item[0] == "BP") == crossed]
+    if found.type == "ZH" and not crossed:
+        born.remove(("BP", 0))
     for kind, pair in [item for item in born if item[0] in types]:
-        yield from _born(_newborn(orbits, point.z, pair), kind, point, settings)
+        first = _newborn(orbits, point.z, pair)
+        if found.type == "ZH" and crossed and kind == "NS":
+            mixed = _mixed(orbits, point.z, first)
+            if mixed is None:
+                continue
+            first = mixed
+        yield from _born(first, kind, point, settings)
 
 
 def _newborn(orbits: Orbits, z: Array, pair: int) -> Emanating:
     if isinstance(orbits, Equilibria):
         return hopf_cycle(orbits, z, pair=pair)
     return doubled_orbit(orbits, z)
+
+
+def _mixed(orbits: Orbits, z: Array, cycle: Emanating) -> Emanating | None:
+    """Return cycles off the symmetric states at a zero-Hopf point that are critical for tori.
+
+    Of x' = x (m + p11 x^2 + p12 r^2) and r' = r (b + p21 x^2 + p22 r^2), equilibria with x and r
+    have a pair on the imaginary axis where p11 x^2 + p22 r^2 = 0 and p11 p22 > p12 p21.
+    """
+    field = FieldMap(orbits, z)
+    cubic = equilibrium_coefficients(field, "ZH")
+    if "p11" not in cubic:
+        return None
+    own = cubic["p11"] * cubic["p22"]
+    if not cubic["p12"] * cubic["p21"] < own < 0:
+        return None
+    still = eigenvectors(field.jacobian, 0.0)[0].real
+    still *= np.sign(still[np.abs(still).argmax()])  # of two images always the same one
+    count, moved = cycle.orbits.segments, cycle.tangent.copy()
+    # The cycle's nodes are Re(q exp(i t)), of length sqrt(count / 2), and its r is a half.
+    moved[: cycle.orbits.size] += np.tile(
+        still * np.sqrt(-cubic["p22"] / cubic["p11"] / (2 * count)), count
+    )
+    return replace(cycle, tangent=moved / np.linalg.norm(moved))
 
 
 def _born(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -30,48 +30,27 @@ PARAMETERS = 2
 """Parameters that vary: the last columns of the Jacobian."""
 
 
-class _Null(NamedTuple):
-    """What the Jacobian by the states is singular along, nearly: unit vectors and their value."""
-
-    left: Array
-    right: Array
-    value: float
-    inverse: Array
-    """Inverse of the Jacobian beside them."""
-
-
 def crossing_values(plain: Linearization) -> Array:
     r"""Return the three numbers that vanish where two families of orbits cross, shape (3,).
 
     Over two parameters orbits are a surface. Two surfaces cross in a curve, as those of symmetric
     and of other orbits do, where a vector psi is orthogonal to all derivatives of the equations,
 
-    .. math:: \psi^T F_x = 0, \quad \psi^T F_p = 0 .
+    .. math:: \psi^T F_z = 0 .
 
-    With the equations themselves these are two more than a curve needs, and compatible on it: they
-    are solved by least squares. Else a branch point is met in one parameter alone.
+    Only along the kernel K of the other derivatives this is not met by itself: it leaves three
+    numbers, of which with the equations two are more than a curve needs. They are compatible on it
+    and solved by least squares. Else a branch point is met in one parameter alone.
     """
-    return _values(plain, _null(plain))
-
-
-def _values(plain: Linearization, null: _Null) -> Array:
-    pulled = null.left @ plain.jacobian[:, -PARAMETERS:]
-    return np.append(null.value, pulled) / _size(plain)
+    psi, kernel = _crossing(plain)
+    return kernel @ (psi @ plain.jacobian) / _size(plain)
 
 
 def crossing_conditions(orbits: Orbits, plain: Linearization, z: Array) -> Conditions:
-    """Return those numbers with their gradients, each a second derivative along one direction.
-
-    The directions are the kernel of the equations' derivatives: the critical vector, and for each
-    parameter how orbits move with it beside that.
-    """
-    null = _null(plain)
-    steady = -null.inverse @ plain.jacobian[:, -PARAMETERS:]
-    kernel = np.zeros((1 + PARAMETERS, len(z)))
-    kernel[0, :-PARAMETERS] = null.right
-    kernel[1:, :-PARAMETERS], kernel[1:, -PARAMETERS:] = steady.T, np.eye(PARAMETERS)
-    gradients = [null.left @ _along(orbits, z, direction) for direction in kernel]
-    return Conditions(_values(plain, null), np.array(gradients) / _size(plain))
+    """Return those numbers with their gradients, each a second derivative along one direction."""
+    psi, kernel = _crossing(plain)
+    gradients = [psi @ _along(orbits, z, direction) for direction in kernel]
+    return Conditions(crossing_values(plain), np.array(gradients) / _size(plain))
 
 
 def crossing_gap(orbits: Orbits, z: Array) -> float:
@@ -81,14 +60,21 @@ def crossing_gap(orbits: Orbits, z: Array) -> float:
 
 def critical_direction(orbits: Orbits, z: Array) -> Array:
     """Return the unit vector along which the states at a crossing may move, parameters held."""
-    return _null(orbits.linearize(z)).right
+    right = np.linalg.svd(orbits.linearize(z).jacobian[:, :-PARAMETERS])[2][-1]
+    return np.asarray(_sign(right) * right)
 
 
-def _null(plain: Linearization) -> _Null:
-    left, values, right = np.linalg.svd(plain.jacobian[:, :-PARAMETERS])
-    inverse = (right[:-1].T / values[:-1]) @ left[:, :-1].T
-    one, other = _sign(left[:, -1]), _sign(right[-1])
-    return _Null(one * left[:, -1], other * right[-1], float(one * other * values[-1]), inverse)
+def _crossing(plain: Linearization) -> tuple[Array, Array]:
+    """Return psi and an orthonormal basis of K, both smooth. Shapes: (n,), (3, u).
+
+    Unlike the null vectors of the derivatives by the states, they stay so where a fold is met too.
+    """
+    left, _, right = np.linalg.svd(plain.jacobian)
+    psi, kernel = left[:, -1], right[-1 - PARAMETERS :]
+    # Of vectors along no axis of anything, the parts in the kernel turn as it does.
+    places = np.outer(np.arange(1.0, kernel.shape[1] + 1), 1 + np.arange(len(kernel)))
+    turned, triangle = np.linalg.qr(kernel.T @ (kernel @ np.cos(places)))
+    return _sign(psi) * psi, (turned * np.sign(np.diag(triangle))).T
 
 
 def _sign(vector: Array) -> float:

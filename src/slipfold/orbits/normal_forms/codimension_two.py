@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.orbits.normal_forms.maps import FieldMap
 from slipfold.orbits.normal_forms.normal_form import (
+    SYMMETRIC,
     MapDerivatives,
     critical_vectors,
     pair_cubic,
@@ -174,7 +175,7 @@ def _chain(shifted: Array) -> tuple[Vector, Vector, Vector, Vector]:
     return q0.astype(complex), q1.astype(complex), p0.astype(complex), p1.astype(complex)
 
 
-def _bordered_solve(singular: Array, left: Vector, right: Vector, side: Vector) -> Vector:
+def _bordered_solve(singular: Vector, left: Vector, right: Vector, side: Vector) -> Vector:
     """Solve a singular system for the solution that has no component along the null vector."""
     n = len(side)
     matrix = np.zeros((n + 1, n + 1), dtype=complex)
@@ -197,16 +198,35 @@ def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
 
 
 def _zero_hopf(field: FieldMap) -> dict[str, float]:
+    """Return the quadratic coefficients; where a symmetry leaves none, the cubic ones."""
     matrix = field.jacobian
     q0, p0 = eigenvectors(matrix, 0.0)
-    q1, p1, _ = critical_vectors(
+    q1, p1, value = critical_vectors(
         matrix, lambda values: np.where(values.imag > 0, np.abs(values.real), np.inf)
     )
     b00, b11, b01 = field.second([(q0, q0), (q1, q1.conj()), (q0, q1)])
-    return {
+    quadratic = {
         "a": float(np.vdot(p0, b00).real / 2),
         "b": float(np.vdot(p0, b11).real),
         "e": float(np.vdot(p1, b01).real),
+    }
+    if max(map(abs, quadratic.values())) > SYMMETRIC:
+        return quadratic
+    # Of a symmetry: x' = p11 x^3 + p12 x |w|^2, w' = i omega w + p21 x^2 w + p22 w |w|^2.
+    (b1_1,) = field.second([(q1, q1)])
+    identity = np.eye(len(q0))
+    h00, h11 = (_bordered_solve(-matrix, p0, q0, side) for side in (b00, b11))
+    h01 = _bordered_solve(1j * value.imag * identity - matrix, p1, q1, b01)
+    h1_1 = np.linalg.solve(2j * value.imag * identity - matrix, b1_1)
+    mixed = field.second([(q0, h00), (q0, h11), (q1.conj(), h01), (q0, h01), (q1, h00)])
+    of_x = third_form(field, q0, q0, q0) + 3 * mixed[0]
+    by_pair = third_form(field, q0, q1, q1.conj()) + mixed[1] + 2 * mixed[2].real
+    by_x = third_form(field, q0, q0, q1) + 2 * mixed[3] + mixed[4]
+    return {
+        "p11": float(np.vdot(p0, of_x).real / 6),
+        "p12": float(np.vdot(p0, by_pair).real),
+        "p21": float(np.vdot(p1, by_x).real / 2),
+        "p22": pair_cubic(field, q1, p1, h11, h1_1).real,
     }
 
 

@@ -17,7 +17,7 @@ from slipfold.orbits.normal_forms.normal_form import (
     critical_coefficient,
     equilibrium_form,
     first_lyapunov_coefficient,
-    mean_coefficient,
+    mean_length,
     normal_form,
     quintic_coefficient,
 )
@@ -63,23 +63,28 @@ class Forms:
 
 
 class CycleForms(Forms):
-    """Those of cycles: of the return map, for a vector of mean length one round the cycle.
+    """Those of cycles: of the return map.
 
     At points of codimension two no coefficients are computed.
     """
 
     def coefficient(self, curve: Critical, z: Array, linearization: Linearization) -> float:
-        """Return the coefficient along a locus."""
+        """Return the coefficient along a locus, for a critical vector of unit length in a section.
+
+        Its sign and smoothness are enough where points are located.
+        """
         if isinstance(curve.orbits, Cycles) and curve.orbits.stands(z):
             raise np.linalg.LinAlgError("a cycle of no amplitude has no return map")
         map_ = ReturnMap(curve.orbits, z, curve.orbits.scales)
-        product = linearization.product
-        ratios = _ratios(curve.orbits, z)
-        return mean_coefficient(map_, map_.rescaled(product), product, curve.condition, ratios)
+        return critical_coefficient(map_, map_.rescaled(linearization.product), curve.condition)
 
     def length(self, curve: Critical, point: OrbitPoint) -> float:
-        """Return one: coefficients are for vectors of a mean length already."""
-        return 1.0
+        """Return the mean length of that vector, which does not depend on where a cycle begins."""
+        orbits = curve.orbits
+        map_ = ReturnMap(orbits, point.z, orbits.scales)
+        product = (point.linearization or orbits.linearize(point.z)).product
+        ratios = _ratios(orbits, point.z)
+        return mean_length(map_, map_.rescaled(product), product, curve.condition, ratios)
 
     def codimension_two(self, curve: Critical, point: OrbitPoint, kind: str) -> dict[str, float]:
         """Return no coefficients."""

@@ -88,7 +88,7 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     else:
         coefficient = critical_coefficient(map_, matrix, kind)
     if isinstance(map_, ReturnMap):
-        size = _mean_length(map_, matrix, linearization.product, kind, ratios)
+        size = mean_length(map_, matrix, linearization.product, kind, ratios)
     else:
         size = critical_length(matrix, kind, ratios)
     return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
@@ -107,18 +107,11 @@ def normalized(kind: str, coefficient: float, size: float) -> float:
     return coefficient / (size if kind in QUADRATIC else size**2)
 
 
-def mean_coefficient(
-    map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array
-) -> float:
-    """Return the coefficient of a cycle's PD or NS, wherever the cycle is begun.
+def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array) -> float:
+    """Return the root mean square, round a cycle, of its unit critical vector.
 
     Shapes: matrix (n - 1, n - 1); product (n, n); ratios (n,).
     """
-    size = _mean_length(map_, matrix, product, kind, ratios)
-    return normalized(kind, critical_coefficient(map_, matrix, kind), size)
-
-
-def _mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratios: Array) -> float:
     q, _, value = critical_vectors(matrix, _DISTANCES[kind])
     return map_.length(q, value, product, ratios)
 
