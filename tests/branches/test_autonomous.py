@@ -158,7 +158,7 @@ def test_an_undamped_response_is_neutral():
     model = sf.System(
         parameters={"W": 1.2, "F": 0.1},
         states={"q": "v", "v": "F*cos(W*t) - q - q^3"},
-        forcing={"period": "2*pi/W", "quiet": "F"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
     )
     diagram = sf.response(model, vary="W", span=(0.55, 0.8))
     ends = [line.split() for line in diagram.summary().splitlines() if " EP " in line]

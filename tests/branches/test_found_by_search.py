@@ -40,7 +40,7 @@ def test_a_fold_right_beside_the_doubling_is_found(scale):
         name="middle",
         parameters={"h": 0.0},
         states={"q": {"rate": "v", "scale": scale}, "v": {"rate": rate, "scale": scale}},
-        forcing={"period": "pi", "quiet": "h"},
+        forcing={"period": "pi", "amplitude": "h"},
     )
     main, child = sf.response(model, vary="h", span=(0, 0.06)).branches
     assert main.special[0].criticality == "subcritical"

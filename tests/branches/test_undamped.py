@@ -9,7 +9,7 @@ def duffing(k3: float, force: float = 0.1) -> sf.System:
     return sf.System(
         parameters={"W": 0.5, "F": force},
         states={"q": "v", "v": f"F*cos(W*t) - q - {k3}*q^3"},
-        forcing={"period": "2*pi/W", "quiet": "F"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
     )
 
 

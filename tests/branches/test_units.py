@@ -21,7 +21,7 @@ def duffing(length: float, time: float) -> sf.System:
     return sf.System(
         parameters={"W": 1.0 / time, "F": 0.3, "L": length, "T": time},
         states={"q": "v", "v": "(L*F*cos(W*t) - q - q^3/L^2)/T^2 - 0.1*v/T"},
-        forcing={"period": "2*pi/W", "quiet": "F"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
     )
 
 
@@ -30,7 +30,7 @@ def hill(length: float, time: float) -> sf.System:
     return sf.System(
         parameters={"W": 2.0 / time, "e": 0.4, "L": length, "T": time},
         states={"q": "v", "v": "-((1 + e*cos(W*t))*q + q^3/L^2)/T^2 - 0.1*v/T"},
-        forcing={"period": "2*pi/W", "quiet": "e"},
+        forcing={"period": "2*pi/W", "amplitude": "e"},
     )
 
 
@@ -44,7 +44,7 @@ def pendulum(length: float, time: float) -> sf.System:
             "y": "w",
             "w": "-(y + x*y/L + 0.1*y^3/L^2)/T^2 - 0.1*w/T",
         },
-        forcing={"period": "pi*T", "quiet": "F"},
+        forcing={"period": "pi*T", "amplitude": "F"},
     )
 
 

@@ -141,7 +141,7 @@ def test_fast_modes_are_no_disagreement():
             "u": "-1600*y - 0.1*u + x",
             "s": "-100*(s - x)",
         },
-        forcing={"period": "2*pi/W", "quiet": "a"},
+        forcing={"period": "2*pi/W", "amplitude": "a"},
     )
     diagram = sf.response(model, vary="a", span=(0.1, 0.6))
     assert diagram.checked.agree, str(diagram.checked)

@@ -11,7 +11,7 @@ def oscillator(W: float) -> sf.System:
     return sf.System(
         parameters={"W": W, "F": 1.0},
         states={"q": "v", "v": "F*cos(W*t) - q - 0.1*v"},
-        forcing={"period": "2*pi/W", "quiet": "F"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
     )
 
 

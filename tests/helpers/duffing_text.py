@@ -16,7 +16,7 @@ q = { rate = "v", doc = "displacement", start = 0.5 }
 v = "force - 0.05*v - stiff*q - cubic"
 [forcing]
 period = "2*pi/W"
-quiet = "F"
+amplitude = "F"
 [outputs]
 energy = "v^2/2 + q^2/2 + g/4*q^4"
 force = { formula = "force", unit = "N", doc = "force", label = "$F$" }

@@ -11,7 +11,7 @@ q = { rate = "v", label = "<u>q</u>" }
 v = { rate = "F*cos(W*t) - 0.2*v - q" }
 [forcing]
 period = "2*pi/W"
-quiet = "F"
+amplitude = "F"
 """
 """A model whose texts are markup; the page must show them as they are."""
 
@@ -39,7 +39,7 @@ q = {{ rate = "v" }}
 v = {{ rate = "{MANY[1]}*cos({MANY[0]}*t) - v - q*({"+".join(MANY)})/70" }}
 [forcing]
 period = "2*pi/{MANY[0]}"
-quiet = "{MANY[1]}"
+amplitude = "{MANY[1]}"
 [parameters]
 """ + "".join(f"{name} = 1\n" for name in MANY)
 """A model with a long name that is no name of a file, and more parameters than usual."""

@@ -32,7 +32,7 @@ class Duffing(_Oscillator):
     """q'' + d q' + k q + g q^3 = a cos(w t)."""
 
     name = "duffing"
-    quiet = "a"
+    forcing_amplitude = "a"
     parameters = (
         OMEGA,
         Parameter("d", 0.05),
@@ -49,7 +49,7 @@ class Mathieu(_Oscillator):
     """x'' + 2 z x' + (1 + h cos(w t)) x + g x^3 = 0."""
 
     name = "mathieu"
-    quiet = "h"
+    forcing_amplitude = "h"
     parameters = (
         Parameter("w", 2.0, "rad/s", "circular frequency", lower=0, lower_open=True),
         Parameter("z", 0.01),
@@ -65,7 +65,7 @@ class VanDerPol(_Oscillator):
     """x'' - e (1 - x^2) x' + x = a cos(w t)."""
 
     name = "vanderpol"
-    quiet = "a"
+    forcing_amplitude = "a"
     parameters = (OMEGA, Parameter("e", 0.2), Parameter("a", 0.3))
 
     def acceleration(self, q, v, c, wave):

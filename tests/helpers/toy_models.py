@@ -12,7 +12,7 @@ class LinearOscillator(Model):
     """x'' + 2 zeta w0 x' + w0^2 x = a cos(2 pi f t)."""
 
     name = "linear"
-    quiet = "a"
+    forcing_amplitude = "a"
     states = (State("x", "m"), State("v", "m/s"))
     parameters = (
         Parameter("f0", 1.0, "Hz", "natural frequency", lower=0, lower_open=True),

@@ -26,7 +26,7 @@ def system(text):
 FORCED_WELL = """
 name = "forced double well"
 parameters = { W = 1.0, F = 0.05 }
-forcing = { period = "2*pi/W", quiet = "F" }
+forcing = { period = "2*pi/W", amplitude = "F" }
 [states]
 x = "v"
 v = "x - x^3 - 0.2*v + F*cos(W*t)"

@@ -55,13 +55,13 @@ def test_the_forcing_leaves_no_parameter_behind():
     assert model.states == forced.states
     assert model == forced.replace(f=12.5, Nd=0.0).steady()
     assert model.static_point() == pytest.approx(forced.static_point(), abs=1e-14)
-    state, quiet = np.array([0.2, -0.1, 3.0, -5.0]), forced.replace(Nd=0.0)
+    state, unforced = np.array([0.2, -0.1, 3.0, -5.0]), forced.replace(Nd=0.0)
     assert evaluation_of(model).rates(model, state) == pytest.approx(
-        evaluation_of(quiet).rates(quiet, state, 0.3), rel=1e-14
+        evaluation_of(unforced).rates(unforced, state, 0.3), rel=1e-14
     )
     for output in forced.outputs():
         assert model.evaluate(output.name, state) == pytest.approx(
-            quiet.evaluate(output.name, state, 0.01), rel=1e-12, abs=1e-15
+            unforced.evaluate(output.name, state, 0.01), rel=1e-12, abs=1e-15
         )
 
 

@@ -25,7 +25,7 @@ def model():
 
 
 def test_it_is_what_the_text_says(model):
-    assert (model.name, model.title, model.quiet) == ("Duffing", "a cubic spring", "F")
+    assert (model.name, model.title, model.forcing_amplitude) == ("Duffing", "a cubic spring", "F")
     assert [state.name for state in model.states] == ["q", "v"]
     assert model.parameter("W").bounds == "> 0 rad/s"
     assert model.parameter("g").bounds == "<= 10"

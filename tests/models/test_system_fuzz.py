@@ -61,7 +61,7 @@ KEYS = st.sampled_from(
     [
         *("value", "unit", "min", "max", "above", "below", "doc", "symbol", "rate", "scale"),
         *("start", "formula", "label", "output", "bound", "reason", "measure", "stop", "period"),
-        "quiet",
+        "amplitude",
     ]
 )
 ENTRIES = st.one_of(

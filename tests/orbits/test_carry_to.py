@@ -20,7 +20,7 @@ def duffing(**values):
     """Beyond its resonance a weak force has a small response, and a strong one only a large one."""
     parameters = {"W": 2.0, "F": 1.0, **values}
     rates = {"q": "v", "v": "F*cos(W*t) - q - q^3 - 0.1*v"}
-    forcing = {"period": "2*pi/W", "quiet": "F"}
+    forcing = {"period": "2*pi/W", "amplitude": "F"}
     return measured(sf.System(parameters=parameters, states=rates, forcing=forcing))
 
 

@@ -28,7 +28,7 @@ def escaping(shift):
         parameters={"F": 0.01, "c": 0.3, "W": 0.95},
         states={"x": "v", "v": "F*sin(W*t) - c*v - x + x^2"},
         outputs={"room": f"x + {shift!r}"},
-        forcing={"period": "2*pi/W", "quiet": "F"},
+        forcing={"period": "2*pi/W", "amplitude": "F"},
         limits={"floor": {"output": "room", "bound": FLOOR + shift}},
     )
 

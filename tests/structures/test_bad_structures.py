@@ -184,7 +184,7 @@ def test_a_level_cannot_lift_the_contact():
         contacts=FrictionContact("q1", load=ModulatedLoad(Ns=1, Nd=0.6)),
         forcing=HarmonicForce("q2", F=1.0),
     )
-    assert model.quiet == "level"
+    assert model.forcing_amplitude == "level"
     with pytest.raises(InputError, match="is not below Ns"):
         model.replace(level=2)
 

@@ -246,7 +246,7 @@ def follow_line(
     """Follow one response; what keeps it from existing is data, not an error.
 
     It begins and ends outside the window, so that branches born there are known inside: at the
-    quiet state where the parameter switches the forcing off.
+    state without forcing where the parameter switches the forcing off.
     """
     (fixed,) = (name for name in plane.names if name != vary)
     low, high = extended(plane.model, vary, plane.span(vary))
@@ -327,7 +327,7 @@ def extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float,
     """Return how far beyond a window responses across it are followed."""
     low, high = span
     parameter, width = model.parameter(vary), high - low
-    if model.quiet == vary:
+    if model.forcing_amplitude == vary:
         return min(0.0, low), min(high + BEYOND_QUIET * width, parameter.upper)
     # A bound itself may be excluded. Zero is one as well: what is damping, friction or mass inside
     # the window is none beyond zero, and families of cycles that fill the plane may wait there.

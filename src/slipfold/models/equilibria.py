@@ -118,12 +118,13 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
     [0.117403, 0.061107]
     """
     check_followed(model)
-    quiet = model if model.quiet is None else model.replace(**{model.quiet: 0.0})
-    functions = evaluation_of(quiet)
-    scales = quiet.state_scales()
+    amplitude = model.forcing_amplitude
+    unforced = model if amplitude is None else model.replace(**{amplitude: 0.0})
+    functions = evaluation_of(unforced)
+    scales = unforced.state_scales()
 
-    linear = functions.linear_of(quiet)
-    state = damped_newton(linear, quiet.start[None], scales)[0]
+    linear = functions.linear_of(unforced)
+    state = damped_newton(linear, unforced.start[None], scales)[0]
     size = float(np.max(np.abs(state) / scales))
     # It may have few digits yet; a smaller one may be zero but for rounding.
     if 1e-12 < size < 1:

@@ -162,7 +162,11 @@ class MechanicalModel(Model):
         >>> [f"{value:.4f}" for value in SlidingOscillator().modes().frequency]
         ['7.1383', '12.4607']
         """
-        unforced = self if self.quiet is None else self.replace(**{self.quiet: 0.0})
+        unforced = (
+            self
+            if self.forcing_amplitude is None
+            else self.replace(**{self.forcing_amplitude: 0.0})
+        )
         names = [item.name for item in self.states]
         displacements = tuple(name for name in names if f"v{name}" in names)
         jacobian = evaluation_of(unforced).jacobian(unforced, self.static_point())

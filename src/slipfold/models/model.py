@@ -166,9 +166,9 @@ class Model(ABC):
     """A periodically forced mechanical system, written in symbols; immutable.
 
     A subclass states `name`, `states`, `parameters` and implements `coefficients`, `rates` and
-    `period`; `outputs`, `limits`, `quiet` and `declared_scales` have defaults. Derivatives, flows,
-    orbits and branches follow from that alone. Where the equations depend on more than the class,
-    `structure` says on what.
+    `period`; `outputs`, `limits`, `forcing_amplitude` and `declared_scales` have defaults.
+    Derivatives, flows, orbits and branches follow from that alone. Where the equations depend on
+    more than the class, `structure` says on what.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ class Model(ABC):
     states: tuple[State, ...]
     parameters: tuple[Parameter, ...]
     limits: tuple[Limit, ...] = ()
-    quiet: str | None = None
+    forcing_amplitude: str | None = None
     """Name of the parameter that switches the forcing off when it is zero."""
     _values: Mapping[str, float]
     _sizes: NDArray[np.float64] | None = None
@@ -250,7 +250,7 @@ class Model(ABC):
     @property
     def varied_first(self) -> str | None:
         """Name of the parameter to look at first: None if none stands out."""
-        return self.quiet
+        return self.forcing_amplitude
 
     def outputs(self) -> tuple[Output, ...]:
         """Quantities of interest in addition to the states."""
@@ -279,7 +279,7 @@ class Model(ABC):
         """Typical sizes of the states, shape (n_states,); NaN where they are to be found."""
         return np.full(len(self.states), np.nan)
 
-    def quiet_scales(self) -> NDArray[np.float64]:
+    def unforced_scales(self) -> NDArray[np.float64]:
         """The same where the forcing is off and its frequency means nothing."""
         return self.declared_scales()
 

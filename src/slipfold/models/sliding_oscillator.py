@@ -123,7 +123,7 @@ class SlidingOscillator(MechanicalModel):
 
     name = "sliding"
     title = "structure sliding on a moving plate, 2:1 internal resonance"
-    quiet = "Nd"
+    forcing_amplitude = "Nd"
     states = (
         State("x", "", "horizontal displacement over L", "$x/L$"),
         State("y", "", "vertical displacement over L", "$y/L$"),

@@ -56,7 +56,7 @@ class System(Model):
         "mu"}``, of numbers and formulas in parameters. The name with ``_normal`` is the normal
         force, which vanishes where the contact opens.
     forcing
-        ``{"period": "2*pi/W"}`` in seconds; ``"quiet"`` names the parameter that switches the
+        ``{"period": "2*pi/W"}`` in seconds; ``"amplitude"`` names the parameter that switches the
         forcing off. None for an autonomous system, which gets a parameter ``duration``.
     outputs
         Formula by name, or a table ``{"formula": "...", "unit", "doc", "label"}``.
@@ -146,7 +146,7 @@ class System(Model):
             ),
             parameters=equations.parameters,
             limits=equations.limits,
-            quiet=system.forcing.quiet if system.forcing else None,
+            forcing_amplitude=system.forcing.amplitude if system.forcing else None,
         )
         super().__init__(**values)
 

@@ -59,12 +59,12 @@ class Unforced(Model):
     _terms: _Terms
 
     def __init__(self, model: Model, **values: float | str) -> None:
-        quiet = _checked(model)
-        terms = _terms_of(model.kind, quiet)
+        amplitude = _checked(model)
+        terms = _terms_of(model.kind, amplitude)
         kept = {item.name for item in terms.parameters}
         taken = {name: value for name, value in model.values.items() if name in kept}
         self._take(
-            _base=model.kind.make(**{quiet: 0.0}),
+            _base=model.kind.make(**{amplitude: 0.0}),
             _terms=terms,
             name=f"steady-{model.name}",
             title=f"{model.title}; without forcing, autonomous".removeprefix("; "),
@@ -137,7 +137,9 @@ class Unforced(Model):
         """Those of the forced model."""
         others = self._terms.others
         return tuple(
-            Output(item.name, partial(_quiet, item, others), item.unit, item.doc, item.label)
+            Output(
+                item.name, partial(_unforced_output, item, others), item.unit, item.doc, item.label
+            )
             for item in self._base.outputs()
         )
 
@@ -148,7 +150,7 @@ class Unforced(Model):
 
     def declared_scales(self) -> NDArray[np.float64]:
         """Those of the forced model at rest."""
-        return self.forced_model.quiet_scales()
+        return self.forced_model.unforced_scales()
 
     def static_point(self) -> NDArray[np.float64]:
         """Return the equilibrium that is reached from the model's start.
@@ -172,7 +174,7 @@ class Unforced(Model):
         return f"{self.forced_model!r}.steady({given})"
 
 
-def _quiet(
+def _unforced_output(
     output: Output, others: Symbols, q: Symbols, c: Symbols, phase: Expression
 ) -> Expression:
     """Return an output at phase zero, with the coefficients that are constants now."""
@@ -196,24 +198,24 @@ def _checked(model: Model) -> str:
         raise InputError(
             f"{model.name} is autonomous already; its steady states are followed as they are"
         )
-    if model.quiet is None:
+    if model.forcing_amplitude is None:
         raise InputError(
             f"{model.name} does not say which parameter switches its forcing off, so it has no "
-            "steady state; name it as quiet in the table [forcing]"
+            "steady state; name it as amplitude in the table [forcing]"
         )
     if any(item.name == DURATION.name for item in model.parameters):
         raise InputError(
             f"{model.name} has a parameter {DURATION.name!r}, the name of the unit of time of "
             "autonomous models; give it another name"
         )
-    return model.quiet
+    return model.forcing_amplitude
 
 
 @lru_cache(maxsize=64)
-def _terms_of(kind: Kind, quiet: str) -> _Terms:
+def _terms_of(kind: Kind, amplitude: str) -> _Terms:
     model = kind.make()
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
-    found = model.coefficients({**p, quiet: _REST})
+    found = model.coefficients({**p, amplitude: _REST})
     constants = {
         name: value
         for name, value in found.items()

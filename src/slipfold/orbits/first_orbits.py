@@ -102,7 +102,7 @@ def _from_zero_forcing(
 
     Where the state without forcing is unstable, a trajectory from rest comes first.
     """
-    forcing = model.quiet
+    forcing = model.forcing_amplitude
     if forcing is None or not model.values[forcing]:
         return "Newton's method does not converge from the linear response"
     target = model.values[forcing]

@@ -255,7 +255,7 @@ class ForcingTable(Table):
     period: Formula = Field(  # in seconds
         examples=['period = "2*pi/W" in seconds, or leave the table out for an autonomous system']
     )
-    quiet: Line | None = None  # name of the parameter that switches the forcing off
+    amplitude: Line | None = None  # name of the parameter that switches the forcing off
 
 
 class LimitTable(Table):
@@ -381,7 +381,7 @@ def _check_names(definition: SystemFile, source: Source) -> None:
 
 
 def _check_references(definition: SystemFile, source: Source) -> None:
-    """Refuse limits, events and a quiet parameter that name nothing there is."""
+    """Refuse limits, events and an amplitude that name nothing that exists."""
     parameters = list(definition.parameters)
     outputs = [*definition.states, *definition.outputs]
     for name, contact in definition.contacts.items():
@@ -392,8 +392,8 @@ def _check_references(definition: SystemFile, source: Source) -> None:
             message = f"there is no {what} {name[:80]!r}; {suggest(name[:80], known)}"
             raise source.error(path, f"{message}there are {', '.join(known) or 'none'}")
 
-    if definition.forcing is not None and definition.forcing.quiet is not None:
-        look_up(("forcing", "quiet"), definition.forcing.quiet, parameters, "parameter")
+    if definition.forcing is not None and definition.forcing.amplitude is not None:
+        look_up(("forcing", "amplitude"), definition.forcing.amplitude, parameters, "parameter")
     for name, limit in definition.limits.items():
         look_up(("limits", name, "output"), limit.output, outputs, "output")
     for event in definition.watched_values:

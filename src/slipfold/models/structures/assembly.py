@@ -158,7 +158,7 @@ class Assembly:
         )
 
     @property
-    def quiet(self) -> str | None:
+    def forcing_amplitude(self) -> str | None:
         """Name of the parameter that switches the forcing off."""
         if len(self._amplitudes) > 1:
             return LEVEL.name
@@ -173,7 +173,7 @@ class Assembly:
     def parameters(self) -> tuple[Parameter, ...]:
         """The structure's own, then those of the components."""
         own = [FREQUENCY] if self.forced else [DURATION]
-        own += [LEVEL] if self.quiet == LEVEL.name else []
+        own += [LEVEL] if self.forcing_amplitude == LEVEL.name else []
         damping = self.definition.C
         if isinstance(damping, Damping):
             own += damping.parameters
@@ -216,7 +216,7 @@ class Assembly:
     def own_values(self, item: Placed, p: Symbols) -> dict[str, Expression]:
         """Return a component's parameters by their own names, amplitudes times the level."""
         own = item.component.own(p)
-        if LEVEL.name in p and self.quiet == LEVEL.name:
+        if LEVEL.name in p and self.forcing_amplitude == LEVEL.name:
             for name in item.component.amplitudes:
                 own[name] = p[LEVEL.name] * own[name]
         return own

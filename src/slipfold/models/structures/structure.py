@@ -148,7 +148,7 @@ class Structure(MechanicalModel):
             states=assembly.states,
             parameters=assembly.parameters,
             limits=assembly.limits,
-            quiet=assembly.quiet,
+            forcing_amplitude=assembly.forcing_amplitude,
         )
         super().__init__(**values)
 
@@ -293,9 +293,9 @@ class Structure(MechanicalModel):
 
         Without a length scale displacements and rates are left to be found.
         """
-        return self._scales(self._values["f"]) if self.forced else self.quiet_scales()
+        return self._scales(self._values["f"]) if self.forced else self.unforced_scales()
 
-    def quiet_scales(self) -> Array:
+    def unforced_scales(self) -> Array:
         """Return `declared_scales` with the lowest natural frequency for that of the forcing."""
         moving = self._assembly.frequencies[self._assembly.frequencies > 0]
         return self._scales(float(moving[0]) if len(moving) else 0.5 / math.pi)
@@ -358,7 +358,7 @@ class Structure(MechanicalModel):
     @property
     def varied_first(self) -> str | None:
         """The parameter that switches the forcing off, or the speed of a moving surface."""
-        return self.quiet or next(iter(self._assembly.speeds), None)
+        return self.forcing_amplitude or next(iter(self._assembly.speeds), None)
 
     @property
     def surface_speeds(self) -> Mapping[str, bool]:
