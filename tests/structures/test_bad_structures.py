@@ -202,7 +202,7 @@ def test_matrices_without_symmetry_are_taken_where_they_may_be():
     assert model.stiffness_matrix == pytest.approx(SKEW)
 
 
-def test_steady_sliding_is_not_followed_to_a_counter_body_at_rest():
+def test_steady_sliding_is_not_followed_to_a_surface_at_rest():
     tip = FrictionContact("tip", Coulomb(), Vd="2 m/s")
     rubbing = Structure(M=[[1.0]], K=[[100.0]], names=("tip",), contacts=tip)
     with pytest.raises(InputError, match="Vd = 0 is outside its bounds; Vd must be > 0 m/s"):

@@ -140,14 +140,7 @@ class Parametric:
     @property
     def kind(self) -> Self:
         """The part with default values: equal for all parts with the same equations."""
-        changes: dict[str, Any] = {item.name: item.default for item in declared(type(self))}
-        for item in _fields(type(self)):
-            value = getattr(self, item.name)
-            if isinstance(value, Parametric):
-                changes[item.name] = value.kind
-            elif several := _several(value):
-                changes[item.name] = tuple(part.kind for part in several)
-        return dataclasses.replace(self, **changes)
+        return self._with(lambda name, parameter, value: parameter.default)
 
     def replace(self, **changes: Any) -> Self:
         """Return a new part with some values changed.
@@ -164,25 +157,30 @@ class Parametric:
             For an unknown name or a value that cannot be used.
         """
         names = [item.name for item in _fields(type(self))]
-        made = {name: changes.pop(name) for name in names if name in changes}
-        for name in names:
-            value = made.get(name, getattr(self, name))
-            if isinstance(value, Parametric):
-                if own := {key: changes.pop(key) for key in value.values if key in changes}:
-                    made[name] = value.replace(**own)
-                continue
-            parts = list(_several(value))
-            for number, part in enumerate(parts, 1):
-                keys = [key for key in part.values if f"{key}{number}" in changes]
-                if keys:
-                    parts[number - 1] = part.replace(
-                        **{key: changes.pop(f"{key}{number}") for key in keys}
-                    )
-                    made[name] = tuple(parts)
+        new = {name: changes.pop(name) for name in names if name in changes}
+        made = dataclasses.replace(self, **new) if new else self
+        if changes:
+            made = made._with(lambda name, parameter, value: changes.pop(name, value))
         for name in changes:
             known = list(dict.fromkeys([*names, *self.values]))
             raise unknown(f"{type(self).__name__} has no parameter", name, known)
-        return dataclasses.replace(self, **made)
+        return made
+
+    def _with(self, value_of: Callable[[str, Parameter, float], Any]) -> Self:
+        """Return the part with values by name, parameter and present value."""
+        changes: dict[str, Any] = {}
+        for item in _fields(type(self)):
+            value, parameter = getattr(self, item.name), item.metadata.get("parameter")
+            if parameter is not None:
+                changes[item.name] = value_of(parameter.name, parameter, value)
+            elif isinstance(value, Parametric):
+                changes[item.name] = value._with(value_of)
+            elif several := _several(value):
+                changes[item.name] = tuple(
+                    part._with(lambda name, *given, n=number: value_of(f"{name}{n}", *given))
+                    for number, part in enumerate(several, 1)
+                )
+        return dataclasses.replace(self, **changes)
 
 
 def _as_read(item: dataclasses.Field[Any], given: Any, title: str) -> Any:

@@ -318,7 +318,7 @@ class SlidingOscillator(MechanicalModel):
     def declared_scales(self) -> Array:
         """Displacements of order L, rates of order 2 pi f, memory as the law says."""
         rate = 2 * math.pi * self._values["f"]
-        memory = [self.friction.memory_scale] * len(self.states[4:])
+        memory = [self.friction.memory_scale for _ in self.states[4:]]
         return np.array([1.0, 1.0, rate, rate, *memory])
 
     def outputs(self) -> tuple[Output, ...]:
