@@ -28,42 +28,6 @@ def collocated(orbit, intervals):
     return orbits, correction
 
 
-def test_orbit_and_multipliers_are_those_of_shooting(forced):
-    orbits, correction = collocated(forced, 32)
-    scales = orbits.scales
-    assert np.abs((orbits.nodes(correction.z)[0] - forced.nodes[0]) / scales).max() < 1e-11
-    found = np.linalg.eigvals(correction.linearization.product)
-    nearest = np.abs(found[:, None] - forced.multipliers).min(axis=0)
-    assert nearest.max() < 1e-11
-    even = orbits.evenly(correction.z)
-    assert np.abs((even[:: len(even) // 8] - forced.nodes) / scales).max() < 1e-10
-
-
-def test_errors_at_the_nodes_are_of_order_twelve():
-    """The cubic oscillator x'' = -x - x^3 + cos t: sharp enough for errors to be seen."""
-    model = sf.System(
-        name="cubic",
-        parameters={"F": 8.0},
-        states={"x": "v", "v": "F*cos(t) - 0.3*v - x - x^3"},
-        forcing={"period": "2*pi"},
-    )
-    orbit = sf.periodic_orbit(model)
-    reference = collocated_states(orbit, 256)
-    errors = [np.abs(collocated_states(orbit, count) - reference).max() for count in (16, 32)]
-    assert 1e-8 < errors[0] < 1e-2
-    assert 1000 < errors[0] / errors[1] < 20000  # 2^12 = 4096
-
-
-def collocated_states(orbit, intervals):
-    orbits = ForcedOrbits(orbit.model, {"F": 1.0}, 1, intervals, Collocation)
-    samples = orbit.sample(orbits.segments)[1]
-    row = np.zeros(orbits.size + 1)
-    row[-1] = 1.0
-    correction = correct(orbits, orbits.join(samples, [orbit.model.values["F"]]), row)
-    assert correction.converged
-    return orbits.nodes(correction.z)[:: orbits.segments // 16]
-
-
 def test_second_and_third_derivatives_are_those_of_differences(forced):
     orbits, correction = collocated(forced, 16)
     z, m, n = correction.z, orbits.segments, 4

@@ -5,13 +5,16 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+import slipfold as sf
 from helpers.bifurcation_sets import bifurcations, response
 from helpers.by_hand.sliding import BASE, integrate
 from helpers.textbook_models import VanDerPol
 from slipfold.branches.response import trace_response
 from slipfold.loci.follow import follow_loci
+from slipfold.models.registry import model_named
 from slipfold.orbits.critical import Critical
-from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.eigenvalues import Cayley
+from slipfold.orbits.kinds import Cycles, Equilibria, ForcedOrbits
 
 RNG = np.random.default_rng(20260106)
 SPAN = (0.0, 0.98)
@@ -51,13 +54,16 @@ def check_jacobian(problem, z, h=1e-4, rel=1e-6):
     linearization = problem.linearize(z)
     assert np.abs(linearization.defect).max() < 1e-8
     matrix = linearization.bordered(np.zeros(len(z))).matrix[:-1]
-    size = problem.orbits.size
-    assert matrix.shape == (size + 1, size + 2)
+    orbits = problem.orbits
+    assert matrix.shape == (len(z) - 1, len(z))
+    # The condition on the phase is met by every unknown; it only says which way steps go.
+    kept = np.ones(len(z) - 1, dtype=bool)
+    kept[orbits.size : -1] = False
     random = RNG.normal(size=(3, len(z)))
-    along = np.eye(len(z))[[-2, -1, 0, size // 2]]
+    along = np.eye(len(z))[[*range(-len(orbits.units), 0), 0, orbits.size // 2]]
     for direction in [*random / np.linalg.norm(random, axis=1)[:, None], *along]:
-        expected = difference(problem.defect, z, direction, h)
-        found = matrix @ direction
+        expected = difference(problem.defect, z, direction, h)[kept]
+        found = (matrix @ direction)[kept]
         assert found == pytest.approx(expected, abs=rel * (1 + np.abs(expected).max()))
 
 
@@ -105,3 +111,53 @@ def test_its_orbits_have_the_critical_multiplier_by_hand(kind, period, f, plane)
         assert np.abs(np.abs(values[values.imag > 0]) - 1).min() < 1e-8
     else:
         assert np.abs(values - {"LP": 1, "PD": -1}[kind]).min() < 1e-7
+
+
+# -- cycles and equilibria ----------------------------------------------------------------------
+
+
+def autonomous(name, vary, span, kind, branch=None, **settings):
+    diagram = sf.response(
+        model_named(name), vary=vary, span=span, settings=sf.Settings(largest_period=1, **settings)
+    )
+    return next(
+        item.point
+        for item in diagram.special
+        if item.point.type == kind and branch in (None, item.branch.id)
+    )
+
+
+CYCLES = [
+    ("lure", "a", (1.2, 0.62), "PD", ("a", "b")),
+    ("roessler", "a", (-0.3, 0.2), "PD", ("c", "a")),
+    ("freire", "n", (-0.55, -0.6), "LP", ("n", "r")),
+]
+
+
+@pytest.mark.parametrize(("name", "vary", "span", "kind", "plane"), CYCLES)
+@pytest.mark.parametrize("offset", [0.0, 0.5])
+def test_jacobian_of_cycles_against_differences(name, vary, span, kind, plane, offset):
+    item = autonomous(name, vary, span, kind, 2)
+    orbits = Cycles(item.model, dict(zip(plane, (0.5, 0.7), strict=True)), 1, len(item.nodes))
+    problem, z = Critical(orbits, kind), orbits.unknown(item.nodes, item.model)
+    if offset:
+        problem, z, _ = problem.shifted(z, np.ones(len(z)))
+    check_jacobian(problem, z, 1e-4, 1e-6)
+
+
+EQUILIBRIA = [
+    ("lure", "a", (1.2, 0.9), ("a", "b")),
+    ("freire", "n", (-0.55, -0.6), ("r", "n")),
+    ("stribeck", "vd", (2, 0.9), ("vd", "md")),
+]
+
+
+@pytest.mark.parametrize(("name", "vary", "span", "plane"), EQUILIBRIA)
+@pytest.mark.parametrize("offset", [0.0, 0.5])
+def test_jacobian_of_equilibria_against_differences(name, vary, span, plane, offset):
+    item = autonomous(name, vary, span, "HB", 1)
+    orbits = Equilibria(item.model, dict(zip(plane, (0.5, 0.7), strict=True)), Cayley())
+    problem, z = Critical(orbits, "HB"), orbits.unknown(item.nodes[:1], item.model)
+    if offset:
+        problem, z, _ = problem.shifted(z, np.ones(len(z)))
+    check_jacobian(problem, z, 1e-3, 1e-7)

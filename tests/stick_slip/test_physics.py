@@ -74,16 +74,3 @@ def test_what_the_belt_drives_is_what_friction_gives_and_heats():
             assert item.heat == 0
         if item.contact == "wall":
             assert item.work == pytest.approx(-item.heat, abs=1e-13)
-
-
-def test_time_runs_through_intervals_without_gaps():
-    motion = sf.simulate(brake(LAWS["Tustin"]), 20)
-    for name in ("belt", "wall"):
-        own = [item for item in motion.sticking.intervals if item.contact == name]
-        assert own[0].begin == 0
-        assert own[-1].end == 20
-        assert [item.end for item in own[:-1]] == [item.begin for item in own[1:]]
-        # Two slips in a row go in opposite directions: there friction could not hold.
-        for item in own:
-            if item.state == "stick":
-                assert item.end > item.begin

@@ -11,28 +11,6 @@ def constant(value):
     return lambda *_: np.asarray(value)
 
 
-def den_hartog(frequency, kinetic, static=None, phases=(0.0,)):
-    """x'' + x = cos(W t + phase) - friction; the phases run side by side."""
-    shift = np.reshape(phases, (-1, 1))
-    contact = Contact(np.eye(1), np.zeros(1), constant(1.0), constant(kinetic), static or kinetic)
-    return System(
-        np.eye(1), np.zeros((1, 1)), lambda t, q: np.cos(frequency * t + shift) - q, [contact]
-    )
-
-
-def masses_on_belt(coefficients, statics, speed, *, coupling=0.0, damping=0.0):
-    """Unit masses on unit springs, each on the belt, neighbors coupled."""
-    n = len(statics)
-    chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-    chain[[0, -1], [0, -1]] -= 1
-    stiffness = np.eye(n) + coupling * chain
-    contacts = [
-        Contact(row[None], np.full(1, speed), constant(1.0), coefficient, static)
-        for row, coefficient, static in zip(np.eye(n), coefficients, statics, strict=True)
-    ]
-    return System(np.eye(n), damping * np.eye(n), lambda t, q: -q @ stiffness, contacts)
-
-
 def sliding(**given):
     """The sliding oscillator in meters, x before y; values may be arrays, a motion each."""
     p = {**BASE, "mu_s": given.get("mu", BASE["mu"]), **given}
