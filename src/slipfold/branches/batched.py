@@ -1,8 +1,8 @@
-"""Responses of many cases followed together: their special points, or all of their branches.
+"""Responses of many cases in a batch: their special points, or all of their branches.
 
-A case in which anything is out of the ordinary is left, to be followed individually. Ordinary are
-branches in slip that begin at the response of period 1, change by folds, period doublings and tori
-alone, and end at an end of the span or at a limit at which nothing sticks.
+A case is left, to be followed individually, unless all its branches are ordinary: in slip,
+connected with the response of period 1, with no other bifurcations than folds, period doublings and
+tori, and ending at an end of the span or at a limit at which nothing sticks.
 """
 
 from __future__ import annotations
@@ -48,19 +48,19 @@ from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
 MINIMUM_BATCH = 16
-"""Cases from which on they are followed together: four are as quick individually, and compiling
-what is needed takes seconds."""
+"""Minimum number of cases for a batch: four are as quick individually, and compiling takes
+seconds."""
 
 BATCH = 64
-"""Cases that a batch should have: of 16 each takes twice as long, of 128 four fifths."""
+"""Number of cases of a batch: in one of 16 each takes twice as long, in one of 128 four fifths."""
 
 Report = Callable[[str, float], None]
-"""Called with the stage of the computation and which fraction of it is done."""
+"""Called with the stage of the computation and the finished fraction of it."""
 
 
 @dataclass(eq=False)
 class BatchedCase:
-    """A case: its branches in their order, as far as it was followed together with others."""
+    """A case with its branches in their order, as far as the batch followed it."""
 
     model: Model
     branches: list[BatchedBranch] = field(default_factory=list)
@@ -76,7 +76,7 @@ class BatchedCase:
         return [tuple(describe(item) for item in branch.found) for branch in self.branches]
 
     def loss(self, special: Sequence[SpecialPoint]) -> SpecialPoint | None:
-        """Return which special point of the first branch ends its initial stability, if any."""
+        """Return the special point at which the first branch loses its stability, if any."""
         around = (item.bracket.unstable for item in self.branches[0].located)
         crossed = zip(special, around, strict=True)
         return next((point for point, (before, after) in crossed if before == 0 < after), None)
@@ -108,7 +108,7 @@ def follow_batch(
     *,
     whole: bool = True,
 ) -> list[BatchedCase]:
-    """Follow the responses of models of one kind, whole or as far as special points need it.
+    """Follow the responses of models of one kind, with all orbits or with special points alone.
 
     The results of a case do not depend on the other cases. The shorter periods come first.
     """
@@ -143,7 +143,7 @@ def follow_batch(
 
 
 def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
-    """Return the explicit steps for such models; None where these or settings do not allow it."""
+    """Return the explicit steps for a kind of models; None if these or settings forbid them."""
     slips = all(contact.limits for contact in contacts_of(model))
     if not model.forced or not slips or np.any(model.whole_turns):
         return None
@@ -163,7 +163,7 @@ def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
 def _responses(
     orbits: OrbitBatch, cases: Sequence[BatchedCase], forward: float, settings: Settings
 ) -> list[BatchedBranch]:
-    """Find the responses at the first value from the linear ones."""
+    """Find the responses at the first value, from the linear ones."""
     flow, curves, guesses = flow_of(orbits.model), dict[int, ForcedOrbits](), []
     for number, case in enumerate(cases):
         model = case.model
@@ -242,7 +242,7 @@ def _locate(
 
 
 def _is_genuine(item: Located) -> bool:
-    """Whether a multiplier is where the type says: a neutral saddle has no pair on the circle."""
+    """Whether a multiplier has its critical value: a neutral saddle has no pair on the circle."""
     if item.bracket.kind == "NS":
         return is_torus(item.multipliers)
     target = -1.0 if item.bracket.kind == "PD" else 1.0
@@ -260,7 +260,7 @@ def _refine(
     branches: Sequence[BatchedBranch],
     tolerance: float,
 ) -> None:
-    """Add the special points of branches as the flow itself has them."""
+    """Add the special points of branches, corrected by the flow itself."""
     items = [
         (branch, item)
         for branch in branches
@@ -285,7 +285,7 @@ def _refine_points(
     branches: Sequence[BatchedBranch],
     tolerance: float,
 ) -> None:
-    """Add all orbits to branches that were followed, as the flow itself has them."""
+    """Add all orbits to branches that were followed, corrected by the flow itself."""
     limits = orbits_at_limits(orbits, branches, tolerance)
     ended = [branch for branch in branches if branch.ordinary]
     parts, rows = list[list[Step]](), list[Array]()
@@ -318,7 +318,7 @@ def _refine_points(
 def _last_before(
     limit: AtLimit | None, branch: BatchedBranch, case: BatchedCase, tolerance: float
 ) -> int:
-    """Return how many points lie before a limit: the walk may have taken one too many for them."""
+    """Return the number of points before a limit: the walk may have taken one too many."""
     if limit is None or not (limit.orbit.residuals <= tolerance).all():
         case.leave("limit not located")
         return len(branch.steps) - 1
@@ -330,7 +330,7 @@ def _last_before(
 def _complete(
     branch: BatchedBranch, inner: Settled, arclengths: Sequence[float], limit: AtLimit | None
 ) -> None:
-    """Add the points of a branch, and say how it ends."""
+    """Add the points of a branch and its end."""
     orbits = branch.orbits
     branch.points = [] if branch.first is None else [branch.first]
     branch.points += _points(orbits, inner, arclengths)
@@ -346,7 +346,7 @@ def _complete(
 def _points(
     orbits: Orbits, found: Settled, arclengths: Sequence[float], *, derived: bool = False
 ) -> list[OrbitPoint]:
-    """Return orbits as points of a branch; with test functions if they are derived."""
+    """Return orbits as points of a branch, with test functions if they are derived."""
     points = []
     for row, arclength in enumerate(arclengths):
         own = found.z[row], found.tangents[row], arclength

@@ -1,4 +1,4 @@
-"""Special points and ends at limits on many branches, located together."""
+"""Special points and ends at limits on many branches, located in batches."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from slipfold.continuation.newton import EXACT
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, OrbitBatch, Settled, Solutions
 
 LAST_STEP = 1e-6
-"""A correction shorter than this is the last: Newton's method squares it."""
+"""A correction shorter than this is the last: the next one would be as long as its square."""
 
 NEAR = 1e-7
-"""Distance from a zero below which the flow itself continues: its steps are secants as well."""
+"""Distance from a zero at which secant steps with the flow itself begin."""
 
 ITERATIONS = 12
-"""Points after which a zero counts as not located; the flow itself needs one or two more."""
+"""Maximum number of points; the flow itself needs one or two more."""
 
 LAST = 3
 """Orbits at the end of a branch that are corrected again before a limit is located: near a
-singularity explicit steps leave too few digits to tell on which side of the limit they lie."""
+singularity explicit steps are too inexact to show on which side of the limit they lie."""
 
 BEYOND = 1.5, 1.1
-"""Multiples of the estimated distance to a limit by which it is passed; the second where there is
-no orbit so near to a singularity."""
+"""Steps beyond a limit, over its estimated distance; the second if there is no orbit at the first,
+so near to a singularity."""
 
-FARTHEST = 5.0
-"""Largest such distance, over that of the last two orbits: a walk that sees the limit in its own
-coarser steps ends up to three of them before it."""
+MAX_DISTANCE = 5.0
+"""Maximum of such a step, over the distance of the last two orbits: explicit steps may break the
+limit up to three of these before the flow itself does."""
 
 Function = Callable[[Sequence[Bracket], Solutions], Array]
-"""A function whose zero each bracket has, of an orbit for each, shape (k,)."""
+"""The function with a zero in each bracket, of an orbit for each, shape (k,)."""
 
 
-def critical_values(brackets: Sequence[Bracket], found: Solutions) -> Array:
+def critical_values(brackets: Sequence[Bracket], orbits: Solutions) -> Array:
     """Return the test functions whose zeros are special points, shape (k,)."""
     kinds = [TESTS.index(item.kind) for item in brackets]
-    return np.asarray(found.tests[np.arange(len(brackets)), kinds])
+    return np.asarray(orbits.tests[np.arange(len(brackets)), kinds])
 
 
 def locate_zeros(
@@ -52,7 +52,7 @@ def locate_zeros(
     function: Function = critical_values,
     near: float = NEAR,
 ) -> list[Located | None]:
-    """Approach the zeros within brackets, along their chords; None where that fails."""
+    """Locate the zeros within brackets, along their chords; None where that fails."""
     result: list[Located | None] = [None] * len(brackets)
     if not brackets:
         return result
@@ -76,11 +76,11 @@ def locate_zeros(
         guess, _ = hermite_each(ends, z[active], slopes[active], at)
         off = at - ((guess - z[active, 0]) * rows[active]).sum(axis=1)
         guess += off[:, None] * rows[active]
-        now = orbits.correct(cases[active], guess, rows[active], LAST_STEP, np.inf)
-        values = function([brackets[i] for i in active], now)
+        solutions = orbits.correct(cases[active], guess, rows[active], LAST_STEP, np.inf)
+        values = function([brackets[i] for i in active], solutions)
         remaining = []
         for row, i in enumerate(active):
-            forward, value = float(now.tangents[row] @ rows[i]), float(values[row])
+            forward, value = float(solutions.tangents[row] @ rows[i]), float(values[row])
             if not np.isfinite(value) or not forward > 0:
                 continue
             position = float(at[row])
@@ -90,8 +90,8 @@ def locate_zeros(
                 continue
             slope = zeros[i].slope(position, value) * forward  # along the branch, not its chord
             arclength = float(np.interp(position, (0.0, lengths[i]), brackets[i].arclengths))
-            own = now.z[row], now.tangents[row], now.multipliers[row]
-            result[i] = Located(brackets[i], *own, slope, arclength)
+            orbit = solutions.z[row], solutions.tangents[row], solutions.multipliers[row]
+            result[i] = Located(brackets[i], *orbit, slope, arclength)
         active = remaining
     return result
 
@@ -105,8 +105,8 @@ def refine_zeros(
 ) -> list[tuple[Settled, float] | None]:
     """Return zeros by the flow itself, each with its remaining value; None where that fails.
 
-    The steps are secants along the branch, which end within an arclength `close` of the zero; what
-    remains after the last of them is rounding.
+    Secant steps along the branch end within an arclength `close` of the zero. The remaining value
+    is rounding.
     """
     result: list[tuple[Settled, float] | None] = [None] * len(items)
     cases = np.array([item.bracket.case for item in items])
@@ -148,7 +148,7 @@ class AtLimit:
     orbit: Settled  # this one alone
     arclength: float
     limit: int  # index of the limit
-    margin: float  # zero but for rounding
+    margin: float  # zero to rounding
 
 
 def orbits_at_limits(
@@ -173,9 +173,9 @@ def orbits_at_limits(
             brackets.append(bracket)
     names = [limit.name for limit in orbits.model.limits]
 
-    def margin(brackets: Sequence[Bracket], found: Solutions) -> Array:
+    def margin(brackets: Sequence[Bracket], solutions: Solutions) -> Array:
         which = [names.index(item.kind) for item in brackets]
-        each = orbits.margins(np.array([item.case for item in brackets]), found.z)
+        each = orbits.margins(np.array([item.case for item in brackets]), solutions.z)
         return np.asarray(each[np.arange(len(which)), which])
 
     near = zip(bracketed, locate_zeros(orbits, brackets, margin, LIMIT_CLOSE), strict=True)
@@ -203,7 +203,7 @@ def _limit_bracket(
         length = arclengths[-1] - arclengths[-2]
         falls = np.maximum(margins[-2] - margins[-1], 1e-300)
         estimate = float((margins[-1] / falls * length).min())
-        if not BEYOND[0] * estimate < FARTHEST * length:
+        if not BEYOND[0] * estimate < MAX_DISTANCE * length:
             return None
         own, row = np.array([case]), tangents[-1:]
         for factor in BEYOND:
