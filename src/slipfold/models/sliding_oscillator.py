@@ -51,7 +51,6 @@ class PaperFriction(FrictionLaw):
 
 PAPER = PaperFriction()
 
-
 OUTPUTS = (
     *("N", "Vrel", "Vrel_ratio", "l", "Fx", "Fy", "friction_direction", "power_plate"),
     *("power_friction", "power_structure", "power_pulsation", "power_damping"),
@@ -59,6 +58,7 @@ OUTPUTS = (
 
 _DIRECTION = "direction of the friction force from the x axis"
 _INTO_STRUCTURE = "power friction puts into the structure: plate less heat"
+_DAMPED = "power lost to structural damping"
 _PULSATION = "fraction of power_structure due to the pulsating part of the normal force"
 
 
@@ -323,24 +323,16 @@ class SlidingOscillator(MechanicalModel):
 
     def outputs(self) -> tuple[Output, ...]:
         """Normal force, friction, relative speed, spring length and powers."""
-        of_tip = contact_outputs(self._tip, self._law, 2)
-        own = {
-            name: Output(name, expression, unit, doc, label)
-            for name, expression, unit, doc, label in (
-                ("l", _spring_length, "", "length of the spring over L", "$l/L$"),
-                ("friction_direction", self._direction, "rad", _DIRECTION, r"$\arg F$ (rad)"),
-                ("power_structure", self._structure_power, "W", _INTO_STRUCTURE, "$P$ (W)"),
-                ("power_pulsation", self._pulsation_power, "W", _PULSATION, "$P$ (W)"),
-                (
-                    "power_damping",
-                    _damping_power,
-                    "W",
-                    "power lost to structural damping",
-                    "$P$ (W)",
-                ),
-            )
-        }
-        return tuple((of_tip | own)[name] for name in OUTPUTS)
+        outputs = contact_outputs(self._tip, self._law, 2)
+        for item in (
+            Output("l", _spring_length, "", "length of the spring over L", "$l/L$"),
+            Output("friction_direction", self._direction, "rad", _DIRECTION, r"$\arg F$ (rad)"),
+            Output("power_structure", self._structure_power, "W", _INTO_STRUCTURE, "$P$ (W)"),
+            Output("power_pulsation", self._pulsation_power, "W", _PULSATION, "$P$ (W)"),
+            Output("power_damping", _damping_power, "W", _DAMPED, "$P$ (W)"),
+        ):
+            outputs[item.name] = item
+        return tuple(outputs[name] for name in OUTPUTS)
 
     def _direction(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         tip = self._tip(q, c, phase)
