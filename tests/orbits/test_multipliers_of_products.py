@@ -66,3 +66,25 @@ def test_a_double_multiplier_of_a_cycle_keeps_its_digits():
     assert trivial == pytest.approx(1, abs=1e-13)
     assert others == pytest.approx([1.0, 0.3**12], rel=1e-12, abs=0)
     assert np.abs(np.linalg.eigvals(np.linalg.multi_dot(matrices[::-1])) - 1).min() > 1e-10
+
+
+BLOCKS = [np.array([[6.0]]), np.array([[0.99]]), np.array([[0.97]]), np.array([[0.16]])]
+"""Two neighboring moduli beside a large and a small one."""
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_neighboring_moduli_are_not_separated_by_few_sweeps(seed):
+    found = product_eigenvalues(factors_of(BLOCKS, 8, seed))
+    exact = np.array([6.0, 0.99, 0.97, 0.16]) ** 8
+    assert np.abs(found) == pytest.approx(exact, rel=1e-11, abs=0)
+
+
+def test_sweeps_end_where_only_rounding_is_left(monkeypatch):
+    # A factor that is nearly singular leaves more rounding than counts as invariant.
+    factors, scale = factors_of(BLOCKS, 8, 1), np.diag([1.0, 1.0, 1.0, 1e-7])
+    factors[3], factors[4] = np.linalg.inv(scale) @ factors[3], factors[4] @ scale
+    calls, plain = [], np.linalg.qr
+    monkeypatch.setattr(np.linalg, "qr", lambda matrix: calls.append(1) or plain(matrix))
+    found = product_eigenvalues(factors)
+    assert len(calls) <= 3 * len(factors) + 1
+    assert np.abs(found) == pytest.approx(np.array([6.0, 0.99, 0.97, 0.16]) ** 8, rel=1e-8, abs=0)

@@ -86,8 +86,8 @@ def product_eigenvalues(matrices: Array) -> Complex:
             basis, triangle = np.linalg.qr(factor @ basis)
             triangles.append(triangle)
         turn = start.T @ basis
-        groups, below = _groups(turn, below)
         growth = np.sum([_logarithms(np.diag(item)) for item in triangles], axis=0)
+        groups, below = _groups(turn, below, growth)
         if all(np.ptp(growth[group]) < np.log(GAP) for group in groups):
             break
     values = [
@@ -177,15 +177,17 @@ def _dominant_first(product: Array) -> Array:
     return np.linalg.qr(real + 1e-14 * np.eye(len(values)))[0]
 
 
-def _groups(turn: Array, before: Array) -> tuple[list[slice], Array]:
+def _groups(turn: Array, before: Array, growth: Array) -> tuple[list[slice], Array]:
     """Return the parts of the basis that span invariant subspaces, and how far each part turns.
 
-    Between separate moduli a sweep divides that by `GAP`: a small turn that no longer falls is
-    rounding. Shapes: before (n - 1,), of the sweep before; returns the same.
+    Between moduli in the ratio `GAP` a sweep divides that by `GAP`: a small turn that no longer
+    falls is rounding. Nearer moduli are not separated by that. Shapes: before (n - 1,), of the
+    sweep before; growth (n,), logarithms of moduli.
     """
     n = len(turn)
     below = np.array([np.abs(turn[i:, :i]).max() for i in range(1, n)])
-    rounded = (below < np.sqrt(SEPARATE)) & (below > 0.5 * before)
+    apart = growth[:-1] - growth[1:] > np.log(GAP)
+    rounded = apart & (below < np.sqrt(SEPARATE)) & (below > 0.5 * before)
     inner = 1 + np.flatnonzero((below < SEPARATE) | rounded)
     return [slice(first, last) for first, last in pairwise([0, *inner.tolist(), n])], below
 
