@@ -1,7 +1,6 @@
-"""Batches of trajectories in the lanes of one integrator, and how many steps they may take.
+"""Batches of trajectories in the lanes of one integrator, and their step budget.
 
-Tests set tolerance, lanes and optimization by the environment, to see that no result depends on
-them.
+The environment sets tolerance, lanes and optimization, so that tests can vary them.
 """
 
 from __future__ import annotations
@@ -18,64 +17,62 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 
 TOLERANCE = float(os.environ.get("SLIPFOLD_TOLERANCE", "1e-13"))
-"""Local error a step may make: multipliers are then right to about 1e-13, for a tenth more time
-than 1e-12 takes."""
+"""Local error of a step. It gives multipliers to about 1e-13 for a tenth more time than 1e-12."""
 
 ROUNDING = 10 * TOLERANCE
-"""Change, in scales, that steps and rounding may make of what does not change."""
+"""Change of a constant quantity, in scales, that is an error of steps and rounding."""
 
 LANES = int(os.environ.get("SLIPFOLD_LANES", "8"))
 """Trajectories integrated together: two registers of AVX2, one of AVX-512."""
 
 OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "3"))
-"""LLVM's level for integrators but that of many trajectories: at 0 they are compiled in a quarter
-of the time and run half as fast, which pays where a model is integrated once, as in most tests."""
+"""LLVM's level for integrators, except batches of states. At 0 they compile in a quarter of the
+time and run half as fast, which suits models that are integrated once, as in most tests."""
 
 
 CALL = 500
-"""Steps taken at a time, milliseconds: between them Ctrl-C is heard. A segment takes about 5, and
-80 where it passes a singularity at 1e-5."""
+"""Steps per call, milliseconds, between which Ctrl-C is noticed. A segment takes about 5, or 80 at
+a distance of 1e-5 from a singularity."""
 
 STEEP = 50_000
-"""Steps that a trajectory may take without progress where formulas turn sharply: while a contact
-creeps, the steps are as short as its rise is steep."""
+"""Step budget without progress if formulas turn sharply: while a contact creeps, steps are as short
+as its rise is steep."""
 
 LONGEST = 2_000_000
-"""Steps that one trajectory may take to its end: two hundred thousand vibrations, or bristles a
-hundred thousand times as stiff as the load in fast slip; a few seconds."""
+"""Step budget of a trajectory, a few seconds: two hundred thousand vibrations, or bristles a
+hundred thousand times as stiff as the load in fast slip."""
 
 LONGEST_SEGMENT = 4_500
-"""Steps that segments of an orbit may take: eight hundred vibrations on each. Newton's method asks
-for hundreds of them, with derivatives, also where there is no orbit."""
+"""Step budget of a segment of an orbit, eight hundred vibrations: Newton's method needs hundreds of
+segments with derivatives, also where there is no orbit."""
 
 HOPELESS = 1e-5
-"""Fraction of what is left of a trajectory that `CALL` steps must gain: less is a singularity,
-however steep the formulas are."""
+"""Fraction of the remainder of a trajectory that `CALL` steps must gain; less is a singularity."""
 
 STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT, ARRIVED = int(STOPPED), int(hy.taylor_outcome.time_limit)
 
 
 class Rest(Protocol):
-    """Another way to continue with one trajectory."""
+    """Another method to continue one trajectory."""
 
     def is_due(self, single: Any) -> bool:
-        """Whether it progresses better from where the integrator is."""
+        """Whether the other method is faster from the present state on."""
 
     def through(self, single: Any, times: Array) -> Array:
-        """Return the states of what is left at some times, shape (m, n). Shapes: times (m,)."""
+        """Return the states of the remainder at some times, shape (m, n). Shapes: times (m,)."""
 
 
 def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
-    """Integrate a batch to its ends, unless one of its trajectories would take too many steps.
+    """Integrate a batch to its ends, unless one of its trajectories exceeds the step budget.
 
-    Return which lanes arrived. The steps of one trajectory are up for all of them.
+    Return which lanes arrived. All lanes share one budget.
     """
     free, taken = STEEP if _turns(batch) else CALL, 0
     while True:
         before = batch.time.copy()
         batch.propagate_until(ends, max_steps=CALL)
-        # The times are sums of steps, known to rounding.
+        # The times are sums of steps with rounding errors.
         arrived = np.abs(batch.time - ends) <= 4 * np.finfo(float).eps * (1 + np.abs(ends))
         if arrived.all() or STOPPED not in _outcomes(batch):
             return arrived
@@ -88,7 +85,7 @@ def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
 
 
 def _turns(integrator: Any) -> bool:
-    """Whether formulas turn sharply: these have terminal events, of which some cool down."""
+    """Whether formulas turn sharply, which adds terminal events with cooldowns."""
     return integrator.with_events and np.size(integrator.te_cooldowns) > 0
 
 
@@ -98,7 +95,7 @@ def _outcomes(batch: Any) -> list[Any]:
 
 
 def sampled(batch: Any, times: Array) -> Array:
-    """Integrate a batch through given times; return its states there, NaN where it does not come.
+    """Integrate a batch through given times; return its states, NaN beyond its end.
 
     Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
@@ -118,9 +115,9 @@ def sampled(batch: Any, times: Array) -> Array:
 
 
 def continue_to(single: Any, end: float, rest: Rest, *, steep: bool) -> int | None:
-    """Integrate one trajectory to its end in the same way; return the last outcome.
+    """Integrate one trajectory to its end within the budget; return the last outcome.
 
-    That is None from where the other way is due.
+    The outcome is None if the other method should continue.
     """
     free, taken = STEEP if steep else CALL, 0
     while True:
@@ -167,7 +164,7 @@ def chunks(count: int) -> tuple[slice, ...]:
 
 
 def padded(items: Array) -> Array:
-    """Fill the lanes that are left over with copies of the last item."""
+    """Fill the remaining lanes with copies of the last item."""
     if len(items) == LANES:
         return items
     return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
@@ -179,7 +176,7 @@ def by_lane(values: Array, some: slice) -> Array:
 
 
 def set_out(batch: Any, start: Array) -> None:
-    """Begin at these phases."""
+    """Set the initial phases."""
     batch.set_time(padded(start))
     forget(batch)
 
@@ -191,7 +188,7 @@ def forget(integrator: Any) -> None:
 
 
 def carried(batch: Any, end: Array) -> Array:
-    """Integrate a batch; return one row a trajectory, NaN where the integrator did not arrive.
+    """Integrate a batch; return one row per trajectory, NaN if it did not arrive.
 
     Shapes: end (m,); returns (m, N).
     """

@@ -1,4 +1,4 @@
-"""A switched trajectory at any instant: states, outputs, and slip and forces of each contact."""
+"""A hybrid trajectory at any instant: states, outputs, and slip and forces of contacts."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression
 
 TOUCHES = 1e-7
-"""Slip, over its size, that is as good as none: what follows is as far beside as is taken away."""
+"""Slip, over its scale, that counts as zero; setting it to zero causes an error of its size."""
 
 
 class Samples:
-    """States at some phases, and where contacts stick the modes in which they are."""
+    """States at some phases, with their modes if contacts stick."""
 
     def __init__(
         self, model: Model, states: Array, phases: Array, modes: list[Mode] | None = None
@@ -52,7 +52,7 @@ class Samples:
 
 
 def joined_samples(each: Sequence[Samples]) -> Samples:
-    """Return samples of a model that follow each other."""
+    """Return one sequence of samples from several."""
     states, phases = (
         np.concatenate([getattr(samples, name) for samples in each])
         for name in ("states", "phases")
@@ -62,9 +62,9 @@ def joined_samples(each: Sequence[Samples]) -> Samples:
 
 
 def dense_phases(model: Model, state: Array, mode: Mode, end: float) -> Iterator[SmoothPhase]:
-    """Propagate a state from phase zero to another, with all that lies between.
+    """Propagate a state from phase zero to another with dense output.
 
-    A trajectory that cannot continue ends there; where slip in the plane grazes zero it continues
+    A trajectory that cannot continue ends early. After slip in the plane grazes zero it continues
     from rest.
     """
     system = hybrid_system(model, state)
@@ -85,7 +85,7 @@ def dense_phases(model: Model, state: Array, mode: Mode, end: float) -> Iterator
 
 
 def _touches(system: HybridSystem, part: SmoothPhase) -> Mode | None:
-    """Return the mode at rest of slip that turns too fast to follow, None if it does not rest."""
+    """Return the mode at rest after slip that turned too fast; None if slip is not zero."""
     stiff = part.event is not None and part.event.ending is Ending.STIFF
     if not stiff or Status.SLOW not in part.mode:
         return None
@@ -96,7 +96,7 @@ def _touches(system: HybridSystem, part: SmoothPhase) -> Mode | None:
 
 
 def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:
-    """Carry a state from phase zero along increasing phases. Shapes: state (n,); phases (m,)."""
+    """Sample a trajectory at increasing phases. Shapes: state (n,); phases (m,)."""
     states = np.full((len(phases), len(state)), np.nan)
     modes = [mode] * len(phases)
     scales = flow_of(model).constants_of(model).scales
@@ -111,14 +111,14 @@ def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samp
                 states[done:upto] = part.polynomials(phases[done:upto])[:, : len(state)] * scales
             modes[done:upto] = [part.seen] * (upto - done)
         done, last, doing = max(done, upto), part.state, part.seen
-    # Where the last smooth phase ends in an event at the last of the phases, no other one follows.
+    # The last smooth phase may end in an event at the last phase.
     states[done:], modes[done:] = last, [doing] * (len(phases) - done)
     return Samples(model, states, phases, modes)
 
 
 @dataclass(frozen=True, eq=False)
 class ContactPhase:
-    """A time in which a contact does one thing, with its ends; d directions."""
+    """A time in which a contact keeps its status, ends included; d directions."""
 
     status: Status
     phase: Array  # since the start, shape (m,)
@@ -126,13 +126,13 @@ class ContactPhase:
     friction: Array  # force on the body in N, shape (m, d)
     normal: Array  # normal force in N, shape (m,)
     plate: Array  # velocity of the moving surface in m/s, shape (m, d)
-    # How far the body is from its place in m, shape (m, d); NaN where the equations do not tell
+    # Displacement of the body in m, shape (m, d); NaN if the equations do not give it
     displacement: Array
 
 
 @dataclass(frozen=True, eq=False)
 class ContactTrajectory:
-    """All that one contact does, piece after piece."""
+    """The trajectory of one contact, one piece per status."""
 
     name: str
     pieces: tuple[ContactPhase, ...]
@@ -154,9 +154,9 @@ def contact_trajectories(
     length: float = 1.0,
     per_period: int = 256,
 ) -> tuple[ContactTrajectory, ...]:
-    """Return what all contacts do in trajectories of some length that follow each other.
+    """Return the trajectories of all contacts over rounds of equal length.
 
-    Each begins at phase zero, at a state and in a mode; None is the one that the state tells.
+    Each round begins at phase zero, at a state and in a mode; None is the mode of the state.
     """
     flow = hybrid_flow_of(model)
     result: list[list[ContactPhase]] = [[] for _ in flow.contacts]
@@ -178,7 +178,9 @@ def contact_trajectories(
 def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[ContactPhase]:
     """Sample a smooth phase from its begin to its end, a piece for each contact."""
     constants, flow = flow_of(model).constants_of(model), hybrid_flow_of(model)
-    count = max(math.ceil(per_period * (part.end - part.begin)), 16)  # short pieces turn as sharply
+    count = max(
+        math.ceil(per_period * (part.end - part.begin)), 16
+    )  # short pieces may bend as much
     phases = np.linspace(part.begin, part.end, count + 1)
     assert part.polynomials is not None
     states = part.polynomials(phases)[:, :n] * constants.scales
@@ -220,7 +222,7 @@ def _evaluated(kind: Kind, mode: Mode) -> Any:
 
 
 def _displacement(model: Model, contact: Contact) -> list[Expression]:
-    """Return how far a contact is from its place: its velocity, with each rate by its state."""
+    """Return the displacement of a contact: its velocity with each rate replaced by its state."""
     symbols = written(model)
     rates = model.rates(symbols.states, symbols.coefficients, symbols.phase)
     moved = {
@@ -246,7 +248,7 @@ def _later(piece: ContactPhase, phases: float) -> ContactPhase:
 
 
 def _joined(pieces: Sequence[ContactPhase]) -> list[ContactPhase]:
-    """Join pieces that follow each other in which a contact does the same."""
+    """Join consecutive pieces with the same status."""
     result: list[ContactPhase] = []
     for piece in pieces:
         if result and result[-1].status is piece.status:

@@ -33,21 +33,20 @@ from slipfold.progress import Observer, Progress
 from slipfold.threads import cores
 
 TOGETHER = 512
-"""Trajectories in a march: enough to hide what a call costs, few enough for the processor's
-cache."""
+"""Trajectories in a batch: many for the cost of a call, few for the processor's cache."""
 
 CALLS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
 """Calls in a forcing period, each of a few steps."""
 
 TOLERANCE = 1e-9
-"""Error that four steps may make by an estimate of lower order, in scales: they make a tenth."""
+"""Estimated error of four steps in scales; the actual error is a tenth."""
 
 
 class March:
-    """Trajectories that march together.
+    """Explicit steps of trajectories in a batch.
 
-    Steps that are too long for some of them, or in which they might meet a limit, are halved for
-    these alone. The number of steps in a period follows from how many that are.
+    Steps that are too long for some trajectories, or might meet a limit, are halved for these only.
+    Their fraction determines the number of steps in the next period.
     """
 
     def __init__(self, model: Model, constants: Constants) -> None:
@@ -68,14 +67,14 @@ class March:
         return self._through(states, CALLS[self._place])[-1]
 
     def samples(self, states: Array, count: int) -> Array:
-        """Return what lies between: states at equal intervals of a period, the first ones first.
+        """Return states at equal intervals of a period, from its start.
 
         Shapes: states (n, m); returns (count, n, m).
         """
         return self._through(states, count, every=True)[:-1]
 
     def _through(self, states: Array, calls: int, *, every: bool = False) -> Array:
-        """Propagate states over a period in so many calls; return the last ones, or every one."""
+        """Propagate states over a period in some calls; return the last states, or all."""
         n, work, values = self._n, self._work, self._values
         behind = np.zeros(states.shape[1], bool)
         result = np.empty((calls + 1 if every else 1, *states.shape))
@@ -103,14 +102,14 @@ class March:
         return result
 
     def _halve(self, again: NDArray[np.bool_], behind: NDArray[np.bool_]) -> None:
-        """Repeat the last steps for some motions at half their length, and these if need be."""
+        """Repeat the last steps of some trajectories at half their length, and again if needed."""
         which = np.flatnonzero(again)
-        ends, arrived = self._in_halves(self._work[:, which], 9)  # then it is left behind
+        ends, arrived = self._in_halves(self._work[:, which], 9)  # halvings until it is left behind
         self._values[: self._n, which] = ends
         behind[which[~arrived]] = True
 
     def _in_halves(self, work: Array, left: int) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the states after some steps, and of which trajectories they can be trusted."""
+        """Return the states after some steps, and for which trajectories they are accurate."""
         n = self._n
         arrived = np.full(work.shape[1], left > 0)
         if left == 0:
@@ -154,7 +153,7 @@ class SingleTrajectory:
         self.stopped: Stop | None = None
         self.stuck = False
         self._constants = constants
-        # Elsewhere contacts may stick at any time.
+        # Without defined limits contacts may stick at any time.
         self._sticks = not limits_are_defined(model, start[None], constants)
         self._flow = GuardedFlow(model, constants, start)
         self._switched: HybridIntegration | None = None
@@ -199,19 +198,19 @@ class SingleTrajectory:
         modes = [first, *motion.recorder.modes[seen:]]
         self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
         if not self.stuck and not self._sticks:
-            self._switched = None  # the next period may be one of those without events
+            self._switched = None  # the next period may have no events
         return [motion.strobe[-1]]
 
 
 def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, Stop]]:
-    """Return the states at the end of the period, and by index why trajectories ended before.
+    """Return the states at the end of the period, and stops of trajectories by index.
 
-    These are no numbers. Contacts may stick on the way. Shapes: starts (k, n); phases (k,), from
-    0 to 1; returns (k, n).
+    States of stopped trajectories are NaN. Contacts may stick. Shapes: starts (k, n); phases (k,),
+    from 0 to 1; returns (k, n).
     """
     result, stops = starts.copy(), dict[int, Stop]()
     constants = flow_of(model).constants_of(model)
-    # Elsewhere contacts may stick at any time.
+    # Without defined limits contacts may stick at any time.
     sticks = not limits_are_defined(model, starts, constants)
     for place in np.flatnonzero((phases > 0) & (phases < 1)):
         state, phase = starts[place], float(phases[place])
@@ -245,7 +244,7 @@ def _through_stick(model: Model, state: Array, phase: float) -> Array:
 
 
 class Ensemble:
-    """Trajectories from one forcing period to the next; a context, in which threads are kept."""
+    """Trajectories from one forcing period to the next; a context with a pool of threads."""
 
     def __init__(
         self,
@@ -282,13 +281,13 @@ class Ensemble:
 
     def advance(self) -> None:
         """Propagate all trajectories over a period."""
-        if len(self._groups) == 1:  # without the detour through another thread
+        if len(self._groups) == 1:  # without another thread
             self._groups[0].advance()
         else:
             list(self._pool.map(_Batch.advance, self._groups))
 
     def move(self, states: Array) -> None:
-        """Put trajectories elsewhere; those left out are NaN. Shapes: states (k, n)."""
+        """Replace states of trajectories; NaN keeps a state. Shapes: states (k, n)."""
         first = 0
         for group in self._groups:
             some = states[first : first + len(group.models)]
@@ -297,7 +296,7 @@ class Ensemble:
             first += len(group.models)
 
     def leave(self, which: NDArray[np.bool_]) -> None:
-        """Let some trajectories stay where they are from now on. Shapes: which (k,)."""
+        """Stop some trajectories. Shapes: which (k,)."""
         first = 0
         for group in self._groups:
             group.left |= which[first : first + len(group.models)]
@@ -305,7 +304,7 @@ class Ensemble:
 
 
 class _Batch:
-    """Trajectories that march together while they can."""
+    """Trajectories that take steps in a batch while they can."""
 
     def __init__(self, models: list[Model], starts: Array) -> None:
         self.models = models
@@ -318,7 +317,7 @@ class _Batch:
         parameters = np.array([model.vector for model in models])
         scales = flow.constants_of(first).scales
         self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
-        # Elsewhere contacts may stick at any time.
+        # Without defined limits contacts may stick at any time.
         slips = limits_are_defined(first, starts, self._constants)
         self._march = March(first, self._constants) if slips else None
         self._own: dict[int, SingleTrajectory] = {}
@@ -332,7 +331,7 @@ class _Batch:
         if over.all():
             return
         alone = over | self.stuck
-        # Those that continue individually keep their rows: the state of another stands in for them.
+        # Trajectories that continue individually keep their rows, filled with another state.
         going = np.flatnonzero(~alone)
         after = np.full_like(before, np.nan)
         if self._march is not None and len(going):
@@ -386,10 +385,9 @@ def stroboscopic_samples(
 ) -> StroboscopicSamples:
     """Follow trajectories from many starts; each may have parameter values of its own.
 
-    A trajectory that sticks continues through stick by itself; one that meets another limit stops,
-    and says why. The first point kept is that after `transient` periods. Of a model that nothing
-    forces periods are intervals of its duration. If it is observed, an interruption keeps what is
-    done.
+    A trajectory with stick continues individually; one at another limit stops with a reason. The
+    first stored point is that after `transient` periods. Periods of an autonomous model are
+    intervals of its duration. With an observer an interruption keeps results so far.
 
     Shapes: starts (k, n); values (k,) each.
 

@@ -1,4 +1,4 @@
-"""Equilibria of autonomous models, how trajectories leave them, and how fast they move."""
+"""Equilibria of autonomous models, perturbations off them, and suitable intervals of time."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.flow import flow_of
-from slipfold.flow.sharp_turns import unfed_groups
+from slipfold.flow.sharp_turns import invariant_groups
 from slipfold.models.equilibria import damped_newton
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.parameter import DURATION
 
 
-def own_sizes(model: Model, states: Array) -> Array:
-    """Return the sizes of unfed groups, and for all other states the largest of all scaled ones.
+def state_sizes(model: Model, states: Array) -> Array:
+    """Return the scales of states at given values: invariant groups have their own size.
 
     Shapes: states (..., n); returns (..., n).
     """
     scales = model.state_scales()
     scaled = np.abs(states / scales)
     sizes = np.maximum(1.0, np.broadcast_to(scaled.max(axis=-1, keepdims=True), states.shape))
-    for group in map(list, unfed_states(model)):
+    for group in map(list, invariant_groups_of(model)):
         sizes[..., group] = scaled[..., group].max(axis=-1, keepdims=True)
     return np.asarray(sizes * scales)
 
 
-def unfed_states(model: Model) -> list[tuple[int, ...]]:
-    """Return the groups of states that nothing feeds at the values that the parameters have."""
+def invariant_groups_of(model: Model) -> list[tuple[int, ...]]:
+    """Return the groups of states whose zero is invariant at the parameter values."""
     flow, scales = flow_of(model), model.state_scales()
     constants = flow.constants_of(model)
 
@@ -37,17 +37,17 @@ def unfed_states(model: Model) -> list[tuple[int, ...]]:
         phases = np.resize([0.1, 0.3, 0.6, 0.8], len(states))
         return flow.rates(states * scales, phases, constants)
 
-    return unfed_groups(rates, len(scales))
+    return invariant_groups(rates, len(scales))
 
 
 AT_REST = 1e-9
-"""A state this near to an equilibrium, in scaled states, is there: Newton's method finds it to
-1e-13, and users write starts with a dozen digits. Growth below this fraction of the fastest rate is
+"""Distance from an equilibrium, in scaled states, within which a state is on it: Newton's method
+has errors of 1e-13, and users write a dozen digits. Also the growth, over the fastest rate, that is
 rounding."""
 
 PUSH = 1e-6
-"""How far a trajectory is pushed off an unstable equilibrium, in scaled states: so little that it
-leaves as the linearized equations say, far more than rounding."""
+"""Perturbation off an unstable equilibrium, in scaled states: small enough for linear growth, far
+above rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,10 +55,10 @@ class Equilibrium:
     """An equilibrium with its fastest growth."""
 
     state: Array  # shape (n,)
-    distance: float  # how far the state is from which it was found, in scaled states
-    # Largest real part of an eigenvalue, in 1/s; zero where it is no more than rounding
+    distance: float  # from the initial guess, in scaled states
+    # Largest real part of an eigenvalue, in 1/s; zero if it is rounding
     growth: float
-    # Real part of the eigenvector of that eigenvalue, of length one in scaled states
+    # Real part of its eigenvector, of length one in scaled states
     direction: Array
 
 
@@ -80,14 +80,14 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     if abs(growth) <= AT_REST * float(np.abs(values).max()):
         growth = 0.0
     direction = vectors[:, fastest].real
-    # Its largest component is positive: always the same of two directions.
+    # The largest component is positive, which makes the direction unique.
     direction *= np.sign(direction[np.abs(direction).argmax()]) / np.linalg.norm(direction)
     distance = float(np.abs((result - state) / scales).max())
     return Equilibrium(result, distance, growth, direction)
 
 
-def perturbed_off(model: Model, state: Array) -> Array | None:
-    """Return a state beside an unstable equilibrium that a trajectory would sit on for ever.
+def perturbed_from_equilibrium(model: Model, state: Array) -> Array | None:
+    """Return a perturbed state if a trajectory is on an unstable equilibrium, else None.
 
     Shapes: state (n,); returns (n,).
     """
@@ -96,7 +96,7 @@ def perturbed_off(model: Model, state: Array) -> Array | None:
     rates, jacobian = functions.rates(model, state), functions.jacobian(model, state)
     if not (np.isfinite(rates).all() and np.isfinite(jacobian).all()):
         return None
-    # Newton's step says how far away it is: this is cheap enough to be asked often.
+    # Newton's step estimates the distance at low cost.
     away = np.linalg.lstsq(jacobian * (scales / scales[:, None]), rates / scales, rcond=None)[0]
     if np.abs(away).max() > AT_REST:
         return None
@@ -107,9 +107,9 @@ def perturbed_off(model: Model, state: Array) -> Array | None:
 
 
 def _leaves(model: Model, state: Array, rest: Equilibrium) -> bool:
-    """Whether what nothing feeds, however little there is of it, grows back by itself."""
+    """Whether a small state of an invariant group grows by itself."""
     jacobian = evaluation_of(model).jacobian(model, rest.state)
-    for group in map(list, unfed_states(model)):
+    for group in map(list, invariant_groups_of(model)):
         growth = np.linalg.eigvals(jacobian[np.ix_(group, group)]).real.max()
         if np.any(state[group] != 0) and growth > 0:
             return True
@@ -117,15 +117,14 @@ def _leaves(model: Model, state: Array, rest: Equilibrium) -> bool:
 
 
 EXPLORED = 500
-"""Steps of the integrator from which the pace of a trajectory is taken: ten rounds of a smooth
-one."""
+"""Integrator steps of the trial trajectory, ten rounds of a smooth cycle."""
 
 FARTHEST = 1e4
-"""Times of the fastest rate that are explored: a trajectory that slows down sets no pace."""
+"""Longest trial trajectory, in times of the fastest rate: slow motion sets no interval."""
 
 
 def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int | None]:
-    """Return an autonomous model whose ``duration`` suits its trajectory, and how many it lasts."""
+    """Return an autonomous model with a suitable ``duration``, and the number of intervals."""
     unit = model.values[DURATION.name]
     natural = _natural(model, state)
     if periods is None and unit == DURATION.default:
@@ -135,7 +134,7 @@ def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int |
 
 
 def divided(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, int | None]:
-    """Return an autonomous model with a part of its ``duration``, and how many these are."""
+    """Return an autonomous model with a fraction of its ``duration``, and the number of these."""
     if parts == 1:
         return model, periods
     shorter = model.replace(**{DURATION.name: model.values[DURATION.name] / parts})
@@ -143,7 +142,7 @@ def divided(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, i
 
 
 def _natural(model: Model, state: Array) -> float:
-    """Return a time of which a trajectory has two or so a round, rounded to 1, 2 or 5."""
+    """Return about half the period of a trajectory, rounded to 1, 2 or 5."""
     scales = model.state_scales()
     jacobian = evaluation_of(model).jacobian(model, state) * (scales / scales[:, None])
     if not np.isfinite(jacobian).all():
@@ -155,7 +154,7 @@ def _natural(model: Model, state: Array) -> float:
     flow = flow_of(model.replace(**{DURATION.name: 1.0}))
     constants = flow.constants_of(model.replace(**{DURATION.name: 1.0}))
     motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
-    if motion is not None and motion.implicit:  # what decays at once sets no pace
+    if motion is not None and motion.implicit:  # fast decay sets no interval
         slower = np.abs(values[values.real > -np.abs(values.imag)])
         fastest = float(slower.max(initial=0.0)) or fastest
         motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)

@@ -1,9 +1,8 @@
 """Steps of an explicit Runge-Kutta method of order eight, compiled for many trajectories at once.
 
-Where all trajectories take steps of the same length at the same phase, lanes of a register never
-wait for each other, and some steps are one function without a branch: a fifth of the time of
-Taylor's method in batches. With all first derivatives, as multiple shooting needs them, each
-trajectory takes steps of its own length.
+Trajectories that take the same steps need no branches, and take a fifth of the time of Taylor's
+method in batches. With all first derivatives, for multiple shooting, each trajectory has its own
+step length.
 """
 
 from __future__ import annotations
@@ -25,26 +24,26 @@ from slipfold.models.model import Model
 from slipfold.models.output import Expression, Limit
 
 BEFORE = 0.4
-"""Change over a step, at the present rate, by which a limit must be away: more than 1/3, so that a
-cubic between two places that are that far does not reach it."""
+"""Distance of a limit in changes over a step at the present rate: more than 1/3, so that a cubic
+between two such points does not reach it."""
 
 SHORT = FLAT / 4
-"""Change over a step of the argument of a function that turns sharply, so that none is missed."""
+"""Largest change over a step of the argument of a sharp function, so that no bend is missed."""
 
 TINY = 1e-100
-"""What a square must be above for a quotient of two to mean anything."""
+"""Smallest denominator of a quotient of squares."""
 
 STEPS_PER_CALL = 4
 """Steps in one call: the states stay in registers, and a call costs as much as a step."""
 
 MAX_OPERATIONS = 3000
-"""Operations compiled into one function at most, about a second; of larger models each step is a
-call, and from twice as many on it is compiled as a loop."""
+"""Operations in one compiled function, about a second to compile. Larger models take one step a
+call, and those with twice as many operations a loop."""
 
 
 @dataclass(frozen=True)
 class ExplicitSteps:
-    """Some steps of one length, compiled.
+    """Compiled steps of one length.
 
     Arguments of the function, a row each: states, phase, length of a step in phase, coefficients,
     scales. Values: states after them, and the sum of their errors, in scales; 1 is added wherever a
@@ -57,7 +56,7 @@ class ExplicitSteps:
 
 @cache
 def method() -> Any:
-    """Return the tableau; half a second to import, which searches alone should take."""
+    """Return the tableau; its import takes half a second."""
     from scipy.integrate import DOP853
 
     return DOP853
@@ -88,7 +87,7 @@ def _build_plain(equations: Equations, limits: Sequence[Limit], count: int, *, l
         *states, more = hy.subs(one, there)
         error = error + more
     arguments = [*equations.states, equations.phase, step, *equations.coefficients, *scales]
-    # Free to reorder sums: half of the time, and what is no number remains none.
+    # Reordered sums take half of the time; NaN remains NaN.
     return hy.cfunc([*states, error], vars=arguments, compact_mode=looped, fast_math=True)
 
 
@@ -156,7 +155,7 @@ def step_error(
 def _limits_away(
     equations: Equations, step: Expression, limits: Sequence[Limit]
 ) -> Iterator[Expression]:
-    """How far each limit is, less what may be lost of that over the step."""
+    """Yield margins of limits less their possible decrease over the step."""
     outputs = dict(equations.outputs)
     for limit in limits:
         margin = outputs[limit.output] - limit.bound
@@ -164,19 +163,19 @@ def _limits_away(
 
 
 def _turns_away(equations: Equations, step: Expression) -> Iterator[Expression]:
-    """Whether the step is short beside each sharp turn, or far from it."""
+    """Yield positive values if the step is short near a sharp turn, or far from it."""
     turns = sharp_turns(equations)
     for item in (*turns.rising, *turns.falling):
         argument = item / WEIGHT
         change = _change(equations, step, argument)
         far = _absolute(argument) - FLAT - BEFORE * change
         yield hy.select(hy.lt(change, hy.expression(SHORT)), hy.expression(1.0), far)
-    for item in turns.watched:  # logarithms of what must not vanish
+    for item in turns.watched:  # logarithms of sums that must not vanish
         yield SHORT / 2 - _change(equations, step, (item - 1.0) / WEIGHT)
 
 
 def _change(equations: Equations, step: Expression, value: Expression) -> Expression:
-    """How much a value changes over the step at its present rate."""
+    """Return the change of a value over the step at its present rate."""
     part = float(method().C[1])
     length = part * step * equations.coefficients[-1]
     soon: dict[str, Expression] = {
@@ -195,26 +194,25 @@ def _absolute(value: Expression) -> Expression:
 
 
 TOLERANCE = 1e-10
-"""Error of a step and of its derivatives, in scales. What is decided rests on special points, which
-are corrected by the flow itself; orbits are then known to 1e-9 and better."""
+"""Error of a step and of its derivatives, in scales. It gives orbits to 1e-9; special points are
+corrected with the flow itself."""
 
 ORDER = 8
 
 SAFELY, SHORTER, LONGER = 0.9, 0.2, 4.0
-"""Fraction of the step that the error allows, and by how much one may differ from that before."""
+"""Safety factor of a step, and bounds of the ratio of two steps."""
 
 MAX_STEPS = 600
 """Steps after which a trajectory is left behind."""
 
 ROUND = 6
-"""Steps after which trajectories that have not arrived are put together again."""
+"""Steps after which trajectories that have not arrived form new batches."""
 
 TOGETHER = 256
-"""Trajectories in a march: enough to hide what a call costs, few enough for the processor's
-cache."""
+"""Trajectories in a batch: many for the cost of a call, few for the processor's cache."""
 
 MORE = 0.5
-"""Fraction of the fall below the ends of a step by which it may fall farther than a cubic does."""
+"""Safety factor of a minimum below the ends of a step by a cubic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,20 +222,20 @@ class Carried:
     ends: Array  # shape (l, n)
     matrices: Array  # derivatives by the first states, shape (l, n, n)
     vectors: Array  # derivatives along the change of coefficients, shape (l, n)
-    lowest: Array  # least value of each limit's output at an end of a step, shape (l, n_limits)
-    highest: Array  # and the largest one
-    # What it is above between these, as far as values and slopes tell, shape (l, n_limits)
+    lowest: Array  # minimum of each limit's output at the ends of steps, shape (l, n_limits)
+    highest: Array  # and the maximum
+    # Lower bound between these from values and slopes, shape (l, n_limits)
     above: Array
 
 
 @dataclass(frozen=True)
 class LinearizedSteps:
-    """A step, compiled.
+    """A compiled step.
 
     Arguments, a row each: states, then their derivatives by each of the first states and along the
     change of coefficients, phase, length of the step, coefficients, scales, change of coefficients.
-    Values: states and derivatives after it, its error, what the limits watch before it and how fast
-    that changes in phase, and both after it.
+    Values: states and derivatives after it, its error, outputs of limits and their rates before it,
+    and both after it.
     """
 
     function: Any
@@ -292,8 +290,8 @@ class LinearizedSteps:
     ) -> NDArray[np.bool_]:
         """Take a few steps with some trajectories; return which have arrived."""
         size, count, watched = self.states * (self.states + 2), len(some), self.limits
-        # Full registers: those left over would be computed by other code, and a result would depend
-        # on how many trajectories there are beside it.
+        # Full registers: other code computes the remainder, so that results would depend on the
+        # number of trajectories.
         more = -count % 16
         work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
         ends = np.concatenate([ends, np.full(more, ends[0])])
@@ -322,7 +320,7 @@ class LinearizedSteps:
 
 
 class _Passed:
-    """What limits watch, before and after all steps of many trajectories."""
+    """Outputs of limits before and after all steps of many trajectories."""
 
     def __init__(self) -> None:
         self._motions = [np.empty(0, dtype=np.int64)]
@@ -335,9 +333,9 @@ class _Passed:
         self._seen.append(seen)
 
     def bounds(self, count: int, watched: int) -> tuple[Array, Array, Array]:
-        """Return least and largest values, and bounds of what lies between, each (l, n_limits).
+        """Return minimum and maximum values, and lower bounds between them, each (l, n_limits).
 
-        Where what is watched falls at first and then rises, it does so as a cubic, but for `MORE`.
+        A value that falls first and then rises follows a cubic, with the safety factor `MORE`.
         """
         lowest, above = np.full((2, watched, count), np.inf)
         highest = np.full((watched, count), -np.inf)
@@ -385,7 +383,7 @@ def _build_linearized(
     scales = [hy.expression(f"scale of {name}") for name in equations.names]
     slopes = stage_slopes(whole, step)
     ends = moved_by(whole, slopes, method().B)
-    # Derivatives count, too: where states hardly move they tell nothing of the rates around them.
+    # Derivatives count as well: states that hardly move show nothing of the rates around them.
     rows = [[*(own / first for first in scales), own] for own in scales]
     sizes = [*scales, *(size for row in rows for size in row)]
     own_slopes = [row[: len(scales)] for row in slopes]
@@ -398,12 +396,12 @@ def _build_linearized(
     there[str(whole.phase)] = whole.phase + step
     after = list(hy.subs(watched, there)) if watched else []
     arguments = [*whole.states, whole.phase, step, *whole.coefficients, *scales, *changes]
-    # Free to reorder sums: half of the time, and what is no number remains none.
+    # Reordered sums take half of the time; NaN remains NaN.
     return hy.cfunc([*ends, error, *watched, *after], vars=arguments, fast_math=True)
 
 
 def _rate(value: Any, equations: Equations) -> Any:
-    """Return how fast a value changes along the trajectory, in phase."""
+    """Return the rate of a value along the trajectory, in phase."""
     terms = [
         hy.diff(value, state) * rate
         for state, rate in zip(equations.states, equations.rates, strict=True)

@@ -1,7 +1,7 @@
-"""Implicit steps of stiff trajectories: Radau's, of a length that accuracy alone asks for.
+"""Implicit Radau steps of stiff trajectories, whose length depends on accuracy only.
 
-What decays in a millionth of the time in which anything happens makes the steps of Taylor's method
-that short. Here a step is an interval of collocation at Radau's points, which damps what decays.
+Fast decay makes the steps of Taylor's method short. A collocation interval at Radau points damps
+it.
 """
 
 from __future__ import annotations
@@ -24,26 +24,25 @@ from slipfold.flow.stage_equations import LinearPart
 Watch = Callable[[Array, Array], Array]
 
 POINTS = radau_points(8)
-"""Points of a step: errors at its end fall with the 15th power of its length where it is not stiff,
-those within with the 9th."""
+"""Points of a step: without stiffness errors at its end have order 15, those inside order 9."""
 
 TOLERANCE = 1e-11
-"""Fraction of the states that the last term of a step's polynomial may make: the first term that is
-left out is smaller by as much as it is smaller than the one before."""
+"""Last term of a step's polynomial over the states; the first omitted term is smaller by the ratio
+of the last two."""
 
 MOST = 20_000
-"""Steps of a trajectory at most: a hundred forcing periods of stiff slip, ten seconds."""
+"""Step budget of a trajectory, ten seconds: a hundred forcing periods of stiff slip."""
 
 SAFETY, SHRINKS, GROWS = 0.85, 0.1, 3.0
-"""Of the length that the error allows, and how much a step may differ from the one before."""
+"""Safety factor of a step, and bounds of the ratio of two steps."""
 
 PLACES = np.linspace(0.0, 1.0, 17)[1:]
-"""Places in a step at which limits are looked at. A dip between two of them that is passed over is
-a thousandth of what an output changes in the step."""
+"""Places in a step at which limits are checked. An undetected dip between two of them is a
+thousandth of the change of the output in the step."""
 
 
 class End(Enum):
-    """How a trajectory ended."""
+    """The end of a trajectory."""
 
     ARRIVED = auto()
     MET = auto()  # a limit
@@ -53,13 +52,13 @@ class End(Enum):
 
 @dataclass(frozen=True, eq=False)
 class ImplicitTrajectory:
-    """A trajectory in scaled states, as far as it came."""
+    """A trajectory in scaled states, up to its end."""
 
-    polynomials: StepPolynomials | None  # None of one without a single step
+    polynomials: StepPolynomials | None  # None without a step
     end: End
     phase: float  # where it ended
     state: Array  # and in which state, shape (n,)
-    limit: int | None = None  # which one it met
+    limit: int | None = None  # index of the limit it met
 
 
 def implicit_trajectory(
@@ -73,7 +72,7 @@ def implicit_trajectory(
     points: CollocationPoints = POINTS,
     tolerance: float = TOLERANCE,
 ) -> ImplicitTrajectory:
-    """Propagate a scaled state to another phase, or to where what is watched is not positive.
+    """Propagate a scaled state to another phase, or until a watched value is not positive.
 
     Shapes: state (n,).
     """
@@ -91,7 +90,7 @@ def implicit_trajectory(
             break
         solved = _step(field, points, state, times[-1], length, before)
         error = _last_term(solved, points)
-        if not error <= tolerance:  # nor where there is no solution
+        if not error <= tolerance:  # also without a solution
             requested = SAFETY * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
             length *= max(SHRINKS, min(requested, SAFETY))
             continue
@@ -127,7 +126,7 @@ def _step(
     length: float,
     before: Solved | None,
 ) -> Solved:
-    """Solve an interval, from what lay before it continued."""
+    """Solve an interval from the extrapolated previous one."""
     guess = np.broadcast_to(state, (1, len(points.points), len(state)))
     if before is not None:
         ahead = 1.0 + points.points * (length / before.lengths[0])
@@ -137,7 +136,7 @@ def _step(
 
 
 def _last_term(solved: Solved, points: CollocationPoints) -> float:
-    """Return the last Legendre coefficient of a step's polynomial, over the size of the states."""
+    """Return the last Legendre coefficient of a step's polynomial, over the states."""
     m = len(points.points)
     last = points.transform[-1] @ solved.slopes[0] * solved.lengths[0] / (2 * (2 * m - 1))
     size = max(1.0, float(np.abs(solved.stages).max()))
@@ -152,7 +151,7 @@ def _at(powers: Array, places: Array) -> Array:
 def _first_met(
     watch: Watch, powers: Array, start: float, length: float
 ) -> tuple[int | None, float]:
-    """Return which limit is met first in a step, None of none, and at what place in it."""
+    """Return the first limit met in a step, or None, and the place in the step."""
 
     def values(places: Array) -> Array:
         return watch(start + places * length, _at(powers, places))
@@ -172,13 +171,13 @@ def _first_met(
 
 
 class StiffFallback:
-    """Goes on implicitly from where one trajectory's integrator is."""
+    """Continues a trajectory with implicit steps."""
 
     def __init__(self, flow: Evaluated, constants: Constants) -> None:
         self.field = Field(flow, constants, constants.scales, [], LinearPart())
 
     def is_due(self, single: Any) -> bool:
-        """Whether the integrator's last step was short since something decays fast."""
+        """Whether fast decay limited the integrator's last step."""
         state, phase = np.array(single.state)[None], np.array([single.time])
         jacobian = self.field.jacobians(state, phase)[0]
         if not np.isfinite(jacobian).all():
@@ -186,18 +185,18 @@ class StiffFallback:
         values = np.linalg.eigvals(jacobian)
         fastest = values[np.abs(values).argmax()]
         decays = fastest.real < -abs(fastest.imag)
-        # Taylor's method of order 16 is stable up to six, and what it resolves takes a few tenths.
+        # Taylor's method of order 16 is stable up to 6; for accuracy it takes a few tenths.
         return bool(decays and abs(single.last_h * fastest) > 1.0)
 
     def motion(
         self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST
     ) -> ImplicitTrajectory:
-        """Return the rest of a trajectory up to an end."""
+        """Return the remainder of a trajectory up to an end."""
         state, phase = np.array(single.state), float(single.time)
         return implicit_trajectory(self.field, state, phase, end, watch=watch, most=most)
 
     def period(self, state: Array) -> DenseTrajectory | None:
-        """Return a trajectory over the first period, None where it does not come to its end.
+        """Return a trajectory over the first period, None if it ends early.
 
         Shapes: state (n,).
         """
@@ -208,7 +207,7 @@ class StiffFallback:
         return DenseTrajectory(times, known.polynomials, self.field.scales, implicit=True)
 
     def through(self, single: Any, times: Array) -> Array:
-        """Return the states of the rest of a trajectory at some times, NaN where it does not come.
+        """Return the states of the remainder at some times, NaN beyond its end.
 
         Shapes: times (p,); returns (p, n).
         """
@@ -220,7 +219,7 @@ class StiffFallback:
         return states
 
     def matrices(self, motion: DenseTrajectory, edges: Array) -> Array:
-        """Return the derivatives of scaled states at some phases by those at the phases before.
+        """Return the derivatives of scaled states at edges by those at the previous edges.
 
         Shapes: edges (m + 1,); returns (m, n, n).
         """

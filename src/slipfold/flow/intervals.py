@@ -23,7 +23,7 @@ class Field:
     constants: Constants  # coefficients
     scales: Array  # scales of the states, shape (n,)
     indices: list[int]  # which parameters are free
-    linear: LinearPart  # what its derivatives have in common
+    linear: LinearPart  # the shared part of its derivatives
 
     def rates(self, states: Array, phases: Array) -> Array:
         """Return the rates a unit of phase. Shapes: states (..., n); phases (...)."""
@@ -101,8 +101,8 @@ class Solved:
 
     .. math:: Y_l = x + h \sum_k a_{lk} F(Y_k), \quad x_+ = x + h \sum_k b_k F(Y_k).
 
-    Where the last point is the end, so is the last stage: rounding of the rates, which fast modes
-    magnify, then does not enter.
+    If the last point is the end, the last stage is the end state, without the rounding errors of
+    rates that fast modes magnify.
     """
 
     points: CollocationPoints  # where in each interval the equations are met
@@ -114,8 +114,8 @@ class Solved:
     stages: Array
     rates: Array
     equations: StageEquations  # their derivatives by the stages
-    # Derivatives of the rates at the points; None where they were not asked for, and the
-    # equations are those of a solution nearby
+    # Derivatives of the rates at the points; None if not requested, with equations of a solution
+    # nearby
     jacobians: Jacobians | None
 
     @property
@@ -157,7 +157,7 @@ class Solved:
         return np.eye(self.nodes.shape[1]) + self._carried(self.moved)
 
     def _carried(self, changes: Array) -> Array:
-        """Return what changes of the stages do to the ends, besides those of the rates.
+        """Return the changes of the ends from changes of the stages.
 
         Shapes: changes (m, s, n, q); returns (m, n, q).
         """
@@ -168,7 +168,7 @@ class Solved:
         )
 
     def answered(self, pushes: Array) -> tuple[Array, Array]:
-        """Return how stages and ends change with the rates at the stages.
+        """Return the changes of stages and ends from changes of the rates.
 
         Shapes: pushes (m, s, n, q); returns (m, s, n, q), (m, n, q).
         """
@@ -228,7 +228,7 @@ def _step(
     return rates, jacobians, equations, step
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what overflows is lost, and returned so
+@np.errstate(over="ignore", invalid="ignore")  # overflow gives NaN
 def solve_intervals(
     field: Field,
     points: CollocationPoints,
@@ -242,8 +242,8 @@ def solve_intervals(
 ) -> Solved:
     """Solve the equations of intervals, with derivatives taken at the solution.
 
-    Derivatives nearby serve as long as they will; where they do to the end, and those at the
-    solution are not wanted, these are left out.
+    Derivatives nearby are used while they converge. If they do to the end, derivatives at the
+    solution are computed only if requested.
 
     Shapes: nodes (m, n); start, lengths (m,); guess (m, s, n).
     """

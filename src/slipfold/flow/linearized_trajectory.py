@@ -1,12 +1,13 @@
-r"""How the end of a switched trajectory depends on its beginning and on parameters.
+r"""Derivatives of the end of a hybrid trajectory by its start and by parameters.
 
-In each mode that is what the variations of its flow say. At an event :math:`h(x, t, p) = 0` the
-mode changes at a time that depends on them as well: with rates :math:`f^-, f^+` on either side
+In each mode they follow from the variations of the flow. The time of an event
+:math:`h(x, t, p) = 0` varies as well. With rates :math:`f^-, f^+` before and after it, this is the
+saltation matrix (di Bernardo et al., Piecewise-smooth Dynamical Systems),
 
 .. math:: \delta t = -\frac{h_x \delta x + h_p \delta p}{h_x f^- + h_t}, \qquad
           \delta x^+ = \delta x^- + (f^- - f^+)\, \delta t .
 
-What sticks afterwards has no slip, however the trajectory is varied: that direction is lost.
+A contact that sticks afterwards has no slip in any variation: that direction vanishes.
 """
 
 from __future__ import annotations
@@ -23,13 +24,12 @@ from slipfold.flow.polynomials import UNIT, SlowPolynomials
 from slipfold.flow.release import Release
 
 SHORT = 1e-9
-"""Fraction of a smooth phase of slow slip that is left out before it comes to rest: there the
-equations are singular, and what happens to perturbations in so short a time is of second order.
-Also the slip in the plane, over its size, with which slip begins that grows at once: less has too
-few digits for its direction."""
+"""Fraction of a smooth phase of slow slip that is left out before it comes to rest, where the
+equations are singular: its effect on perturbations is of second order. Also the first slip in the
+plane, over its scale, if it grows at once: less has too few digits for its direction."""
 
 UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
-"""Events at which only the variables of the integration change."""
+"""Events that only change the variables of the integration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +74,10 @@ def _equations_in(part: SmoothPhase) -> Mode:
 
 
 def _starts(passed: Sequence[tuple[SmoothPhase, Mode]], beyond: Sequence[Array]) -> list[Array]:
-    """Return the states from which trajectories continue after each smooth phase."""
+    """Return the start of the next smooth phase after each one."""
     result = list[Array]()
     for place, (part, _) in enumerate(passed):
-        # Where a trajectory begins so, its state is all that is known.
+        # After a release at once there is no onset before.
         at_once = bool(result) and part.released and part.onset is None
         follows = place + 1 < len(passed) and passed[place + 1][0].onset is not None
         result.append(result[-1] if at_once else part.state if follows else beyond[place])
@@ -92,7 +92,7 @@ class _Variations:
         self._flow, self._constants = system.flow, system.constants
 
     def beyond(self, part: SmoothPhase, after: Mode) -> Array:
-        """Return the state after a part, a little slip in what begins to slip in the plane."""
+        """Return the state after a smooth phase, with small slip in released contacts."""
         state = part.state
         if part.event is None or part.released:
             return state
@@ -146,7 +146,7 @@ class _Variations:
         return self.held(after, part.state, part.end, varied)
 
     def _event_slopes(self, part: SmoothPhase, end: Array) -> tuple[Array, float, Array]:
-        """Return the derivatives of what is zero at an event."""
+        """Return the derivatives of the event function."""
         event, flow = part.event, self._flow
         assert event is not None
         if event.ending is Ending.STOPS:
@@ -162,7 +162,7 @@ class _Variations:
         return states, float(explicit), pulls
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
-        """Return variations as the contacts of a mode hold them: what sticks has no slip."""
+        """Return variations without slip in the contacts that stick in a mode."""
         compiled = self._flow.mode(shown(mode))
         if not compiled.held:
             return varied
@@ -191,9 +191,9 @@ def _comes_to_rest_in_the_plane(part: SmoothPhase) -> bool:
 def left_to_touch(
     system: HybridSystem, start: Array, passed: Sequence[tuple[SmoothPhase, Mode]]
 ) -> list[float]:
-    """Return least speeds of slow slip, over its size, and squares of the lengths of its stops.
+    """Return minimum speeds of slow slip, over its scale, and squared durations of its stops.
 
-    Of a stop and what follows only the length counts. Shapes: start (n,).
+    A stop and the slip after it count by the duration only. Shapes: start (n,).
     """
     result = list[float]()
     state, stopped, released = start, dict[int, float](), False

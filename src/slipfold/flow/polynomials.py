@@ -1,4 +1,4 @@
-"""Trajectories known at every instant, as polynomials from step to step."""
+"""Dense output of trajectories, a polynomial per step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slipfold.arrays import Array
 from slipfold.flow.batches import STEP_LIMIT
 
 UNIT = 64.0
-"""Logarithms are integrated in this unit: an integrator's errors go with what is largest."""
+"""Unit of logarithms as states, so that they do not dominate the error of a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +39,9 @@ class DenseTrajectory:
 
 
 class StepPolynomials:
-    """What lies between the ends of steps.
+    """Dense output of steps.
 
-    What heyoka offers for this compiles code for each piece of motion, which takes longer than most
-    pieces.
+    That of heyoka compiles code for each trajectory, which takes longer than most smooth phases.
     """
 
     def __init__(self, times: Sequence[float], coefficients: Sequence[Array]) -> None:
@@ -72,21 +71,21 @@ SUCCESS = int(hy.taylor_outcome.success)
 
 
 def step_to(integrator: Any, end: float, steps: int) -> tuple[int, StepPolynomials]:
-    """Integrate step by step; return the outcome of the last one, and what lies between."""
+    """Integrate step by step; return the outcome of the last step, and dense output."""
     times, coefficients = [float(integrator.time)], []
     for _ in range(steps):
         result, _ = integrator.step(end - integrator.time, write_tc=True)
         outcome = int(result)
         coefficients.append(np.array(integrator.tc))
         times.append(float(integrator.time))
-        # Outcomes from zero on are events at which the integrator continues.
+        # Outcomes of zero and more are events at which the integrator continues.
         if outcome != SUCCESS and outcome < 0:
             return outcome, StepPolynomials(times, coefficients)
     return STEP_LIMIT, StepPolynomials(times, coefficients)
 
 
 class SlowPolynomials:
-    """What lies between the ends of steps in a time that goes with the speed of slow slip."""
+    """Dense output of slow slip, in a time rescaled by its speed."""
 
     def __init__(
         self,
@@ -118,12 +117,12 @@ class SlowPolynomials:
         return states, values[..., n + 2], lengths * np.exp(UNIT * values[..., n])
 
     def _stated(self, values: Array) -> Array:
-        """Return the states that integrated variables mean. Shapes: values (p, n + 3 or more)."""
+        """Return states from integrated variables. Shapes: values (p, n + 3 or more)."""
         n = self._n
         return self._placed(values[:, :n], values[:, n : n + 2] * [UNIT, 1.0], values[:, n + 2])
 
     def _time_in(self, step: int, phase: float) -> float:
-        """Return the time in a step at which it comes to a phase, by bisection and Newton."""
+        """Return the time in a step at a phase, by bisection and Newton's method."""
         powers = self.inner.tcs[step][self._n + 2]
         low, high = 0.0, float(self.inner.times[step + 1] - self.inner.times[step])
         slopes = powers[1:] * np.arange(1, len(powers))
@@ -141,7 +140,7 @@ class SlowPolynomials:
 
 
 class BegunPolynomials:
-    """What is shown of slip that begins, which at its first is too slow to have a direction."""
+    """Dense output of the onset of slip, which at first is too slow to have a direction."""
 
     def __init__(
         self, inner: StepPolynomials, n: int, placed: Callable[[Array, float], Array]

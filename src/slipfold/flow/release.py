@@ -1,7 +1,7 @@
-"""How slip begins: which contacts leave stick at its limit, and how slip in the plane grows.
+"""Release of contacts: which ones leave stick at its limit, and how slip in the plane begins.
 
-Where static friction is more than kinetic, slip grows at once. Where it is not, slip grows with
-the square of the time, and a first hundredth of a period or so is a polynomial.
+If static friction exceeds kinetic friction, slip grows linearly in time from the first instant. If
+they are equal, it grows with the square of the time, and a polynomial represents its onset.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from slipfold.flow.slip_onset import POINTS, SlipOnset, solve_onset
 from slipfold.flow.stage_equations import LinearPart
 
 SHORT = 1e-6
-"""Phases, and slip over its size, that are short: a force that grows is larger after them, slip may
-still be beginning, and no onset is shorter."""
+"""A short phase, and a small slip over its scale: a growing force is larger after the phase, slower
+slip may still be in its onset, and no onset is shorter."""
 
 
 def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ...]:
@@ -47,7 +47,7 @@ def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ..
 def released_at_limit(
     system: HybridSystem, mode: Mode, state: Array, phase: float, now: ContactsNow | None = None
 ) -> Mode:
-    """Return the mode in which contacts slip that stick at their limit and soon beyond it.
+    """Return the mode in which contacts slip whose friction exceeds its limit shortly after.
 
     Shapes: state (n,).
     """
@@ -79,31 +79,31 @@ def released_at_limit(
 
 
 AT_ONCE = 1e-3
-"""Rate of slip, over what friction can do, at or above which it begins at once."""
+"""Rate of slip, over that from friction alone, above which slip begins at once."""
 
 INSTANT, FIRST = 1e-13, 0.01
-"""Phases taken for the onset of slip: where it grows at once, and at most where it does not."""
+"""Phases of the onset of slip: of one that grows at once, and the longest of others."""
 
 SHRINKS = 0.3
-"""Fraction of a time to continue with that was too long."""
+"""Factor by which a phase that was too long is shortened."""
 
 TERMS = 25.0
-"""Terms of the series in which slip grows that fall, at the end of its onset: so many leave an
-explicit integrator four steps until it is quick enough not to be stiff."""
+"""Terms of the series of slip that decrease at the end of its onset. An explicit integrator then
+needs four steps until slip is fast enough not to be stiff."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Growth:
-    """How slip grows at an instant."""
+    """Growth of slip at an instant."""
 
     along: Array  # direction, shape (2,)
     rate: float
-    most: float  # rate that friction alone could give
+    most: float  # rate from friction alone
     change: Array  # of the rate of slip with friction, shape (2, 2)
 
 
 class Release:
-    """How a contact that is at rest, or has just begun to slip, slips in the plane."""
+    """The onset of slip in the plane of a contact at rest, or one that just began to slip."""
 
     def __init__(self, system: HybridSystem, mode: Mode, contact: int) -> None:
         self._system, self._mode, self._contact = system, mode, contact
@@ -113,7 +113,7 @@ class Release:
     def phases(
         self, state: Array, phase: float, end: float, *, dense: bool = False
     ) -> list[SmoothPhase]:
-        """Return the first phases of slip, none of which goes beyond the phase `end`.
+        """Return the first smooth phases of slip, up to the phase `end` at most.
 
         Shapes: state (n,).
         """
@@ -139,7 +139,7 @@ class Release:
         return [SmoothPhase(mode, phase, until, after, energies, None, True, onset, seen)]
 
     def begins(self, state: Array, phase: float) -> bool:
-        """Whether slow slip is still beginning. Shapes: state (n,)."""
+        """Whether slow slip is still in its onset. Shapes: state (n,)."""
         if np.linalg.norm(self._slip(state, phase)) > SHORT * self._size:
             return False
         growth = self._growth(state, phase)
@@ -150,13 +150,13 @@ class Release:
         return self._growth(state, phase).along
 
     def _onset(self, state: Array, phase: float, first: _Growth, before: Array) -> SlipOnset:
-        """Return how slip that grows slowly begins, for as long as a polynomial does for it."""
+        """Return the onset of slip that grows slowly, as long as a polynomial represents it."""
         contact, flow, constants = self._contact, self._system.flow, self._system.constants
         stuck = tuple(
             Status.STICK if i == contact else status for i, status in enumerate(self._mode)
         )
         field = Field(flow.of(self._mode), constants, constants.scales, [], LinearPart())
-        # Meanwhile the contact is held by more than friction: its limit weighs nothing.
+        # Without a limit of friction the contact sticks: growth at both ends gives a guess.
         held, length = self._system.without_limit(contact), FIRST
         why = "slip begins against its own friction"
         while length > SHORT:
@@ -185,9 +185,9 @@ class Release:
         raise Undecided(why)
 
     def _corrections(self, onset: SlipOnset, first: _Growth) -> Array:
-        """Return what the powers of friction lack since slow slip has few digits for its direction.
+        """Return corrections of friction's powers, since the direction of slow slip has few digits.
 
-        The trajectory that follows tells friction better. Shapes: returns (s, 2).
+        The slopes of the trajectory give friction more precisely. Shapes: returns (s, 2).
         """
         flow, constants, place = self._system.flow, self._system.constants, self._place
         nothing = np.empty((len(constants.values), 0))
@@ -200,7 +200,7 @@ class Release:
         )
 
     def _shown(self, onset: SlipOnset, along: Array, end: float) -> BegunPolynomials:
-        """Return what is shown of slip that begins: at the very first it has no direction yet."""
+        """Return dense output of the onset, in which slip always has a direction."""
         scales, least = self._system.constants.scales, SLACK * self._size * along
 
         def placed(scaled: Array, phase: float) -> Array:
@@ -227,7 +227,7 @@ class Release:
 
 
 def _grown(before: Array, first: _Growth, last: _Growth, time: float, fractions: Array) -> Array:
-    """Return slip after fractions of a time by how it grows at both ends. Shapes: (p,)."""
+    """Return slip after fractions of a time from its growth at both ends. Shapes: (p,)."""
     fractions = fractions[:, None]
     rates = first.rate * fractions + (last.rate - first.rate) * fractions**2 / 2
     along = first.along + fractions * (last.along - first.along)

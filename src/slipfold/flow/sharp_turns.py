@@ -1,8 +1,8 @@
-"""What an integrator must watch beside the states: sharp functions and small states.
+"""Sharp functions and invariant groups of states, which an integrator must watch.
 
-Functions that turn sharply are watched by events. States that nothing feeds stay zero once they are
-zero, and else they grow from what there is: populations, infections, modes of a symmetry. Between
-two outbreaks they may fall far below the error of a step of states of order one.
+Events watch functions that turn sharply. A group of states whose zero is invariant grows from its
+present size: populations, infections, modes of a symmetry. Between two outbreaks it may fall far
+below the error of a step of states of order one.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from slipfold.models.output import Expression
 
 @dataclass(frozen=True)
 class Operand:
-    """What an operation acts on."""
+    """An operand of an operation."""
 
-    # Which operation it is the result of; None for what is constant along a trajectory
+    # Index of the operation that gives it; None if it is constant along a trajectory
     index: int | None
     exponent: float = 1.0  # power to which it is raised; NaN if that is a parameter
 
@@ -39,8 +39,8 @@ class Operation:
 
     # ``"+"``, ``"*"``, ``"-"``, ``"/"``, ``"<"``, ``"power"``, a function's name, empty for a state
     name: str
-    operands: tuple[Operand, ...]  # what it acts on, in order
-    needed: tuple[int, ...]  # operations that its series needs beside those it acts on
+    operands: tuple[Operand, ...]  # in order
+    needed: tuple[int, ...]  # further operations that its series needs
     expression: Expression  # its value in the symbols of the equations
     moves: bool  # whether it changes along a trajectory
 
@@ -69,7 +69,7 @@ def take_apart(equations: Equations, outputs: Sequence[Expression] = ()) -> tupl
 
 
 def _decomposed(states: Sequence[Any], rates: Sequence[Any]) -> list[tuple[Any, list[int]]]:
-    # Compiled for its decomposition alone: of low order, and nothing is optimized.
+    # Only the decomposition is needed: low order, no optimization.
     return hy.taylor_adaptive(
         list(zip(states, rates, strict=True)),
         state=[0.0] * len(states),
@@ -112,15 +112,15 @@ def _operand(text: str) -> Operand:
 Group = tuple[int, ...]
 
 FASTER = 1.5
-"""Factor by which what is watched changes faster than the state does: it is of order one where
-other states may be a thousand scales large, and errors are relative to the largest."""
+"""Factor by which the watched function changes faster than the state: it is of order one where
+other states may have a thousand scales, and errors are relative to the largest."""
 
 
 def relative_sizes(equations: Equations) -> list[Expression]:
-    """Return functions between 0 and 1 that change as unfed states do relative to their size.
+    """Return functions between 0 and 1 that change with the relative size of invariant groups.
 
-    Series of the sine of a logarithm are those of a power of the state: watched by an integrator,
-    they have it leave errors that are small beside a state that is itself small.
+    The series of the sine of a logarithm is that of a power of the state. An integrator that
+    watches it makes errors that are small relative to a small state.
     """
     arguments = [*equations.states, equations.phase, *equations.coefficients]
     compiled = compiled_function(equations.rates, arguments)
@@ -131,19 +131,19 @@ def relative_sizes(equations: Equations) -> list[Expression]:
         inputs = np.column_stack([states, np.tile(rest, (len(states), 1))])
         return np.asarray(compiled(np.ascontiguousarray(inputs.T)).T)
 
-    groups = unfed_groups(rates, equations.dimension)
+    groups = invariant_groups(rates, equations.dimension)
     return [_relative_size([equations.states[i] for i in group]) for group in groups]
 
 
-def unfed_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
-    """Return the smallest groups of states that stay zero where all of a group are.
+def invariant_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
+    """Return the smallest groups of states whose common zero is invariant.
 
     Shapes: states (m, n) of `rates`, which returns (m, n).
 
     >>> def epidemic(q):
     ...     s, e, i = q.T
     ...     return np.column_stack([1 - s - s * i, s * i - e, e - i])
-    >>> unfed_groups(epidemic, 3)
+    >>> invariant_groups(epidemic, 3)
     [(1, 2)]
     """
     groups = set[Group]()
@@ -156,7 +156,7 @@ def unfed_groups(rates: Callable[[Array], Array], count: int) -> list[Group]:
         for (group, member), vanishing in zip(tried, zero, strict=True):
             fed = [i for i in group if not vanishing[i]]
             if not fed:
-                # All states together at rest are an equilibrium and no group of their own.
+                # All states together are an equilibrium, not a group.
                 groups.update({group} if size == 1 or size < count else ())
             elif size == 1 or vanishing[member]:
                 others = set(range(count)).difference(group)
@@ -181,30 +181,30 @@ def _relative_size(states: list[Expression]) -> Expression:
 
 
 FLAT = 36.0
-"""exp(-36) is rounding: an exponential is not seen beside 1."""
+"""exp(-36) is rounding relative to 1."""
 
 EDGES = {
     **dict.fromkeys(("exp", "sinh", "cosh", "sigmoid"), FLAT),
     "tanh": FLAT / 2,
     "erf": math.sqrt(FLAT),
 }
-"""Arguments beyond which functions, or what is divided by them, are flat."""
+"""Arguments beyond which functions or their reciprocals are flat."""
 
 STEEP_POWER = 15
-"""Highest power whose own coefficient, 1, is among those of a series at zero."""
+"""Highest power whose coefficient is in the series at zero."""
 
 WEIGHT = 1e-9
-"""Events count in the length of a step as states do. With this weight an edge is known to 1e-4 or
-better, arguments up to 1e9 do not loosen the tolerance, and a pole, of however small a residue,
-ends a step at half of its distance."""
+"""Weight of events in the length of a step, relative to states. It gives edges to 1e-4 or better,
+keeps the tolerance for arguments up to 1e9, and ends a step at half the distance of a pole with any
+residue."""
 
 COOLDOWN = 1e-10
-"""Phase in which an edge just met is not met again: more than rounding, less than a crossing."""
+"""Cooldown phase after an edge: longer than rounding, shorter than a crossing."""
 
 VERSION = f"turns of powers, unfed apart, no corners={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
-"""What is compiled with other events differs."""
+"""Version of the events, part of the keys of stored code."""
 
-# Where a trajectory with events ends in NaN, heyoka warns on the terminal; here that is data.
+# heyoka warns on the terminal if a trajectory with events ends in NaN, which is data here.
 hy.set_logger_level_error()
 
 
@@ -215,16 +215,15 @@ class SharpTurns:
     # A step ends where one of these becomes positive, or negative
     rising: tuple[Expression, ...] = ()
     falling: tuple[Expression, ...] = ()
-    # These are positive and no event; but their poles, close to the turns, shorten the steps
+    # These are positive, without events; their poles close to the turns shorten the steps
     watched: tuple[Expression, ...] = ()
-    # These are positive and no event either, and have nothing to do with turns: how large states
-    # are that nothing feeds
-    unfed: tuple[Expression, ...] = ()
+    # These are positive as well: relative sizes of invariant groups
+    invariant: tuple[Expression, ...] = ()
 
     def scaled(self, scaled: Scaled) -> SharpTurns:
         """Return the same for an integrator in scaled states."""
         express = scaled.express
-        parts = (self.rising, self.falling, self.watched, self.unfed)
+        parts = (self.rising, self.falling, self.watched, self.invariant)
         return SharpTurns(*(tuple(express(part)) for part in parts))
 
     def events(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
@@ -239,9 +238,9 @@ class SharpTurns:
         return edges + [event(hy.subs(item, known)) for item in self.watched]
 
     def passed(self, known: Mapping[str, Expression], *, batch: bool) -> list[Any]:
-        """Return the other events of an integrator, which tells how patient it is by the former."""
+        """Return the other events of an integrator; terminal ones determine its step budget."""
         event = hy.nt_event_batch if batch else hy.nt_event
-        return [event(hy.subs(item, known), callback=_continues) for item in self.unfed]
+        return [event(hy.subs(item, known), callback=_continues) for item in self.invariant]
 
 
 def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> SharpTurns:
@@ -265,10 +264,10 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
         falling += [WEIGHT * (base + small), WEIGHT * (base - large)]
     sums = [operations[index].expression for index in sorted(set(_smoothed(operations)))]
     sums += [1.0 + operations[index].expression ** 2.0 for index in _arctangents(operations)]
-    # Squared, because a sum may be negative too.
+    # Squared, because a sum may be negative.
     watched = [1.0 + WEIGHT * hy.log(item**2.0) for item in sums]
-    unfed = relative_sizes(equations)
-    return SharpTurns(tuple(rising), tuple(falling), tuple(watched), tuple(unfed))
+    invariant = relative_sizes(equations)
+    return SharpTurns(tuple(rising), tuple(falling), tuple(watched), tuple(invariant))
 
 
 def _has_corner(operations: Sequence[Operation], operation: Operation) -> bool:
@@ -283,7 +282,7 @@ def _has_corner(operations: Sequence[Operation], operation: Operation) -> bool:
 def _saturations(operations: Sequence[Operation]) -> Iterator[tuple[int, float]]:
     """Arguments of functions that are flat far from zero, and how far that is.
 
-    What is multiplied by itself, as 1/cosh(v)^2, is flat so much nearer to zero.
+    A power such as 1/cosh(v)^2 is flat nearer to zero.
     """
     slopes = {index for item in operations if item.name == "erf" for index in item.needed}
     flat = {
@@ -342,7 +341,7 @@ def _arctangents(operations: Sequence[Operation]) -> list[int]:
 
 
 def _smoothed(operations: Sequence[Operation]) -> Iterator[int]:
-    """Sums such as v^2 + e^2 that must not vanish: what keeps them from it may be small."""
+    """Sums such as v^2 + e^2 that must not vanish, although e may be small."""
     for index in _singular(operations):
         addends = list(_addends(operations, index))
         constant = any(addend is None for addend, _ in addends)
@@ -351,7 +350,7 @@ def _smoothed(operations: Sequence[Operation]) -> Iterator[int]:
 
 
 def _singular(operations: Sequence[Operation]) -> Iterator[int]:
-    """What something divides by, or takes the logarithm, a root or the angle of."""
+    """Denominators, and arguments of logarithms, roots and angles."""
     for operation in operations:
         if operation.name == "atan2":
             yield from operation.needed
@@ -379,7 +378,7 @@ def _addends(operations: Sequence[Operation], index: int) -> Iterator[tuple[int 
 
 
 def _bends(operations: Sequence[Operation], index: int | None, exponent: float = 1.0) -> bool:
-    """Whether something is not linear, and its edges are not known individually."""
+    """Whether an operation is nonlinear without edges of its own."""
     if index is None:
         return False
     operation = operations[index]
@@ -411,5 +410,5 @@ def _index(operation: Operation) -> int:
 
 
 def _continues(*_: object) -> bool:
-    """Whether to integrate on after an event; what passes no edge is given the time as well."""
+    """Continue after an event; a callback that also gets the time for other events."""
     return True

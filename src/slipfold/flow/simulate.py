@@ -14,7 +14,14 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
-from slipfold.flow.equilibrium import AT_REST, PUSH, divided, paced, perturbed_off, rounded_down
+from slipfold.flow.equilibrium import (
+    AT_REST,
+    PUSH,
+    divided,
+    paced,
+    perturbed_from_equilibrium,
+    rounded_down,
+)
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, Stop
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_system
@@ -298,7 +305,7 @@ class SmoothIntegration(Integration):
         last, scales = self._pieces[-1], self.model.state_scales()
         lately = np.concatenate(self._pieces[-2:])[-2:]
         moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
-        pushed = perturbed_off(self.model, last[-1]) if moving <= AT_REST else None
+        pushed = perturbed_from_equilibrium(self.model, last[-1]) if moving <= AT_REST else None
         if pushed is not None:
             self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
             self._pushed.append(self.periods)

@@ -1,8 +1,8 @@
 """The onset of slip in the plane that grows slowly from zero.
 
-A polynomial through Radau's points solves it: friction turns slip the more firmly the slower it is,
-so that explicit steps from rest would never end. Terms of the series in which slip grows fall until
-their number is friction, as a rate, times time over slip; the polynomial goes as far as that.
+A collocation polynomial at Radau points solves it. Friction turns slow slip faster than fast slip,
+so that explicit steps from rest would never end. Terms of the series of slip decrease up to a
+number, the rate from friction times time over slip, which bounds the length of the polynomial.
 """
 
 from __future__ import annotations
@@ -19,20 +19,19 @@ from slipfold.flow.polynomials import StepPolynomials
 from slipfold.flow.stage_equations import Inverted
 
 POINTS = radau_points(8)
-"""Points of the polynomial; with six the end is as good to 1e-14."""
+"""Points of the polynomial; six give the same end within 1e-14."""
 
 EXACT = 1e-15
-"""Steps of Newton's method, in scaled states, continue until they are this short: slip at the first
-point is a ten thousandth of that at the end."""
+"""Last step of Newton's method, in scaled states: slip at the first point is a ten thousandth of
+that at the end."""
 
 ITERATIONS, RENEWED = 12, 0.1
-"""How many of them there may be, and from what fraction of the one before on that takes new
-derivatives."""
+"""Largest number of these steps, and ratio of two steps above which derivatives are renewed."""
 
 
 @dataclass(frozen=True, eq=False)
 class SlipOnset:
-    """A time in which slip begins."""
+    """A time in which slip begins, with its solution."""
 
     field: Field
     begin: float  # phase
@@ -51,11 +50,11 @@ class SlipOnset:
 
     @property
     def end(self) -> float:
-        """Phase at which it is over."""
+        """Last phase."""
         return self.begin + self.length
 
     def integrals(self, phase: float) -> Array:
-        """Return weights that integrate over phases what is known at the points, shape (s,)."""
+        """Return the weights of an integral up to a phase, shape (s,)."""
         if phase >= self.end:
             return self.length * POINTS.weights
         fraction = (phase - self.begin) / self.length
@@ -70,24 +69,23 @@ class SlipOnset:
 
     @property
     def missing(self) -> Array:
-        """By how much more states change a phase than the equations say, which round, (s, n)."""
+        """Slopes of the polynomial less rates, which have rounding errors, shape (s, n)."""
         scaled = self.solved.stages[0]
         rates = self.field.rates(scaled, self.phases)
         return np.asarray((self.solved.slopes[0] - rates) * self.field.scales)
 
     def polynomials(self, end: float) -> StepPolynomials:
-        """Return scaled states as far as some phase."""
+        """Return dense output of scaled states up to a phase."""
         powers = POINTS.powers @ self.solved.slopes[0] * self.length
         powers[0] += self.solved.nodes[0]
         powers /= self.length ** np.arange(len(powers))[:, None]
         return StepPolynomials([self.begin, end], [powers.T])
 
     def linearized(self, phase: float, directions: Array) -> tuple[Array, Array]:
-        """Return derivatives of the state at a phase, by that at the beginning and coefficients.
+        """Return derivatives of the state at a phase by the first state and the coefficients.
 
-        Slip that begins earlier or later is included: to first order it makes no difference whether
-        slip waits until it may grow, or is carried through zero. Shapes: directions (n_c, k);
-        returns (n, n), (n, k).
+        They include the change of the time of release, since slip continued through zero differs
+        only in second order. Shapes: directions (n_c, k); returns (n, n), (n, k).
         """
         field, n = self.field, len(self.field.scales)
         rows, phases = self.stages, self.phases
@@ -109,7 +107,7 @@ class SlipOnset:
 def solve_onset(
     field: Field, state: Array, begin: float, length: float, guess: Array
 ) -> SlipOnset | None:
-    """Solve for slip that begins; None where a polynomial does not do.
+    """Solve for the onset of slip; None if a polynomial does not represent it.
 
     Shapes: state (n,); guess (s, n).
     """
@@ -128,7 +126,7 @@ def solve_onset(
         size = float(np.abs(step).max())
         if not size <= RENEWED * before:
             equations = None
-        # What is left after a step is as much smaller as that was than the one before.
+        # Convergence: the next step is smaller by the ratio of the last two.
         elif size <= EXACT or (before < 1.0 and size * size <= EXACT * before):
             break
         before = size
@@ -137,7 +135,7 @@ def solve_onset(
     assert equations is not None
     one = np.array([begin])
     solved = Solved(POINTS, node[None], one, lengths, stages[None], rates[None], equations, None)
-    # What is left out is smaller by as much as the last term is smaller than the one before.
+    # The error is smaller than the last term by the ratio of the last two terms.
     last = POINTS.transform[-1] @ solved.slopes[0] * length / (2 * (2 * len(phases) - 1))
     return SlipOnset(field, begin, length, solved) if np.abs(last).max() <= TOLERANCE else None
 

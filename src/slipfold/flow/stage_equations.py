@@ -18,7 +18,7 @@ Places = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Jacobians:
-    """Matrices that differ in some columns only, at the s points of m intervals."""
+    """Matrices at the s points of m intervals that differ in some columns only."""
 
     common: Array  # one of them, shape (n, n)
     columns: Places  # those that may change, in their order, shape (c,)
@@ -71,7 +71,7 @@ class Jacobians:
 
 
 MANY = 12
-"""States from which the linear part of the equations is set apart."""
+"""Number of states above which the linear part of the equations is separated."""
 
 
 class StageEquations(ABC):
@@ -136,7 +136,7 @@ class Inverted(StageEquations):
 
 @dataclass(frozen=True, eq=False)
 class _Modes:
-    """A matrix by its eigenvectors: of conjugate ones one, doubled, whose real part counts."""
+    """A matrix by its eigenvectors; one of each conjugate pair, doubled, stands for both."""
 
     matrix: Array  # shape (n, n)
     columns: NDArray[np.intp]  # those in which Jacobians differ from its multiples, shape (c,)
@@ -163,7 +163,7 @@ class _Modes:
         )
 
     def pace(self, jacobian: Array) -> float | None:
-        """Return of what multiple a Jacobian differs in those columns only, None of none."""
+        """Return the factor of the matrix that equals a Jacobian except in the columns, or None."""
         kept = np.delete(self.matrix, self.columns, axis=1)
         given = np.delete(jacobian, self.columns, axis=1)
         pace = float((given * kept).sum() / (kept * kept).sum())
@@ -172,11 +172,11 @@ class _Modes:
 
 
 class LinearPart:
-    """What the Jacobians of a model have in common everywhere, but for a factor and some columns.
+    """The part that all Jacobians of a model share, up to a factor and some columns.
 
-    Of a structure only those of a few displacements and speeds change, at contacts and springs; the
-    factor is the period. The common part is decomposed once: what rounding does to fast modes is
-    then the same in all derivatives along a branch, and does not enter slow ones.
+    In a structure only the columns of displacements and speeds at contacts and nonlinear springs
+    vary; the factor is the period. The shared part is decomposed once, so that rounding errors of
+    fast modes are the same in all derivatives along a branch and do not enter slow modes.
     """
 
     def __init__(self) -> None:
@@ -197,7 +197,7 @@ class LinearPart:
         if known is None or pace is None or not np.isin(changes, known.columns).all():
             if known is not None:
                 changes = np.union1d(changes, known.columns)
-            if len(changes) > 0.25 * n:  # else it does not pay
+            if len(changes) > 0.25 * n:  # otherwise a full inverse is faster
                 return Inverted.of(points, lengths, jacobians.whole)
             known, pace = _Modes.of(jacobians.first, changes), 1.0
             if known is None:
@@ -207,7 +207,7 @@ class LinearPart:
 
 
 def _times(matrices: NDArray[Any], columns: NDArray[Any]) -> Complex:
-    """Return products of many small matrices; of one column each they are quicker as a sum."""
+    """Return products of many small matrices; a sum is faster for single columns."""
     if columns.shape[-1] > 1:
         return np.asarray(matrices @ columns)
     return np.asarray((matrices * columns[..., 0][..., None, :]).sum(axis=-1)[..., None])
@@ -222,8 +222,8 @@ class _Separated(StageEquations):
     .. math:: \zeta_l = W_{lk} U R_k + h W_{lk} a_{ki} U N_i y_i, \quad
               W = (I - h \lambda A)^{-1},
 
-    so that y is known from a system of as many unknowns as there are columns at all stages. It
-    takes operations in proportion to n^2, and what is fast does not mix with what is slow.
+    so that a system of the size of the columns at all stages gives y. The operations grow with n^2,
+    and fast modes do not mix with slow ones.
     """
 
     def __init__(

@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.batches import LANES
 from slipfold.flow.contact_trajectory import dense_phases
-from slipfold.flow.equilibrium import PUSH, own_sizes, unfed_states
+from slipfold.flow.equilibrium import PUSH, invariant_groups_of, state_sizes
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
@@ -151,7 +151,7 @@ def _smallest(trajectory: Trajectory) -> list[Check]:
     if not ((scaled > 0) & (scaled < SMALL)).any():
         return []
     checks = list[Check]()
-    for group in map(list, unfed_states(trajectory.model)):
+    for group in map(list, invariant_groups_of(trajectory.model)):
         left = scaled[:, group].max(axis=1)
         place = int(np.where(left > 0, left, np.inf).argmin())
         if not 0 < left[place] < SMALL:
@@ -290,7 +290,7 @@ def _growth(trajectory: Trajectory, places: NDArray[np.intp], length: int) -> Ar
     """Return the exponents, per period, with which disturbances grow along segments."""
     flow = flow_of(trajectory.model)
     along = trajectory.strobe[places[:, None] + np.arange(length + 1)]
-    sizes = own_sizes(trajectory.model, along)
+    sizes = state_sizes(trajectory.model, along)
     signs = np.resize([1.0, -1.0, 1.0], along.shape[2])
     phases = np.tile(np.arange(length + 1.0), (len(places), 1))
     disturbed = along[:, 0] + DISTURBANCE * signs * sizes[:, 0]
