@@ -118,7 +118,7 @@ def follow_batch(
         return [BatchedCase(model, failure="another kind of model") for model in models]
     models = [model.replace(**{vary: span[0]}) for model in models]
     models = [
-        model if model.found_sizes is not None else measured_over(model, vary, span)
+        model if model.estimated_scales is not None else measured_over(model, vary, span)
         for model in models
     ]
     cases = [BatchedCase(model) for model in models]
@@ -145,7 +145,7 @@ def follow_batch(
 def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
     """Return the explicit steps for a kind of models; None if these or settings forbid them."""
     slips = all(contact.limits for contact in contacts_of(model))
-    if not model.forced or not slips or np.any(model.whole_turns):
+    if not model.forced or not slips or np.any(model.angle_periods):
         return None
     steps = settings.steps
     allowed = (

@@ -15,7 +15,7 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import EDGE
-from slipfold.models.turns import without_turns
+from slipfold.models.angles import wrap_angles
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
 NEAR_ONE = 0.5
@@ -99,10 +99,10 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
     if orbits.segments == 1 and orbits.kind == "periodic":
         nodes, constants = orbits.nodes(z), orbits.constants(z)
         later = orbits.by.states(nodes, constants, np.array([orbits.phase + orbits.period / 2]))
-        return without_turns((nodes - later)[0] / orbits.scales, orbits.by.turns)
+        return wrap_angles((nodes - later)[0] / orbits.scales, orbits.by.turns)
     half = orbits.size // 2
     turns = np.resize(orbits.by.turns, half) / np.sqrt(orbits.segments)
-    return without_turns(z[:half] - z[half : orbits.size], turns)
+    return wrap_angles(z[:half] - z[half : orbits.size], turns)
 
 
 def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:

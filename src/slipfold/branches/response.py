@@ -62,10 +62,10 @@ def trace_response(
     """
     settings = settings or Settings()
     model, first, last = _checked(model, vary, span, events)
-    if model.found_sizes is None:
+    if model.estimated_scales is None:
         model = measured_over(model, vary, (first, last), begin)
     if begin is not None:
-        begin = begin.measured_in(model.found_sizes)
+        begin = begin.with_scales(model.estimated_scales)
     through_stick = through_stick and settings.discretization == "automatic"
     report = searching(observer, first)
     search = FirstOrbit(model, vary, (first, last), settings, through_stick, report)

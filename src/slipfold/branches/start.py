@@ -46,11 +46,11 @@ class Begin:
     # State near that equilibrium, shape (n,); None with an orbit
     state: NDArray[np.float64] | None = None
 
-    def measured_in(self, sizes: NDArray[np.float64] | None) -> Begin:
+    def with_scales(self, sizes: NDArray[np.float64] | None) -> Begin:
         """Return the same in other typical sizes of the states. Shapes: sizes (n,)."""
         if self.orbit is None:
             return self
-        model = self.orbit.model.measured_in(sizes)
+        model = self.orbit.model.with_scales(sizes)
         return replace(self, orbit=replace(self.orbit, model=model))
 
 

@@ -28,9 +28,9 @@ from slipfold.flow.simulate import (
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
 from slipfold.long_term.contacts import ShownContacts, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
+from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.models.turns import TURN
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
@@ -72,7 +72,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     flow = flow_of(model)
     time, states = orbit.sample(min(ORBIT_SAMPLES * orbit.period, MAX_SAMPLES))
     time = np.append(time, orbit.duration)
-    turned = [TURN * orbit.turns.get(state.name, 0) for state in model.states]
+    turned = [REVOLUTION * orbit.turns.get(state.name, 0) for state in model.states]
     states = np.concatenate([states, states[:1] + turned])
     constants = flow.constants_of(model)
     phases = time / constants.period

@@ -27,8 +27,8 @@ from slipfold.flow.simulate import (
     reaches_stick_limit,
     unbounded_at,
 )
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.progress import Observer, Progress
 from slipfold.threads import cores
 
@@ -342,7 +342,7 @@ class _Batch:
         after[:, self.left] = before[:, self.left]
         for lane in np.flatnonzero(np.isnan(after).any(axis=0) & ~over):
             after[:, lane] = self._alone(int(lane), before[:, lane])
-        self.states = without_turns(after.T, self.models[0].whole_turns).T
+        self.states = wrap_angles(after.T, self.models[0].angle_periods).T
         self._done += 1
 
     def _alone(self, lane: int, state: Array) -> Array:

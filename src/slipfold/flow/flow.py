@@ -37,7 +37,7 @@ from slipfold.flow.equations import (
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.integrators import JET_ORDER, Integrators
 from slipfold.flow.polynomials import DenseTrajectory
-from slipfold.models.model import COLUMNS, Model, carried_whole
+from slipfold.models.model import COLUMNS, Model, propagated_together
 from slipfold.models.output import Limit
 
 
@@ -148,7 +148,7 @@ class Flow(Evaluated):
         if size > n:
             scales = np.concatenate([scales, scales], axis=-1)
             units = np.concatenate([units, units], axis=-2)
-        if not carried_whole(n):
+        if not propagated_together(n):
             ends, derivatives = self._vary_in_groups(
                 states / scales, start, end, constants, directions
             )

@@ -21,8 +21,8 @@ from slipfold.flow.batches import (
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
 from slipfold.flow.implicit_steps import MOST, End, StiffFallback
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 
 CHUNK = 16
 """Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
@@ -74,7 +74,7 @@ class GuardedFlow:
         self._model, self._limits = model, model.limits
         self._flow, self._constants = flow_of(model), constants
         # The more turns an angle has made, the larger the errors of steps: begin each period again.
-        self._together = 1 if model.whole_turns.any() else CHUNK
+        self._together = 1 if model.angle_periods.any() else CHUNK
         self._watched = [self._flow.output_index(limit.output) for limit in self._limits]
         self._bounds = np.array([limit.bound for limit in self._limits])
         self._parameters = np.concatenate([constants.known, self._weights(start)])
@@ -98,7 +98,7 @@ class GuardedFlow:
         while done < periods and stop is None:
             count = min(self._together, periods - done)
             piece = self._run(state, count, before + done)
-            states, stop = without_turns(piece.states, self._model.whole_turns), piece.stop
+            states, stop = wrap_angles(piece.states, self._model.angle_periods), piece.stop
             yield piece._replace(states=states)
             done += len(states)
             state = states[-1] if len(states) else state

@@ -217,7 +217,7 @@ def measured(
         resting = np.fmax.reduce([look.resting for look in looks])
         sizes = np.where(np.isnan(sizes), resting, sizes)
         sizes = np.where(np.isnan(sizes), looks[0].ratios, sizes)
-    return model.measured_in(power_of_two(sizes))
+    return model.with_scales(power_of_two(sizes))
 
 
 def measured_within(
@@ -231,7 +231,7 @@ def measured_within(
         with suppress(InputError):  # they may contradict those of other parameters
             others.append(model.replace(**some))
     first, *rest = others or [model]
-    return model.measured_in(measured(first, rest, motion=motion).found_sizes)
+    return model.with_scales(measured(first, rest, motion=motion).estimated_scales)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,8 +23,8 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.hybrid_trajectory import Change
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
+from slipfold.models.angles import NO_ANGLES, wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import NO_TURNS, without_turns
 from slipfold.text.one_line import number_text
 
 MAX_PERIOD = 8
@@ -151,13 +151,13 @@ class Trend:
         return math.ceil(math.log(tolerance / self.distance) / math.log(rate))
 
 
-def trends_of(scaled: Array, turns: Array = NO_TURNS) -> list[Trend]:
+def trends_of(scaled: Array, turns: Array = NO_ANGLES) -> list[Trend]:
     """Return how states change over 1 to 8 of them but for whole turns. Shapes: scaled (m, n)."""
     return [_measure(scaled, turns, period) for period in range(1, MAX_PERIOD + 1)]
 
 
 def judge_settlement(
-    strobe: Array, scales: Array, tolerance: float, turns: Array = NO_TURNS
+    strobe: Array, scales: Array, tolerance: float, turns: Array = NO_ANGLES
 ) -> Settlement:
     """Judge from the states at phase zero whether a trajectory has converged.
 
@@ -186,7 +186,7 @@ def judge_settlement(
 
 
 def _measure(scaled: Array, turns: Array, period: int) -> Trend:
-    change = np.abs(without_turns(scaled[period:] - scaled[:-period], turns)).max(axis=1)
+    change = np.abs(wrap_angles(scaled[period:] - scaled[:-period], turns)).max(axis=1)
     width = max(min(len(scaled) // 8, len(change) // 3), 1)
     windows = tuple(
         float(change[len(change) - (i + 1) * width : len(change) - i * width].max())
@@ -414,7 +414,7 @@ class _End:
         origin, normal = states[half[typical]], directions[typical] / speeds[typical]
 
         def away(states: Array) -> Array:
-            return without_turns(states - origin, self.model.whole_turns / self.scales)
+            return wrap_angles(states - origin, self.model.angle_periods / self.scales)
 
         height = away(states) @ normal
         (before,) = np.nonzero((height[:-1] < 0) & (height[1:] >= 0))

@@ -36,10 +36,10 @@ from slipfold.flow.settlement import (
     not_converged,
 )
 from slipfold.flow.trajectory import Sticking, Trajectory
+from slipfold.models.angles import count_revolutions, revolutions_by_name
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.models.suggestion import unknown
-from slipfold.models.turns import turns_between, turns_by_name
 from slipfold.progress import Observer, Progress
 from slipfold.text.stability import turns_text
 
@@ -323,7 +323,7 @@ class SmoothIntegration(Integration):
         if stop is not None:
             result = self._ended_early(stop)
         elif model.forced:
-            scales, turns = model.state_scales(), model.whole_turns
+            scales, turns = model.state_scales(), model.angle_periods
             result = judge_settlement(self.strobe, scales, tolerance, turns)
             result = self._with_turns(result, result.period)
         else:
@@ -343,12 +343,12 @@ class SmoothIntegration(Integration):
 
     def _with_turns(self, found: Settlement, length: float | None) -> Settlement:
         """Add the revolutions of angles in a response of that many periods."""
-        if length is None or not self.model.whole_turns.any():
+        if length is None or not self.model.angle_periods.any():
             return found
         start, zero = self.strobe[-1:], np.zeros(1)
         (end,) = flow_of(self.model).advance(start, zero, zero + length, self.constants)
-        counts = turns_between(end - start[0], self.model.whole_turns)
-        turns = turns_by_name(self.model.states, counts)
+        counts = count_revolutions(end - start[0], self.model.angle_periods)
+        turns = revolutions_by_name(self.model.states, counts)
         message = "; ".join(filter(None, [found.message, turns_text(turns)]))
         return replace(found, message=message, turns=turns)
 
@@ -484,16 +484,16 @@ class HybridIntegration(Integration):
 
 def _in_own_scales(model: Model, start: Array) -> Model:
     """Return the model with characteristic scales of its states, seen in a short trajectory."""
-    if not np.isnan(model.declared_scales()).any() or model.found_sizes is not None:
+    if not np.isnan(model.declared_scales()).any() or model.estimated_scales is not None:
         return model
     sizes = np.ones(len(start))
     for _ in range(2):  # what is small beside one shows in a second look only
-        pilot = HybridIntegration(model.measured_in(sizes), start)
+        pilot = HybridIntegration(model.with_scales(sizes), start)
         pilot.advance(4)  # periods show the scales
         ends = [item.state for item in pilot.recorder.changes]
         reached = np.abs(np.array([*pilot.strobe, *ends])).max(axis=0)
         sizes = power_of_two(np.where(reached > 0, reached, sizes))
-    return model.measured_in(sizes)
+    return model.with_scales(sizes)
 
 
 def _natural_duration(model: Model, start: Array) -> float:

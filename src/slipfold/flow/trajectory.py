@@ -22,8 +22,8 @@ from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Ending, Mode, Status
 from slipfold.flow.polynomials import BegunPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -455,7 +455,7 @@ def _goes_round(model: Model, state: Array, parts: Sequence[SmoothPhase], count:
         return False
     if not any(part.event is not None and part.event.ending is Ending.STIFF for part in parts):
         return True
-    apart = without_turns(parts[-1].state - state, model.whole_turns) / model.state_scales()
+    apart = wrap_angles(parts[-1].state - state, model.angle_periods) / model.state_scales()
     return bool(np.abs(apart).max() < 1e-5)  # what is caught there misses by far
 
 

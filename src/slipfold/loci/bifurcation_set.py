@@ -77,7 +77,7 @@ def find_bifurcation_set(
     # Of Hopf points alone no cycles are needed.
     followed = (0,) if types == ("HB",) else periods
     settings = replace(settings or Settings(), largest_period=max(followed))
-    if model.found_sizes is None:
+    if model.estimated_scales is None:
         model = measured_across(model, plane, window)
     search = _Search(Plane(model, plane, window, settings, observer), types, periods)
     loci = search.follow_loci()

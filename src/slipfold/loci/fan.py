@@ -21,9 +21,9 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import GRAZED, contacts_of
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.window import Plane
+from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.find import attractor_from
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
@@ -146,8 +146,8 @@ def _repeats(orbits: Orbits, z: Array) -> bool:
     """Whether an orbit of an even period is one of half the period, gone round twice."""
     if orbits.period % 2:
         return False
-    nodes, whole = orbits.evenly(z), orbits.model.whole_turns
-    halves = without_turns(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
+    nodes, whole = orbits.evenly(z), orbits.model.angle_periods
+    halves = wrap_angles(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
     return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME_HALVES
 
 
@@ -303,7 +303,7 @@ def _is_another(
     found = [search_equilibrium(model, near) for near in known]
     near = SAME_REST * model.state_scales()
     apart = [
-        without_turns(other - state, model.whole_turns) for other in found if other is not None
+        wrap_angles(other - state, model.angle_periods) for other in found if other is not None
     ]
     return all(bool((np.abs(item) > near).any()) for item in apart)
 

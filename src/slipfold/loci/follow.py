@@ -163,8 +163,8 @@ def follow_loci(
     types = LOCUS_TYPES if switch else ()
     settings, remarks = settings or Settings(), [] if remarks is None else remarks
     if not base.forced:  # of its branch, sizes may be those at an end where nothing moves
-        sizes = measured_across(base, vary, window).found_sizes
-        points = [replace(point, model=point.model.measured_in(sizes)) for point in points]
+        sizes = measured_across(base, vary, window).estimated_scales
+        points = [replace(point, model=point.model.with_scales(sizes)) for point in points]
     return follow_found(points, vary, window, settings, observer, types, largest, remarks)
 
 

@@ -20,8 +20,8 @@ from slipfold.loci.isolated import ONE_ORBIT
 from slipfold.loci.locus import Locus, locus_curve
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.window import Plane, Window
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.test_functions import CRITICAL, critical_places
 
 SAME = 1e-6
@@ -275,10 +275,10 @@ def _add(model: Model, found: Settled, known: list[Settled]) -> None:
     """Add an attractor unless it is known or of a period that labels leave out."""
     if not found.counts:
         return
-    scales, whole = model.state_scales(), model.whole_turns
+    scales, whole = model.state_scales(), model.angle_periods
     for other in known:
         if other.period == found.period and any(
-            np.abs(without_turns(state - found.state, whole) / scales).max() < ONE_ORBIT
+            np.abs(wrap_angles(state - found.state, whole) / scales).max() < ONE_ORBIT
             for state in other.states
         ):
             return

@@ -21,8 +21,8 @@ from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.loci.fan import FanLine, extended
 from slipfold.loci.window import Plane
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
@@ -83,11 +83,11 @@ def is_among(
 
     Shapes: nodes (m, n_states).
     """
-    scales, whole = model.state_scales(), model.whole_turns
+    scales, whole = model.state_scales(), model.angle_periods
     each, rest = divmod(len(nodes), period)
     begun = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
     return any(
-        np.abs(without_turns(copy - other, whole) / scales).max() < ONE_ORBIT
+        np.abs(wrap_angles(copy - other, whole) / scales).max() < ONE_ORBIT
         for copy in begun
         for other in known
     )
@@ -237,7 +237,7 @@ def other_orbits(
 
 def _moved(model: Model, states: Array, periods: int) -> Array:
     """Return by how much states move in some forcing periods, in scaled states, shape (k,)."""
-    change = without_turns(_advanced(model, states, periods) - states, model.whole_turns)
+    change = wrap_angles(_advanced(model, states, periods) - states, model.angle_periods)
     return np.asarray(np.abs(change / model.state_scales()).max(axis=1))
 
 
@@ -246,7 +246,7 @@ def _is_near(model: Model, state: Array, found: dict[int, list[Array]], reach: f
     for period, orbits in found.items():
         for nodes in orbits:
             gaps = nodes[:: max(1, len(nodes) // period)] - state
-            apart = np.abs(without_turns(gaps, model.whole_turns) / model.state_scales())
+            apart = np.abs(wrap_angles(gaps, model.angle_periods) / model.state_scales())
             if apart.max(axis=1).min() < reach:
                 return True
     return False

@@ -15,8 +15,8 @@ from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import SURE
 from slipfold.long_term.rotation import average, bump
+from slipfold.models.angles import mean_state, wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import mean_state, without_turns
 from slipfold.progress import Observer, Progress
 
 FLOOR = 1e-8
@@ -40,7 +40,7 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
     result = np.zeros(states.shape[:-2], np.int64)
     changes, left = {}, np.zeros(states.shape[:-2])
     for period in range(1, min(longest, count // 3) + 1):
-        apart = without_turns(states[..., period:, :] - states[..., :-period, :], turns) / scales
+        apart = wrap_angles(states[..., period:, :] - states[..., :-period, :], turns) / scales
         change = np.abs(apart).max(axis=-1)
         width = max(change.shape[-1] // 3, 1)
         first, last = change[..., :width].max(axis=-1), change[..., -width:].max(axis=-1)
@@ -206,7 +206,7 @@ class _Pairs:
     """Trajectories, each with a neighbor, for some periods."""
 
     def __init__(self, models: list[Model], states: Array, periods: int) -> None:
-        self._scales, self._turns = models[0].state_scales(), models[0].whole_turns
+        self._scales, self._turns = models[0].state_scales(), models[0].angle_periods
         self._count, n = states.shape
         direction = np.random.default_rng(0).normal(size=states.shape)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
@@ -229,7 +229,7 @@ class _Pairs:
         ensemble.advance()
         states = ensemble.states
         base = states[::2]
-        between = without_turns(states[1::2] - base, self._turns) / self._scales
+        between = wrap_angles(states[1::2] - base, self._turns) / self._scales
         distance = np.linalg.norm(between, axis=1)
         self._sticks |= ensemble.stuck.reshape(-1, 2).any(axis=1)
         ensemble.leave(np.repeat(self._sticks, 2))
@@ -244,7 +244,7 @@ class _Pairs:
         if self._done < RECENT:
             self._first[self._done] = base
         near = self._first[place]  # of the same number: an angle is taken next to that
-        self._sums[place] += weight * (near + without_turns(base - near, self._turns))
+        self._sums[place] += weight * (near + wrap_angles(base - near, self._turns))
         self._shares[place] += weight
         self._last[self._done % RECENT] = base
         self._done += 1
@@ -289,7 +289,7 @@ class _Pairs:
     def _nearly_repeats(self, states: Array) -> bool:
         """Whether a trajectory nearly repeats, and may be about to leave a response."""
         changes = [
-            np.abs(without_turns(states[period:] - states[:-period], self._turns) / self._scales)
+            np.abs(wrap_angles(states[period:] - states[:-period], self._turns) / self._scales)
             for period in range(1, RECENT // 3 + 1)
         ]
         return min(change.max() for change in changes) < 1e-2
@@ -299,14 +299,14 @@ class _Pairs:
         numbers = np.arange(RECENT)
         late = (self._done - RECENT + numbers) % CLASSES
         before, after = (
-            np.abs(without_turns(states - averages[which], self._turns) / self._scales).max()
+            np.abs(wrap_angles(states - averages[which], self._turns) / self._scales).max()
             for states, which in ((first, numbers % CLASSES), (last, late))
         )
         if not after < max(share * before, NEAR):
             return 0
         for period in (1, 2, 3, 4, 6, 8, 12, 24):
             between = averages - averages[numbers[:CLASSES] % period]
-            apart = np.abs(without_turns(between, self._turns) / self._scales).max()
+            apart = np.abs(wrap_angles(between, self._turns) / self._scales).max()
             if apart <= max(NEAR, 0.1 * after):
                 return period
         return 0
@@ -338,7 +338,7 @@ class TrajectoryGrid:
     ) -> None:
         count = len(next(iter(values.values())))
         self.models = models_with(model, count, values)
-        self.model = model.measured_in(self.models[0].found_sizes)
+        self.model = model.with_scales(self.models[0].estimated_scales)
         self.scales = self.models[0].state_scales()
         # A perturbation, since symmetry could keep a trajectory on an unstable response.
         self.start = start + PUSH * self.scales
@@ -408,10 +408,10 @@ class TrajectoryGrid:
 
     def _judge(self, window: Array, states: Array, sticks: NDArray[np.bool_]) -> Classified:
         """Classify trajectories, as far as they repeat, stick or stopped."""
-        whole_turns = self.models[0].whole_turns
-        periods = repeats_of(window.transpose(1, 0, 2), self.scales, whole_turns)
+        angle_periods = self.models[0].angle_periods
+        periods = repeats_of(window.transpose(1, 0, 2), self.scales, angle_periods)
         before = window[-1 - periods, np.arange(len(states))]
-        apart = without_turns(window[-1] - before, whole_turns) / self.scales
+        apart = wrap_angles(window[-1] - before, angle_periods) / self.scales
         result = Classified.unknown(OPEN, states)
         result.kinds[periods > 0] = PERIODIC
         result.kinds[sticks] = STICKS
@@ -419,7 +419,7 @@ class TrajectoryGrid:
         result.periods[:] = periods
         result.changes[:] = np.abs(apart).max(axis=1)
         for row in np.flatnonzero(periods):
-            result.means[row] = mean_state(window[-periods[row] :, row], whole_turns)
+            result.means[row] = mean_state(window[-periods[row] :, row], angle_periods)
         return result
 
     def classify_open(self) -> None:

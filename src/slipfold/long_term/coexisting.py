@@ -17,9 +17,9 @@ from slipfold.long_term.attractor import Attractor, strobes_of
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.search import Box, box_around, search
 from slipfold.long_term.verified import CycleLine
+from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import damped_newton
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.turns import without_turns
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Observer, Progress
@@ -40,8 +40,8 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
         )
         if any(not values[limit.output] > limit.bound for limit in model.limits):
             continue
-        reduced = without_turns(state, model.whole_turns)
-        apart = [without_turns(reduced - other, model.whole_turns) / scales for other in result]
+        reduced = wrap_angles(state, model.angle_periods)
+        apart = [wrap_angles(reduced - other, model.angle_periods) / scales for other in result]
         if all(np.abs(each).max() > 1e-8 for each in apart):
             result.append(reduced)
     return result
@@ -210,12 +210,12 @@ def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
     if begin.orbit is None or resting:
         if begin.orbit is not None or not resting or begin.state is None:
             return False
-        apart = without_turns(begin.state - orbit.state, model.whole_turns)
+        apart = wrap_angles(begin.state - orbit.state, model.angle_periods)
         return bool(np.abs(apart / model.state_scales()).max() < ONE)
     if model.forced:
         if orbit.period != begin.orbit.period:
             return False
-        apart = without_turns(strobes_of(begin.orbit) - orbit.state, model.whole_turns)
+        apart = wrap_angles(strobes_of(begin.orbit) - orbit.state, model.angle_periods)
         return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ONE)
     same = abs(orbit.duration / begin.orbit.duration - 1) < ONE
     line = CycleLine(begin.orbit, begin.orbit.model.state_scales())

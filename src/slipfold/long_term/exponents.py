@@ -333,7 +333,7 @@ def follow_exponents(
         estimates.append(_estimate(growth))
     verdict = _verdict(growth, estimates[-1])
     if growth.model.forced and verdict.kind in ("torus", "undecided"):
-        scales, turns = growth.model.state_scales(), growth.model.whole_turns
+        scales, turns = growth.model.state_scales(), growth.model.angle_periods
         verdict = verdict.with_rotation(rotation_of(integration.strobe, scales, turns))
     state = integration.strobe[-1]
     return Exponents(growth.model, state, tuple(estimates), verdict, interrupted)

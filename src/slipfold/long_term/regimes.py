@@ -22,8 +22,8 @@ from slipfold.long_term.classification import (
     Classified,
     TrajectoryGrid,
 )
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.progress import Observer, Progress
 
 Rows = NDArray[np.intp]
@@ -139,7 +139,7 @@ def _known(
 
 def _same(work: TrajectoryGrid, one: Classified, other: Classified) -> NDArray[np.bool_]:
     """Whether pairs of trajectories are the same, or may be if one is undecided."""
-    apart = np.abs(without_turns(one.means - other.means, work.model.whole_turns) / work.scales)
+    apart = np.abs(wrap_angles(one.means - other.means, work.model.angle_periods) / work.scales)
     periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
     same = (one.kinds == other.kinds) & (periodic | (one.kinds != PERIODIC))
     both = np.isin(one.kinds, APERIODIC) & np.isin(other.kinds, APERIODIC)

@@ -86,7 +86,7 @@ def box_around(model: Model, reached: Array | None = None) -> Box:
     Shapes: reached (n,).
     """
     sizes = model.state_scales() if reached is None else np.maximum(model.state_scales(), reached)
-    half = np.where(model.whole_turns > 0, model.whole_turns / 2, REACH * sizes)
+    half = np.where(model.angle_periods > 0, model.angle_periods / 2, REACH * sizes)
     return Box(model.start - half, model.start + half)
 
 

@@ -11,8 +11,8 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
+from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
-from slipfold.models.turns import TURN
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.text.one_line import OneLine, number_text
 from slipfold.text.printed_table import PrintedTable
@@ -184,7 +184,7 @@ def find_spectrum(
 def _without_even_turning(angles: Array) -> Array:
     """Return angles of a periodic trajectory less their mean speed. Shapes: angles (m, k)."""
     steps = np.diff(angles, axis=0, append=angles[:1])
-    steps -= TURN * np.round(steps / TURN)
+    steps -= REVOLUTION * np.round(steps / REVOLUTION)
     steps -= steps.mean(axis=0)
     return angles[:1] + np.cumsum(steps, axis=0) - steps
 
@@ -194,7 +194,7 @@ def _transform(
 ) -> Spectrum:
     constants = flow.constants_of(model)
     count = len(values)
-    angles = np.flatnonzero(model.whole_turns)
+    angles = np.flatnonzero(model.angle_periods)
     values = values.copy()
     values[:, angles] = _without_even_turning(values[:, angles])
     with np.errstate(invalid="ignore"):  # what has no value somewhere has no spectrum

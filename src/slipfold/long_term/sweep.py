@@ -51,7 +51,7 @@ class SweepRun:
     def __post_init__(self) -> None:
         """Prepare arrays for what is to be found."""
         self.models = models_with(self.model, len(self.values), {self.vary: self.values})
-        self.model = self.model.measured_in(self.models[0].found_sizes)
+        self.model = self.model.with_scales(self.models[0].estimated_scales)
         numbers = range(1, len(self.starts) + 1)
         self.names = (*self.runs, *(f"start {number}" for number in numbers))
         shape = len(self.names), len(self.values)

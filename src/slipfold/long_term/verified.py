@@ -17,8 +17,8 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import Stop
 from slipfold.long_term.attractor import Attractor, at_rest, of_exponents, of_orbit, strobes_of
 from slipfold.long_term.exponents import find_exponents, growth_from, growth_through_stick
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -61,7 +61,7 @@ class CycleLine:
 
     def __init__(self, orbit: PeriodicOrbit, scales: Array) -> None:
         self.samples = orbit.sample(1024)[1]  # between which the line is straight
-        self._scales, self._whole = scales, orbit.model.whole_turns
+        self._scales, self._whole = scales, orbit.model.angle_periods
         self._along = self._apart(np.roll(self.samples, -1, axis=0), self.samples)
         self._squares = np.einsum("sa,sa->s", self._along, self._along)
 
@@ -77,7 +77,7 @@ class CycleLine:
         return float(np.sqrt(np.einsum("sa,sa->s", beside, beside).min()))
 
     def _apart(self, states: Array, points: Array) -> Array:
-        return without_turns(states - points, self._whole) / self._scales
+        return wrap_angles(states - points, self._whole) / self._scales
 
 
 FIRST_DISTANCE = 1e-4
@@ -106,7 +106,7 @@ class Known(ABC):
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
         self.attractor = attractor
-        self._scales, self._whole = model.state_scales(), model.whole_turns
+        self._scales, self._whole = model.state_scales(), model.angle_periods
 
     @abstractmethod
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
@@ -117,7 +117,7 @@ class Known(ABC):
         """Return how far states are from it, in scaled states. Shapes: (..., n), returns (...)."""
 
     def _apart(self, states: Array, points: Array) -> Array:
-        return without_turns(states - points, self._whole) / self._scales
+        return wrap_angles(states - points, self._whole) / self._scales
 
     def _directions(self) -> Array:
         """Directions in which trajectories are tried, of length one, shape (PROBES, n)."""
@@ -355,7 +355,7 @@ class Verified:
     def _gaps(self, states: Array) -> Array:
         """Return the change of a trajectory over its last 1, 2, ... periods, in scaled states."""
         before = states[-2:-18:-1]
-        apart = without_turns(states[-1] - before, self.model.whole_turns)
+        apart = wrap_angles(states[-1] - before, self.model.angle_periods)
         return np.asarray(np.abs(apart / self.model.state_scales()).max(axis=1))
 
     def _orbit(self, state: Array, period: int, sticks: bool) -> Known | None:
@@ -369,7 +369,7 @@ class Verified:
         except InputError:
             return None
         strobes = strobes_of(orbit)
-        apart = without_turns(strobes - orbit.state, self.model.whole_turns)
+        apart = wrap_angles(strobes - orbit.state, self.model.angle_periods)
         away = np.abs(apart / self.model.state_scales()).max(axis=1)
         for shorter in range(1, period):
             if period % shorter == 0 and away[shorter] < SAME:
@@ -406,7 +406,7 @@ class Verified:
         constants = flow.constants_of(self.model)
         finely = flow.sample(states[:-1], np.zeros(count), np.ones(count), FINELY, constants)
         passed = finely.reshape(-1, states.shape[1])[::-1]
-        apart = without_turns(passed - states[-1], self.model.whole_turns)
+        apart = wrap_angles(passed - states[-1], self.model.angle_periods)
         away = np.linalg.norm(apart / self.model.state_scales(), axis=1)
         left = np.flatnonzero(away > 0.5 * away.max())
         near = (

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.turns import without_turns
 from slipfold.newton import solve_each
 
 
@@ -155,7 +155,7 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     linear, scales = evaluation_of(model).linear_of(model), model.state_scales()
     found = damped_newton(linear, start[None], scales)[0]
     if not np.isnan(found).any():
-        return without_turns(found, model.whole_turns)
+        return wrap_angles(found, model.angle_periods)
     around = np.random.default_rng(0)
     for reach in (0.1, 1.0, 10.0, 100.0):  # in scaled states
         starts = start + reach * scales * around.uniform(-1.0, 1.0, (24, len(start)))
@@ -164,7 +164,7 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
         reached = [state for state in states if _within_limits(model, state)]
         if reached:
             nearest = min(reached, key=lambda at: float(np.abs((at - start) / scales).max()))
-            return without_turns(nearest, model.whole_turns)
+            return wrap_angles(nearest, model.angle_periods)
     return None
 
 

@@ -15,35 +15,34 @@ from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.models.angles import REVOLUTION
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.output import Expression, Limit, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.quantity import parse_quantity
 from slipfold.models.suggestion import unknown
-from slipfold.models.turns import TURN
 
 if TYPE_CHECKING:
     from slipfold.models.friction.contact import Contact
 
 
-WHOLE = 24
-"""Up to this many states all derivatives ride along with one motion, beyond it a few at a time.
+MAX_TOGETHER = 24
+"""Largest number of states whose variational equations are integrated all at once.
 
-Measured on chains of 2 to 30 masses with a cubic spring and a friction contact, their matrices
-tridiagonal or full, both ways in turn. All at once takes half to nine tenths of the time at up to
-16 states; at 20 to 30 both take as long; at 40 a few at a time are faster by 1.2 to 1.5, at 60 by
-1.6. The equations of all at once grow with the square of the states, and their compile time with
-them; a few at a time take little longer to compile at 80 states than at 10."""
+Measured on chains of 2 to 30 masses with a cubic spring and a friction contact. All at once takes
+0.5 to 0.9 of the time of a few columns at a time with up to 16 states, as long with 20 to 30, and
+1.6 times as long with 60. The equations of all at once, and the time to compile them, grow with the
+square of the number of states."""
 
 COLUMNS = 4
-"""Derivatives that ride along at a time: with two, the motion itself is half of the work; eight
-gain nothing."""
+"""Columns of the variational equations that are integrated at a time beyond it: with two, the
+trajectory itself is half of the work; eight gain nothing."""
 
 
-def carried_whole(states: int) -> bool:
-    """Return whether all derivatives of a motion ride along with it at once."""
-    return states <= WHOLE
+def propagated_together(states: int) -> bool:
+    """Return whether all variational equations are integrated at once."""
+    return states <= MAX_TOGETHER
 
 
 class Evaluation:
@@ -125,7 +124,7 @@ class Evaluation:
 
     @cached_property
     def _linear(self) -> tuple[NDArray[np.intp], Any]:
-        """Places of the Jacobian that are not always zero; rates and these entries, compiled."""
+        """Positions in the Jacobian that are not always zero; rates and these entries, compiled."""
         rates = [as_symbol(rate) for rate in self._rate_expressions]
         states = list(self._q.values())
         slopes = hy.diff_tensors(rates, diff_args=states, diff_order=1).jacobian.ravel()
@@ -188,10 +187,10 @@ class Model(ABC):
     parameters: tuple[Parameter, ...]
     limits: tuple[Limit, ...] = ()
     forcing_amplitude: str | None = None
-    """Name of the parameter that switches the forcing off when it is zero."""
+    """Name of the parameter that switches the forcing off where it is zero."""
     _values: Mapping[str, float]
-    _sizes: NDArray[np.float64] | None = None
-    """Typical sizes of the states that were found; they are not part of what the model is."""
+    _estimated_scales: NDArray[np.float64] | None = None
+    """Estimated scales of the states; models that differ in them alone are equal."""
 
     def __init__(self, **values: float | str) -> None:
         known = {parameter.name: parameter for parameter in self.parameters}
@@ -249,7 +248,7 @@ class Model(ABC):
 
     @property
     def varied_first(self) -> str | None:
-        """Name of the parameter to look at first: None if none stands out."""
+        """Name of the parameter to vary first; None if none stands out."""
         return self.forcing_amplitude
 
     def outputs(self) -> tuple[Output, ...]:
@@ -257,7 +256,7 @@ class Model(ABC):
         return ()
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
-        """Contacts with exact friction, in which motions may stick; none unless a model says so.
+        """Contacts in which trajectories may stick; none unless a model says so.
 
         Parameters
         ----------
@@ -276,11 +275,11 @@ class Model(ABC):
         return ()
 
     def declared_scales(self) -> NDArray[np.float64]:
-        """Typical sizes of the states, shape (n_states,); NaN where they are to be found."""
+        """Scales of the states, shape (n_states,); NaN where they are to be estimated."""
         return np.full(len(self.states), np.nan)
 
     def unforced_scales(self) -> NDArray[np.float64]:
-        """The same where the forcing is off and its frequency means nothing."""
+        """Return `declared_scales` without forcing, whose frequency then means nothing."""
         return self.declared_scales()
 
     def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
@@ -303,13 +302,13 @@ class Model(ABC):
 
     @property
     def start(self) -> NDArray[np.float64]:
-        """State from which motions and searches start, shape (n_states,)."""
+        """State from which trajectories and searches start, shape (n_states,)."""
         return np.zeros(len(self.states))
 
     @cached_property
-    def whole_turns(self) -> NDArray[np.float64]:
-        """What each state may change by and be the same, shape (n_states,): zero but for angles."""
-        return np.array([TURN if state.angle else 0.0 for state in self.states])
+    def angle_periods(self) -> NDArray[np.float64]:
+        """A revolution for each angle, zero for other states, shape (n_states,)."""
+        return np.array([REVOLUTION if state.angle else 0.0 for state in self.states])
 
     @property
     def structure(self) -> Mapping[str, Hashable]:
@@ -319,34 +318,34 @@ class Model(ABC):
     # -- what follows --------------------------------------------------------------------------
 
     def state_scales(self) -> NDArray[np.float64]:
-        """Typical sizes of the states, shape (n_states,), in which residuals are measured.
+        """Scales of the states, shape (n_states,), in which residuals are measured.
 
-        Those declared; else those found for the computation that the model comes from; else one.
+        Those declared; else those estimated for the computation that the model comes from; else 1.
         """
         declared = self.declared_scales()
-        found = 1.0 if self._sizes is None else self._sizes
-        return np.asarray(np.where(np.isnan(declared), found, declared))
+        estimated = 1.0 if self._estimated_scales is None else self._estimated_scales
+        return np.asarray(np.where(np.isnan(declared), estimated, declared))
 
     def unit_scales(self) -> NDArray[np.float64]:
-        """Sizes in which coefficients are given, shape (n_states,): those declared, else one."""
+        """Scales in which coefficients are given, shape (n_states,): those declared, else 1."""
         return np.nan_to_num(self.declared_scales(), nan=1.0)
 
-    def measured_in(self, sizes: NDArray[np.float64] | None) -> Self:
-        """Return the same model with typical sizes of its states, where it declares none.
+    def with_scales(self, scales: NDArray[np.float64] | None) -> Self:
+        """Return the same model with scales of its states, for those where it declares none.
 
         Parameters
         ----------
-        sizes
+        scales
             Shape (n_states,), positive; None for none.
         """
         same = object.__new__(type(self))
-        same.__dict__.update(self.__dict__, _sizes=sizes)
+        same.__dict__.update(self.__dict__, _estimated_scales=scales)
         return same
 
     @property
-    def found_sizes(self) -> NDArray[np.float64] | None:
-        """The sizes of `measured_in`, shape (n_states,); None if there are none."""
-        return self._sizes
+    def estimated_scales(self) -> NDArray[np.float64] | None:
+        """The scales of `with_scales`, shape (n_states,); None if there are none."""
+        return self._estimated_scales
 
     @property
     def kind(self) -> Kind:
@@ -385,7 +384,7 @@ class Model(ABC):
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
-        """Those that may be varied: not the duration of cycles, which comes out of them."""
+        """Parameters that may be varied: not the duration of cycles, which is a result."""
         own = () if self.forced else (DURATION.name,)
         return tuple(item for item in self.parameters if item.name not in own)
 
@@ -432,7 +431,7 @@ class Model(ABC):
             New values by name, numbers in SI units or text with a unit.
         """
         arguments: dict[str, Any] = {**self.structure, **self._values, **changes}
-        return type(self)(**arguments).measured_in(self._sizes)
+        return type(self)(**arguments).with_scales(self._estimated_scales)
 
     def evaluate(
         self, name: str, state: ArrayLike, time: ArrayLike = 0.0
@@ -515,7 +514,7 @@ class Model(ABC):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle as kind and values."""
-        return _restore, (self.kind, dict(self._values), self._sizes)
+        return _restore, (self.kind, dict(self._values), self._estimated_scales)
 
 
 @dataclass(frozen=True)
@@ -533,6 +532,6 @@ class Kind:
 
 
 def _restore(
-    kind: Kind, values: dict[str, float], sizes: NDArray[np.float64] | None = None
+    kind: Kind, values: dict[str, float], scales: NDArray[np.float64] | None = None
 ) -> Model:
-    return kind.make(**values).measured_in(sizes)
+    return kind.make(**values).with_scales(scales)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import correct
 from slipfold.flow.flow import flow_of
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import LARGEST, Collocation
 from slipfold.orbits.continued import hold_parameter, on_mesh
@@ -315,7 +315,7 @@ class _Solution:
         rates, jacobians = rates * constants.period / scales, jacobians * constants.period
         inside = solved.stages - solved.nodes[:, None] - steps * (by.points.inner @ rates)
         ends = solved.nodes + steps[:, 0] * np.einsum("k,jka->ja", by.points.weights, rates)
-        ends = without_turns(ends - np.roll(solved.nodes, -1, axis=0), by.turns)
+        ends = wrap_angles(ends - np.roll(solved.nodes, -1, axis=0), by.turns)
         slopes = steps[..., None] * (jacobians * by.ratios - solved.jacobians.whole)
         slopes /= max(1.0, float(np.abs(steps[..., None] * solved.jacobians.whole).max()))
         return float(

@@ -15,8 +15,8 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, gauss_points, radau_points
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 
 STAGES = 6
 """Points an interval: errors at its ends fall with the 12th power of its length, of Radau points
@@ -115,7 +115,7 @@ class Discretization(ABC):
     def measure_in(self, scales: Array) -> None:
         """Take scales of the states, shape (n,)."""
         self.scales = scales
-        self.turns = self.model.whole_turns / scales
+        self.turns = self.model.angle_periods / scales
         self.ratios = scales[None, :] / scales[:, None]
         self.pull_units = self.units / scales[:, None]
 
@@ -165,7 +165,7 @@ class Discretization(ABC):
 
         Shapes: ends, nodes (m, n).
         """
-        return without_turns(ends - nodes, self.turns)
+        return wrap_angles(ends - nodes, self.turns)
 
     @property
     def cut(self) -> Cut:

@@ -13,8 +13,8 @@ from slipfold.errors import InputError
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
+from slipfold.models.angles import REVOLUTION, count_revolutions
 from slipfold.models.model import Model
-from slipfold.models.turns import TURN, turns_between
 from slipfold.text.one_line import OneLine, listed, number_text
 from slipfold.text.printed_table import PrintedTable
 
@@ -26,7 +26,7 @@ def turns_of_segments(
 
     Shapes: nodes (k, m, n); returns (k, m, n), zero for what is no angle.
     """
-    if not model.whole_turns.any():
+    if not model.angle_periods.any():
         return np.zeros(nodes.shape)
     count, segments = nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
@@ -34,7 +34,9 @@ def turns_of_segments(
     ends = flow.advance(
         nodes.reshape(count * segments, -1), start, end, constants.repeated(segments)
     )
-    return turns_between(ends.reshape(nodes.shape) - np.roll(nodes, -1, axis=1), model.whole_turns)
+    return count_revolutions(
+        ends.reshape(nodes.shape) - np.roll(nodes, -1, axis=1), model.angle_periods
+    )
 
 
 SAMPLES = 64
@@ -180,7 +182,7 @@ def _extrema_of_orbits(
     samples = flow.sample(nodes[orbit, segment], start, end, each, constants.rows(orbit))
     samples = samples.reshape(segments, count, each, -1).swapaxes(0, 1)
     turns = turns_of_segments(model, flow, nodes, period, constants)
-    before = (np.cumsum(turns, axis=1) - turns) * model.whole_turns
+    before = (np.cumsum(turns, axis=1) - turns) * model.angle_periods
     samples = (samples + before[:, :, None]).reshape(count * segments * each, -1)
     total = segments * each
     spacing = period / total
@@ -216,7 +218,7 @@ def _extrema_of_orbits(
     round_and_round = np.zeros((count, len(flow.output_names)), dtype=bool)
     round_and_round[:, : turns.shape[2]] = turns.sum(axis=1) != 0
     turning = round_and_round[:, columns]
-    return np.where(turning, -TURN / 2, low), np.where(turning, TURN / 2, high)
+    return np.where(turning, -REVOLUTION / 2, low), np.where(turning, REVOLUTION / 2, high)
 
 
 def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -23,9 +23,9 @@ from slipfold.flow.simulate import (
     reaches_stick_limit,
     simulate,
 )
+from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.first_orbits import ITERATIONS, find_cycle, find_response
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
@@ -196,7 +196,7 @@ class _Search:
         if state is None:
             span = np.array([0.0, float(self.settle)])
             state = orbits.flow.trajectory(model.start, constants, span)[-1]
-            state = without_turns(state, model.whole_turns)
+            state = wrap_angles(state, model.angle_periods)
         nodes = orbits.flow.sample(state[None], zero, zero + period, orbits.segments, constants)[0]
         orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(nodes, model)))
         strobes = orbits.flow.sample(orbit.state[None], zero, zero + period, period, constants)[0]
@@ -282,7 +282,7 @@ def _revolutions(cycle: PeriodicOrbit) -> int:
     flow, model = flow_of(cycle.model), cycle.model
     phases = np.append(0.0, 1 / np.arange(REVOLUTIONS, 1, -1))
     states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
-    apart = without_turns(states - cycle.state, model.whole_turns) / model.state_scales()
+    apart = wrap_angles(states - cycle.state, model.angle_periods) / model.state_scales()
     back = np.flatnonzero(np.abs(apart).max(axis=1) < SAME)
     return int(REVOLUTIONS - back[0]) if len(back) else 1
 
@@ -300,7 +300,7 @@ def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Arra
         raise InputError(
             f"state = {state!r} does not fit; give finite numbers for {' '.join(names)}"
         )
-    return without_turns(checked, model.whole_turns)
+    return wrap_angles(checked, model.angle_periods)
 
 
 def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
@@ -310,7 +310,7 @@ def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
     """
     count, model = orbit.period, orbit.model
     for shorter in range(1, count):
-        apart = without_turns(strobes[shorter] - strobes[0], model.whole_turns)
+        apart = wrap_angles(strobes[shorter] - strobes[0], model.angle_periods)
         moved = np.abs(apart / model.state_scales()).max()
         if count % shorter == 0 and moved < SAME:
             raise InputError(
@@ -367,7 +367,7 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
     strobe = GuardedFlow(model, constants, start).strobe(start, 2 * max(PERIODS))
-    apart = np.abs(without_turns(strobe[1:] - start, model.whole_turns) / constants.scales)
+    apart = np.abs(wrap_angles(strobe[1:] - start, model.angle_periods) / constants.scales)
     likely = np.flatnonzero(apart.max(axis=1) <= RETURNED)[:1] + 1
     failure: InputError | None = None
     for period in dict.fromkeys((*likely.tolist(), *PERIODS)):
@@ -388,7 +388,7 @@ def _returns(model: Model, start: Array) -> bool:
     if motion is None:
         return False
     finely = np.linspace(0.0, motion.end, 8 * len(motion.phases))
-    apart = without_turns(motion.at(finely) - start, model.whole_turns)
+    apart = wrap_angles(motion.at(finely) - start, model.angle_periods)
     away = np.linalg.norm(apart / constants.scales, axis=1)
     extent = float(away.max())
     left = np.flatnonzero(away > 0.5 * extent)

@@ -19,8 +19,8 @@ from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.flow.scales import linear_response, measured
 from slipfold.flow.simulate import simulate
+from slipfold.models.angles import REVOLUTION, wrap_angles
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.turns import TURN, without_turns
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import CARRYING, carry_to, hold_parameter
@@ -227,7 +227,7 @@ class _StiffSearch:
         return motion
 
     def _end(self, motion: DenseTrajectory) -> Array:
-        return without_turns(motion.at(motion.phases[-1:])[0], self._model.whole_turns)
+        return wrap_angles(motion.at(motion.phases[-1:])[0], self._model.angle_periods)
 
     def _closed_near(self, state: Array) -> DenseTrajectory | None:
         """Correct the first state by Newton's method; the last trajectory is an orbit."""
@@ -238,8 +238,8 @@ class _StiffSearch:
             last = self._period(scaled * scales)
             if last is None:
                 return np.full_like(scaled, np.nan)
-            turns = self._model.whole_turns / scales
-            gap = without_turns(self._end(last) / scales - scaled, turns)
+            turns = self._model.angle_periods / scales
+            gap = wrap_angles(self._end(last) / scales - scaled, turns)
             monodromy = product(self._takeover.matrices(last, last.phases))
             return solve_each(np.eye(len(gap)) - monodromy[None], gap[None])[0]
 
@@ -275,7 +275,7 @@ def find_cycle(
         if np.abs(functions.rates(paced, start) * unit / scales).max() <= AT_REST:
             start = start + 0.01 * scales  # beside the equilibrium
         state = _trajectory(paced, start, WINDOW * max(1, settle // 100))[-1]
-        state = without_turns(state, model.whole_turns)
+        state = wrap_angles(state, model.angle_periods)
     if duration is None:
         duration = unit * _first_return(paced, state)
     cycle, zero = model.replace(duration=duration), np.zeros(1)
@@ -309,7 +309,7 @@ def _first_return(paced: Model, state: Array) -> float:
         grid = np.linspace(0, units, len(states))
         rates = flow.rates(states, grid, flow.constants_of(paced))
         found = _nearest_passage(
-            grid, (states - state) / scales, rates / scales, paced.whole_turns / scales
+            grid, (states - state) / scales, rates / scales, paced.angle_periods / scales
         )
         if found is not None:
             return found
@@ -327,8 +327,8 @@ def _nearest_passage(grid: Array, away: Array, rates: Array, turns: Array) -> fl
     """
     from scipy.interpolate import CubicHermiteSpline  # slow to import, and seldom needed
 
-    extent = float(np.linalg.norm(without_turns(away, turns), axis=1).max())
-    per = np.where(turns > 0, TURN / np.where(turns > 0, turns, 1.0), 0.0)
+    extent = float(np.linalg.norm(wrap_angles(away, turns), axis=1).max())
+    per = np.where(turns > 0, REVOLUTION / np.where(turns > 0, turns, 1.0), 0.0)
     passing = np.where(per > 0, np.sin(per * away) / np.where(per > 0, per, 1.0), away)
     forward, speeds = rates[0], np.cos(per * away) * rates
     ahead = CubicHermiteSpline(grid, passing @ forward, speeds @ forward)
@@ -337,7 +337,7 @@ def _nearest_passage(grid: Array, away: Array, rates: Array, turns: Array) -> fl
     if not len(times):
         return None
     passed = CubicHermiteSpline(grid, away, rates)(times)
-    distances = np.linalg.norm(without_turns(passed, turns), axis=1)
+    distances = np.linalg.norm(wrap_angles(passed, turns), axis=1)
     if distances.min() > RETURNED * extent:
         return None
     # The first return that is about as near as the nearest, as far as samples tell.

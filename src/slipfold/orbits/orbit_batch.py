@@ -17,8 +17,8 @@ from slipfold.flow import batches
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.explicit_steps import TOLERANCE, Carried, LinearizedSteps
 from slipfold.flow.flow import flow_of
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
@@ -290,7 +290,7 @@ class OrbitBatch:
         flat = nodes.reshape(len(start), -1)
         each = constants.repeated(self.nodes)
         ends = self.flow.advance(flat, start, start + self._length, each).reshape(nodes.shape)
-        gaps = without_turns(ends - np.roll(nodes, -1, axis=1), self.model.whole_turns)
+        gaps = wrap_angles(ends - np.roll(nodes, -1, axis=1), self.model.angle_periods)
         return np.asarray(np.abs(gaps / scales[:, None]).max(axis=(1, 2)))
 
     def linearize(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> Part:
@@ -302,7 +302,7 @@ class OrbitBatch:
         gaps = carried.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
         watched = (k, m, self._limits)
         return Part(
-            without_turns(gaps, self.model.whole_turns) / wide / root,
+            wrap_angles(gaps, self.model.angle_periods) / wide / root,
             carried.matrices.reshape(k, m, n, n) * (wide[..., None, :] / wide[..., :, None]),
             carried.vectors.reshape(k, m, n) * (self.width / root) / wide,
             Seen(

@@ -17,8 +17,8 @@ from slipfold.continuation.interpolation import POINTS, arc_between
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.discretization import Discretization
 from slipfold.orbits.linearization import (
     MANY,
@@ -411,7 +411,7 @@ class Orbits(OrbitCurve):
         if not self.by.turns.any():
             return z
         near, own = self.nodes(reference) / self.scales, self.nodes(z) / self.scales
-        gap = without_turns(own - near, self.by.turns)
+        gap = wrap_angles(own - near, self.by.turns)
         return self.join((near + gap) * self.scales, self.free_values(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:

@@ -17,8 +17,8 @@ from slipfold.flow.hybrid_flow import hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import first_mode
 from slipfold.flow.modes import Mode, shown
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
+from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import turns_between, turns_by_name, without_turns
 from slipfold.orbits.extrema import Extrema, find_extrema, turns_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.text.one_line import OneLine, headed, number_text
@@ -106,7 +106,7 @@ class PeriodicOrbit(OneLine):
     @cached_property
     def turns(self) -> dict[str, int]:
         """Whole turns that each angle makes in a period, by name; none where no state is one."""
-        return turns_by_name(self.model.states, self._turns_of_segments.sum(axis=0))
+        return revolutions_by_name(self.model.states, self._turns_of_segments.sum(axis=0))
 
     @cached_property
     def _turns_of_segments(self) -> NDArray[np.float64]:
@@ -137,7 +137,7 @@ class PeriodicOrbit(OneLine):
         constants = flow.constants_of(self.model)
         states = flow.sample(self.nodes, edges[:-1], edges[1:], each, constants)
         before = np.cumsum(self._turns_of_segments, axis=0) - self._turns_of_segments
-        states = states + (before * self.model.whole_turns)[:, None]
+        states = states + (before * self.model.angle_periods)[:, None]
         time: NDArray[np.float64] = np.arange(segments * each, dtype=float)
         time *= self.duration / (segments * each)
         return time, states.reshape(segments * each, -1)
@@ -192,7 +192,7 @@ class PeriodicOrbit(OneLine):
         from slipfold.orbits.multipliers import multiplier_difference
 
         found = orbit_by_collocation(self.model, self.nodes, self.period, self.multipliers)
-        apart = without_turns(found.anchors - self.nodes, self.model.whole_turns)
+        apart = wrap_angles(found.anchors - self.nodes, self.model.angle_periods)
         size = max(1.0, float(np.abs(self.multipliers).max()))
         return OrbitCheck(
             found,
@@ -293,8 +293,8 @@ class StickSlipOrbit(PeriodicOrbit):
     def turns(self) -> dict[str, int]:
         """Whole turns that each angle makes in a period, by name; none where no state is one."""
         end = self._samples(np.array([0.0, float(self.period)])).states[-1]
-        return turns_by_name(
-            self.model.states, turns_between(end - self.state, self.model.whole_turns)
+        return revolutions_by_name(
+            self.model.states, count_revolutions(end - self.state, self.model.angle_periods)
         )
 
     @cached_property

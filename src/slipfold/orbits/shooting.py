@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.flow.equations import Constants
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.orbits.discretization import Discretization
 
 SEGMENTS = 8
@@ -69,12 +69,12 @@ class Shooting(Discretization):
     def mismatch(self, nodes: Array, constants: Constants) -> Array:
         """Return by how much segments miss the next node, in scaled states, shape (m, n)."""
         ends = self.ends(nodes, self.start, self.end, constants)
-        return without_turns((ends - nodes[self._following]) / self.scales, self.turns)
+        return wrap_angles((ends - nodes[self._following]) / self.scales, self.turns)
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
         ends, matrices, vectors = self.carried(nodes, self.start, self.end, constants)
-        mismatch = without_turns((ends - nodes[self._following]) / self.scales, self.turns)
+        mismatch = wrap_angles((ends - nodes[self._following]) / self.scales, self.turns)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 

@@ -21,7 +21,7 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import linearized_steps_of
 from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
-from slipfold.models.model import Model, carried_whole
+from slipfold.models.model import Model, propagated_together
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
@@ -332,10 +332,10 @@ def proved_doublings(
     """
     model = models[0]
     slips = all(contact.limits for contact in contacts_of(model))
-    turns = np.any(model.whole_turns)
+    turns = np.any(model.angle_periods)
     parameters = np.array([item.vector for item in models])
     scales = np.array([item.state_scales() for item in models])
-    if not (model.forced and slips and not turns and carried_whole(len(model.states))):
+    if not (model.forced and slips and not turns and propagated_together(len(model.states))):
         return np.empty(0, dtype=np.int64), None
     followed = _Followed(batch.orbits(parameters, scales), batch.span)
     followed.start(models, vary)

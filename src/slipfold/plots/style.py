@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
-from slipfold.models.turns import TURN
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
@@ -213,8 +213,8 @@ def on_circles(
     wrapped, breaks = [], np.empty(0, dtype=int)
     for name, column in named:
         if name in _angles(model):
-            column = column - TURN * np.round(column / TURN)
-            jumps = np.flatnonzero(np.abs(np.diff(column)) > TURN / 2) + 1
+            column = column - REVOLUTION * np.round(column / REVOLUTION)
+            jumps = np.flatnonzero(np.abs(np.diff(column)) > REVOLUTION / 2) + 1
             breaks = np.union1d(breaks, jumps).astype(int)
         wrapped.append(column)
     return [np.insert(column, breaks, np.nan) for column in (*wrapped, *along)]

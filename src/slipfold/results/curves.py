@@ -292,7 +292,7 @@ class CurveList(Part):
         """Return the tables of a result with some of the optional parts."""
         thing, model, names = result.thing, result.model, _names(result.vary)
         parts = parts | {thing} | ({"cycle"} if not model.forced else set())
-        if thing == "branch" and model.whole_turns.any():
+        if thing == "branch" and model.angle_periods.any():
             parts |= {"turns"}
         parameters = [model.parameter(name) for name in names]
         words = {

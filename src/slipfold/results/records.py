@@ -185,7 +185,7 @@ def structure_record(model: Model) -> dict[str, Any]:
 
 def scales_record(model: Model) -> dict[str, Any]:
     """Return the state scales that a computation determined, by state; nothing if it did not."""
-    sizes = model.found_sizes
+    sizes = model.estimated_scales
     if sizes is None:
         return {}
     names = [state.name for state in model.states]
@@ -196,7 +196,7 @@ def measured_as(model: Model, described: Mapping[str, Any]) -> Model:
     """Return a saved model with the scales of `scales_record`, if there are any."""
     if "scales" not in described:
         return model
-    return model.measured_in(np.array([described["scales"][item.name] for item in model.states]))
+    return model.with_scales(np.array([described["scales"][item.name] for item in model.states]))
 
 
 def _whole_record(model: Model) -> dict[str, Any]:

@@ -25,9 +25,9 @@ from slipfold.long_term.classification import (
 )
 from slipfold.long_term.exponents import Estimate, Verdict
 from slipfold.long_term.regimes import NONE, SAME
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.models.turns import without_turns
 from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Field, Items, Labels, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
@@ -269,10 +269,10 @@ class RegimeMap(Result):
         result = np.zeros(self.kinds.shape[1:], bool)
         named = [self.names(run) for run in self.runs]
         known = np.isin(self.kinds, KNOWN)
-        scales, turns = self.model.state_scales(), self.model.whole_turns
+        scales, turns = self.model.state_scales(), self.model.angle_periods
         for one, other in combinations(range(len(self.runs)), 2):
             both = known[one] & known[other]
-            between = without_turns(self.means[one] - self.means[other], turns)
+            between = wrap_angles(self.means[one] - self.means[other], turns)
             apart = np.abs(between / scales).max(axis=-1) > SAME
             result |= both & ((named[one] != named[other]) | apart)
         return result
@@ -439,7 +439,7 @@ class Sweep(Result):
             points.
         """
         states, model = self.states[self.run(run)], self.model
-        return repeats_of(states, model.state_scales(), model.whole_turns)
+        return repeats_of(states, model.state_scales(), model.angle_periods)
 
     def _head(self) -> str:
         first, last = self.values[0], self.values[-1]

@@ -11,7 +11,7 @@ from slipfold.arrays import Array
 from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import TracedCurve
 from slipfold.errors import BREAKDOWNS
-from slipfold.models.turns import without_turns
+from slipfold.models.angles import wrap_angles
 from slipfold.newton import Rule, find_root
 from slipfold.tori.circles import (
     RESONANCES,
@@ -97,7 +97,7 @@ class _LockedOrbits:
             ends, matrices, pulls = circles.flow.linearize(
                 state[None], zero, zero + circles.period * self.returns, constants, along
             )
-            apart = without_turns(ends[0] - state, model.whole_turns) / scales
+            apart = wrap_angles(ends[0] - state, model.angle_periods) / scales
             matrix = np.zeros((len(z), len(z)))
             matrix[:-1, :-1] = matrices[0] * (scales / scales[:, None]) - np.eye(len(state))
             matrix[:-1, -1] = pulls[0][:, 0] * circles.width / scales

@@ -14,8 +14,8 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import SmoothIntegration, initial_state
 from slipfold.long_term.rotation import bump, rotation_of
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.turns import without_turns
 from slipfold.tori.circles import MAX_ANGLES, MIN_ANGLES, TAIL, CirclePoint, Circles, tail
 
 RADII = tuple(0.02 / 2**k for k in range(8))
@@ -81,11 +81,11 @@ def circle_from_trajectory(
         if motion.stopped is not None:
             return None
         strobe = motion.strobe[periods // 2 :]
-        rotation = rotation_of(strobe, motion.model.state_scales(), model.whole_turns)
+        rotation = rotation_of(strobe, motion.model.state_scales(), model.angle_periods)
         if rotation is None or rotation.error > TAIL**0.5:
             continue
         strobe = strobe[:: rotation.period]
-        for circle in _circles(strobe, rotation.number, model.whole_turns):
+        for circle in _circles(strobe, rotation.number, model.angle_periods):
             result = _corrected(motion.model, vary, width, rotation.period, circle, rotation.number)
             if result is not None:
                 return result
@@ -95,7 +95,7 @@ def circle_from_trajectory(
 def _circles(states: Array, rotation: float, turns: Array) -> Iterator[Array]:
     """Yield closed curves through states, with more and more harmonics. Shapes: states (k, n)."""
     base = states[0]
-    states = base + without_turns(states - base, turns)
+    states = base + wrap_angles(states - base, turns)
     weights, times = bump(len(states))[:, None] * states, np.arange(len(states))
     count = MIN_ANGLES
     while count <= MAX_ANGLES:

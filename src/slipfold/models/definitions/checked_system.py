@@ -16,6 +16,7 @@ import heyoka as hy
 import numpy as np
 
 from slipfold.errors import InputError
+from slipfold.models.angles import REVOLUTION
 from slipfold.models.definitions.arrays import without_arrays
 from slipfold.models.definitions.equations import ContactEquations, SystemEquations
 from slipfold.models.definitions.source import Keys, Source, source_of_text
@@ -24,7 +25,6 @@ from slipfold.models.formulas.grammar import Name, Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import normal_name
 from slipfold.models.parameter import Parameter
-from slipfold.models.turns import TURN
 
 
 def build_system(source: Source, default_name: str = "system") -> SystemEquations:
@@ -161,7 +161,7 @@ def _why_not_repeated(
     """Return the entry that differs a period or a whole turn of an angle later, and what to say."""
 
     def changed(entries: Sequence[Keys], *turned: str) -> Keys | None:
-        moved = dict.fromkeys(turned, TURN)
+        moved = dict.fromkeys(turned, REVOLUTION)
         return _changed(equations, values, entries, moved, 0.0 if turned else 1.0)
 
     entry = changed(equations.timed)
@@ -242,7 +242,7 @@ def _points(definition: SystemFile, size: float) -> Iterator[tuple[dict[str, flo
     for _ in range(SAMPLES):
         state = {
             name: item.start
-            + (TURN / 2 if item.angle else size * (item.scale or 1.0)) * chance.uniform(-1, 1)
+            + (REVOLUTION / 2 if item.angle else size * (item.scale or 1.0)) * chance.uniform(-1, 1)
             for name, item in definition.states.items()
         }
         yield state, chance.uniform(0, 1)

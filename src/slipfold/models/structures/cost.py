@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from slipfold.models.model import COLUMNS, carried_whole
+from slipfold.models.model import COLUMNS, propagated_together
 
 # Fitted to chains of 1 to 40 masses with a cubic spring and a friction contact, tridiagonal and
 # full matrices, on a core of an AMD EPYC at about 3 GHz: seconds, and seconds a product of two
@@ -83,7 +83,7 @@ def estimate_cost(states: int, linear: int, coupled: int, directions: int, cycle
     """Estimate the cost of a flow from the size of its equations."""
     # Each product of a rate comes back in the derivative of that rate along each perturbation.
     each, fixed = states + 1.2 * linear + 3 * coupled, COMPONENT * directions
-    if carried_whole(states):
+    if propagated_together(states):
         equations, runs = states * (states + 2), 1
         compiled = work = round((states + 2) * each) + fixed
     else:

@@ -324,7 +324,7 @@ class Structure(MechanicalModel):
             # Continuation does this at every point: what is put together already is shared.
             changed = object.__new__(type(self))
             changed._become(self._assembly, {**self._values, **changes})
-            return changed.measured_in(self.found_sizes)
+            return changed.with_scales(self.estimated_scales)
         other = type(self)(**{**self.structure, **parts})
         fresh = self._values_of(parts)
         known = {item.name for item in other.parameters}

@@ -16,9 +16,9 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
 from slipfold.flow.intervals import Field, newton_step
 from slipfold.flow.stage_equations import LinearPart
+from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.models.turns import without_turns
 from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
 from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
@@ -46,8 +46,8 @@ def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
         if solution.end is not End.ARRIVED:
             break
         following = nodes[(row + 1) % len(nodes)]
-        apart[row] = without_turns(
-            solution.state - following, orbit.model.whole_turns / constants.scales
+        apart[row] = wrap_angles(
+            solution.state - following, orbit.model.angle_periods / constants.scales
         )
     return float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
 
@@ -62,7 +62,7 @@ inside, and for that meshes are made."""
 PIECES = 24
 """Pieces of a forcing period at least: each is compared with the equations at 12 points."""
 
-TURN = 1.0
+REVOLUTION = 1.0
 """Change of phase, or exponent of growth, of the fastest mode in a piece: its multiplier may be
 wrong on coarser pieces even if the mode is not excited. Polynomials then follow it to 1e-12."""
 
@@ -113,7 +113,7 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
     if not np.isfinite(slopes).all():
         return 0
     fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
-    pieces = orbit.period * max(PIECES, fastest / TURN)
+    pieces = orbit.period * max(PIECES, fastest / REVOLUTION)
     return int(np.ceil(pieces)) if pieces <= MOST else 0
 
 
@@ -242,7 +242,7 @@ def solution_of(
         flow.constants_of(orbit.model),
         -(-pieces // segments),
         slopes,
-        orbit.model.whole_turns,
+        orbit.model.angle_periods,
     )
 
 
@@ -281,7 +281,7 @@ def _newton_step(
     orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
 ) -> _Compared:
     forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
-    turns = orbit.model.whole_turns / field.scales
+    turns = orbit.model.angle_periods / field.scales
     condensed = _condensed(field, retraced, turns, autonomous=not forced)
     matrices, pulls, defects = _between(anchors, condensed)
     rates = None if forced else field.rates(retraced.nodes, retraced.edges[:-1])
@@ -337,7 +337,7 @@ def _condensed(field: Field, retraced: Retraced, turns: Array, *, autonomous: bo
         parts.append(np.concatenate([solved.matrices, pulls, solved.ends[..., None]], axis=2))
     condensed = np.concatenate(parts)
     following = np.roll(retraced.nodes, -1, axis=0)
-    condensed[:, :, n + 1] = without_turns(condensed[:, :, n + 1] - following, turns)
+    condensed[:, :, n + 1] = wrap_angles(condensed[:, :, n + 1] - following, turns)
     return condensed
 
 

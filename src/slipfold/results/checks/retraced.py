@@ -16,7 +16,7 @@ from slipfold.arrays import Array, Mask
 from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
-from slipfold.models.turns import NO_TURNS, without_turns
+from slipfold.models.angles import NO_ANGLES, wrap_angles
 
 DEGREE = 6
 """Gauss points a piece: the error falls with the 13th power of its length."""
@@ -59,7 +59,7 @@ class SampledSolution:
     # Whether the Jacobians must be as well resolved, for what is derived from them
     slopes: bool = False
     # Whole turns of angles by which states may differ from what comes before them, shape (n,)
-    turns: Array = field(default_factory=lambda: NO_TURNS)
+    turns: Array = field(default_factory=lambda: NO_ANGLES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,5 +201,5 @@ def _joined(
     nodes, complete = pieces.states / scales, end == solution.phases[-1]
     last = solution.states[-1:] / scales if complete else pieces.ends[-1:]
     apart = np.concatenate([nodes[1:], last]) - pieces.ends
-    defects = pieces.defects + without_turns(apart, solution.turns / scales)
+    defects = pieces.defects + wrap_angles(apart, solution.turns / scales)
     return Retraced(np.append(pieces.begin, end), nodes, pieces.stages, defects, complete, tried)

@@ -17,7 +17,7 @@ from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
 from slipfold.flow.modes import Ending, Mode, Status, shown
 from slipfold.flow.release import at_rest
-from slipfold.models.turns import without_turns
+from slipfold.models.angles import wrap_angles
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
 from slipfold.results.checks.orbit_difference import ALLOWED, Difference
@@ -158,7 +158,7 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
     arrived, order = integrated(orbit.state)
     passed = dense_phases(model, orbit.state, orbit.first_mode, end)
     violations = compare_phases(system, passed, orbit.state)
-    apart = without_turns(arrived - orbit.state, model.whole_turns) / scales
+    apart = wrap_angles(arrived - orbit.state, model.angle_periods) / scales
     states = max(float(np.abs(apart).max()), violations.drift, violations.forces * ALLOWED / FORCES)
     place = Difference(float(states) if np.isfinite(states) else np.inf, ALLOWED)
 

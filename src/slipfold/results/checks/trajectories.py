@@ -17,7 +17,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
 from slipfold.flow.trajectory import Trajectory
-from slipfold.models.turns import without_turns
+from slipfold.models.angles import wrap_angles
 from slipfold.results.checks.checked import Check, Checked
 from slipfold.results.checks.curves import spread
 from slipfold.results.checks.orbit_difference import ALLOWED, PIECES
@@ -110,7 +110,7 @@ def repeated(
     """Compare the ends of periods with those of the trajectory."""
     scales = trajectory.model.state_scales()
     size = max(1.0, float(np.abs(trajectory.strobe / scales).max()))
-    apart = without_turns(ends - trajectory.strobe[chosen + 1], trajectory.model.whole_turns)
+    apart = wrap_angles(ends - trajectory.strobe[chosen + 1], trajectory.model.angle_periods)
     difference = np.abs(apart / scales).max(initial=0.0) / size
     difference = float(difference) if np.isfinite(difference) else np.inf
     each = "forcing period" if trajectory.model.forced else "interval"
@@ -200,7 +200,7 @@ def _retraced(trajectory: Trajectory) -> list[Check]:
             trajectory.strobe[place : place + 2],
             constants,
             PIECES,
-            turns=trajectory.model.whole_turns,
+            turns=trajectory.model.angle_periods,
         )
         result = retrace(flow, scales, one)
         tried += result.tried
@@ -295,7 +295,7 @@ def _growth(trajectory: Trajectory, places: NDArray[np.intp], length: int) -> Ar
     phases = np.tile(np.arange(length + 1.0), (len(places), 1))
     disturbed = along[:, 0] + DISTURBANCE * signs * sizes[:, 0]
     states = flow.along(disturbed, phases, flow.constants_of(trajectory.model))
-    apart = np.abs(without_turns(states - along, trajectory.model.whole_turns))
+    apart = np.abs(wrap_angles(states - along, trajectory.model.angle_periods))
     apart = (apart / sizes).max(axis=2)
     # Larger disturbances do not grow as small ones do.
     large = apart > 1e-3

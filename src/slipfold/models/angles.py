@@ -1,0 +1,55 @@
+"""Angles: states that differ by revolutions are the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.models.parameter import State
+
+REVOLUTION = 2 * np.pi
+"""Radians in a revolution."""
+
+NO_ANGLES: Array = np.zeros(1)
+"""The `periods` of states none of which is an angle."""
+
+
+def wrap_angles(difference: Array, periods: Array) -> Array:
+    """Reduce differences of angles to less than half a revolution.
+
+    Shapes: difference (..., n); periods (n,), a revolution of each angle and zero for other states.
+
+    >>> wrap_angles(np.array([6.0, 6.0]), np.array([6.5, 0.0]))
+    array([-0.5,  6. ])
+    """
+    if not periods.any():
+        return difference
+    return difference - count_revolutions(difference, periods) * periods
+
+
+def mean_state(states: Array, periods: Array) -> Array:
+    """Return the mean of states, with angles next to those of the last state.
+
+    Shapes: states (m, n); periods (n,).
+
+    >>> mean_state(np.array([[3.0, 1.0], [-3.0, 3.0]]), np.array([6.5, 0.0]))
+    array([-3.25,  2.  ])
+    """
+    last = states[-1]
+    return np.asarray(last + wrap_angles(states - last, periods).mean(axis=0))
+
+
+def count_revolutions(difference: Array, periods: Array) -> Array:
+    """Return the number of revolutions in differences of states; zero for other states.
+
+    Shapes: difference (..., n); periods (n,).
+    """
+    return np.round(difference / np.where(periods > 0, periods, np.inf))
+
+
+def revolutions_by_name(states: Sequence[State], revolutions: Array) -> dict[str, int]:
+    """Return the revolutions of each angle. Shapes: revolutions (n,)."""
+    pairs = zip(states, revolutions, strict=True)
+    return {state.name: int(count) for state, count in pairs if state.angle}
