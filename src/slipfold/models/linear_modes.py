@@ -111,6 +111,11 @@ class MechanicalModel(Model):
         return {}
 
     @property
+    def varied_first(self) -> str | None:
+        """The parameter that switches the forcing off, or the speed of a moving surface."""
+        return self.forcing_amplitude or next(iter(self.surface_speeds), None)
+
+    @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
         """Those that may be varied; what may stick stays in slip, so above a speed of zero."""
         speeds = self.surface_speeds

@@ -326,14 +326,9 @@ class Structure(MechanicalModel):
             changed._become(self._assembly, {**self._values, **changes})
             return changed.with_scales(self.estimated_scales)
         other = type(self)(**{**self.structure, **parts})
-        fresh = self._values_of(parts)
-        known = {item.name for item in other.parameters}
-        kept = {
-            name: value
-            for name, value in self._values.items()
-            if name in known and name not in fresh
-        }
-        return other.replace(**{**kept, **changes})
+        shared = {item.name for item in other.parameters} - self._values_of(parts)
+        values = {name: value for name, value in self._values.items() if name in shared}
+        return other.replace(**{**values, **changes})
 
     def _values_of(self, parts: Mapping[str, Any]) -> set[str]:
         """Return the names of the parameters of replaced parts."""
@@ -354,11 +349,6 @@ class Structure(MechanicalModel):
         return self._call(shown)
 
     # -- what it is without elements and contacts -------------------------------------------------
-
-    @property
-    def varied_first(self) -> str | None:
-        """The parameter that switches the forcing off, or the speed of a moving surface."""
-        return self.forcing_amplitude or next(iter(self._assembly.speeds), None)
 
     @property
     def surface_speeds(self) -> Mapping[str, bool]:
