@@ -13,6 +13,7 @@ release = installed_version("slipfold")
 version = release
 
 extensions = [
+    "commands",
     "myst_parser",
     "numpydoc",
     "reproduction",
