@@ -1,0 +1,343 @@
+"""Models from files on the command line: equations, structures from matrices, friction laws."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+
+import slipfold as sf
+from helpers.command_line import run
+from slipfold.cli.reading import find_model
+from slipfold.models.registry import built_in_text
+
+DUFFING = """\
+name = "Duffing"
+[parameters]
+W = { value = 0.9, unit = "rad/s", min = 0, doc = "forcing frequency" }
+F = 0.18
+[states]                      # name = its rate
+q = "v"
+v = "F*cos(W*t) - 0.05*v - q - 0.1*q^3"
+[forcing]
+period = "2*pi/W"
+[outputs]
+energy = "v^2/2 + q^2/2 + 0.025*q^4"
+"""
+
+FRAME = """\
+name = "frame"
+title = "two masses and a hardening spring"
+[structure]
+M = "frame.npz"
+K = "frame.npz"
+names = "root tip"
+[damping]
+type = "ProportionalDamping"
+beta_K = 0.004
+[[elements]]
+type = "CubicSpring"
+at = "tip"
+k3 = 40
+[[forcing]]
+type = "HarmonicForce"
+at = "tip"
+F = 0.5
+"""
+
+CASE = """\
+model = "sliding"
+[friction]
+law = "Stribeck"
+mu_s = 0.6
+vs = "20 cm/s"
+[parameters]
+Nd = 0.1
+vs = 0.3
+"""
+
+BELT = """
+name = "belt"
+[structure]
+names = ["x"]
+M = [[1.0]]
+K = [[1.0]]
+[[contacts]]
+along = "x"
+friction = { law = "Coulomb", mu_s = 1.0, mu_k = 0.5 }
+load = 1
+Vd = 0.2
+name = "pad"
+"""
+
+LORENZ = """
+[parameters]
+rho = 1
+sigma = 1
+beta = "8/3"
+[states]
+x = "sigma*(y - x)"
+y = "rho*x - y - x*z"
+z = "x*y - beta*z"
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text(DUFFING)
+    return str(path)
+
+
+@pytest.fixture
+def frame(tmp_path):
+    np.savez(tmp_path / "frame.npz", M=np.eye(2), K=[[200, -100], [-100, 100]])
+    path = tmp_path / "frame.toml"
+    path.write_text(FRAME)
+    return path
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+def refused(*arguments):
+    """The sentence with which a command refuses what it is given."""
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    return result.stderr
+
+
+# -- equations ---------------------------------------------------------------------------------
+
+
+def test_response_of_a_file(file):
+    result = run("response", file, "--vary", "W=0.8:1.6", "--event", "energy=3", "--json", "-")
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert record["model"] == "Duffing"
+    special = record["branches"][0]["special"]
+    # shared/reference/textbook.md, 2.
+    folds = [point["value"] for point in special if point["type"] == "LP"]
+    assert folds == pytest.approx([1.269601955546, 1.115700251771], abs=1e-9)
+    assert "EVENT" in {point["type"] for point in special}
+
+
+def test_models_lists_and_shows_them(file):
+    listed = run("models").stdout
+    assert "duffing" in listed
+    assert "Lorenz system" in listed
+    shown = run("models", "--show", "duffing")
+    assert shown.exit_code == 0
+    assert shown.stdout == built_in_text("duffing")
+    assert tomllib.loads(shown.stdout)["forcing"]["period"] == "2*pi/W"
+    details = run("models", file).stdout
+    assert details.startswith("Duffing\n\nParameters")
+    assert "forcing frequency" in details
+    assert "Limits" not in details
+    record = json.loads(run("models", "duffing", "--json", "-").stdout)
+    assert record["models"][0]["outputs"][0]["name"] == "energy"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("- q -", "- qq -", "my.toml, line 7, column 28: there is no name 'qq'; did you mean q?"),
+        ("cos(", "cosinus(", "my.toml, line 7, column 8: there is no function 'cosinus'"),
+        ('"v"', "v", "my.toml, line 6, column 5: this is not TOML"),
+        ("[states]", "[state]", "which has a table [states]"),
+        ("[forcing]\nperiod", "[formulas]\nperiod", "t, the time, occurs"),
+    ],
+)
+def test_errors_name_file_line_and_column(old, new, words, tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text(DUFFING.replace(old, new))
+    assert words in refused("response", str(path), "--vary", "W=0.8:1.6")
+
+
+@pytest.mark.parametrize("name", ["sliding", "dufing"])
+def test_only_files_are_shown(name):
+    assert "duffing" in refused("models", "--show", name)
+
+
+def test_the_orbit_that_a_motion_settles_to_is_followed():
+    # The symmetric cycle of the Lorenz system at large rho, which no Hopf point leads to.
+    result = run("response", "lorenz", "--vary", "rho=350:320", "--settled", "--json", "-")
+    assert result.exit_code == 0
+    (branch,) = json.loads(result.stdout)["branches"]
+    assert (branch["kind"], branch["special"]) == ("periodic", [])
+
+
+def test_what_a_cycle_cannot_do_is_said():
+    said = refused("response", "lorenz", "--vary", "rho=28:20", "--settled")
+    assert "does not settle on what could be followed" in said
+    assert "forcing" not in said
+    said = refused("response", "lorenz", "--vary", "duration=1:2")
+    assert "vary one of sigma, rho, beta" in said
+    said = refused("locus", "lorenz", "--vary", "duration=1:2", "--vary", "rho=20:30")
+    assert "the duration of lorenz comes out of the computation" in said
+
+
+def test_which_parameters_may_be_varied_is_listed():
+    (record,) = json.loads(run("models", "lorenz", "--json", "-").stdout)["models"]
+    varied = {item["name"]: item["varied"] for item in record["parameters"]}
+    assert varied == {"sigma": True, "rho": True, "beta": True, "duration": False}
+    line = next(line for line in run("models", "lorenz").stdout.splitlines() if "duration" in line)
+    assert line.endswith("; cannot be varied")
+
+
+def test_maps_are_not_supported(tmp_path):
+    (tmp_path / "henon.toml").write_text('[maps]\nx = "1 - a*x^2 + y"\n')
+    said = refused("models", str(tmp_path / "henon.toml"))
+    assert "maps, which are discrete in time, are not supported; give" in said
+
+
+def test_arithmetic_in_files_and_options(tmp_path):
+    (tmp_path / "lorenz.toml").write_text(LORENZ)
+    options = ("--vary", "rho=1/2:3/2", "--set", "sigma=20/2", "--json", "-")
+    found = json.loads(run("response", str(tmp_path / "lorenz.toml"), *options).stdout)
+    assert found["parameters"]["beta"] == 8 / 3
+    assert found["parameters"]["sigma"] == 10
+    assert found["branches"][0]["special"][0]["value"] == pytest.approx(1, abs=1e-9)
+
+
+# -- structures --------------------------------------------------------------------------------
+
+
+def test_response_of_a_structure_and_its_saved_result(frame, tmp_path):
+    out = tmp_path / "out.nc"
+    arguments = ["--vary", "f=0.8:1.3", "--set", "F=0.6", "--out", str(out), "--json", "-"]
+    result = run("response", str(frame), *arguments)
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    record = json.loads(result.stdout)
+    assert record["model"] == "frame"
+    assert [point["type"] for point in record["branches"][0]["special"]] == ["LP", "LP"]
+    # What was saved is the structure with its matrices: it continues from there.
+    frame.unlink()
+    (tmp_path / "frame.npz").unlink()
+    diagram = sf.load(out)
+    assert isinstance(diagram.model, sf.Structure)
+    assert diagram.model.title == "two masses and a hardening spring"
+    assert np.array_equal(diagram.model.stiffness_matrix, [[200, -100], [-100, 100]])
+    fold = diagram.branches[0].special[0]
+    assert sf.periodic_orbit(
+        diagram.model.replace(f=1.0)
+    ).multipliers.shape == fold.multipliers.shape  # fmt: skip
+    assert run("plot", str(out)).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"frame.npz"', '"other.npz"', "frame.toml, line 4, column 5: "),
+        ("[structure]", "[structures]", "which has a table [structure]"),
+        ("[[forcing]]", "[states]\nq = 1\n[[forcing]]", "a system has no entry 'structure'"),
+    ],
+)
+def test_errors_of_structures(old, new, words, frame):
+    frame.write_text(FRAME.replace(old, new, 1))
+    assert words in refused("response", str(frame), "--vary", "f=0.8:1.3")
+
+
+# -- friction laws and contacts ----------------------------------------------------------------
+
+
+def test_a_law_by_an_option():
+    law = sf.Stribeck(mu_s=0.6)
+    for name in ("stribeck", "Stribeck", "STRIBECK"):
+        assert find_model("sliding", {"mu_s": "0.6"}, name) == sf.SlidingOscillator(friction=law)
+    steady = find_model("steady-sliding", {"mu_s": "0.6"}, "stribeck")
+    assert steady == sf.SlidingOscillator(friction=law).steady()
+    arguments = ["--friction", "stribeck", "--set", "mu_s=0.6", "--periods", "2", "--json", "-"]
+    record = json.loads(run("simulate", "sliding", *arguments).stdout)
+    assert record["parameters"]["mu_s"] == 0.6
+    assert "mu" not in record["parameters"]
+
+
+def test_a_law_in_a_case_file(case):
+    # Values among the parameters go before those of the law.
+    expected = sf.SlidingOscillator(friction=sf.Stribeck(mu_s=0.6, vs=0.3), Nd=0.1)
+    assert find_model(str(case), {}) == expected
+    assert find_model(str(case), {"vs": "0.4"}) == expected.replace(vs=0.4)
+    case.write_text(CASE.replace("vs = 0.3", ""))
+    other = find_model(str(case), {"Nd": "0.2"}, "coulomb")
+    assert other == sf.SlidingOscillator(friction=sf.Coulomb(), Nd=0.2)
+    case.write_text(
+        'model = "steady-sliding"\n[friction]\nlaw = "Regularized"\ne = 0.01\n'
+        'of = { law = "RationalStribeck", d = 2 }\n'
+    )
+    law = sf.Regularized(sf.RationalStribeck(d=2), e=0.01)
+    assert find_model(str(case), {}) == sf.SlidingOscillator(friction=law).steady()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            ["models", "sliding", "--friction", "stribek"],
+            "= 'stribek' is unknown; did you mean Str",
+        ),
+        (["models", "duffing", "--friction", "dahl"], "duffing takes no friction law"),
+        (["models", "--friction", "dahl"], "--friction dahl is for one model"),
+        (["models", "sliding", "--friction", "regularized"], "--friction has no of; give it"),
+        (["locus", "x.nc", "--friction", "dahl", "--vary", "f=1:2"], "--friction dahl is for a mo"),
+        (["simulate", "sliding", "--friction", "stribeck", "--set", "mu=1"], "no parameter 'mu'"),
+    ],
+)
+def test_laws_that_cannot_be(arguments, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "x.nc").write_bytes(b"")
+    assert words in refused(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"Stribeck"', '"Stribek"', "line 3, column 7: friction.law = 'Stribek' is unknown; did"),
+        ("[friction]", "[fraction]", "has no entry 'fraction'; did you"),
+        ('"sliding"', '"duffing"', "duffing takes no friction law"),
+    ],
+)
+def test_errors_of_laws_in_a_case_file(old, new, words, case):
+    case.write_text(CASE.replace(old, new, 1))
+    assert words in refused("simulate", str(case), "--periods", "1")
+
+
+def test_simulate_says_when_contacts_stick(tmp_path):
+    path = tmp_path / "belt.toml"
+    path.write_text(BELT)
+    found = json.loads(run("simulate", str(path), "--json", "-").stdout)
+    assert found["regime"] == "stick-slip"
+    assert found["period"] == 1
+    assert found["duration"] == pytest.approx(8.902605407815, abs=1e-10)
+    assert found["stick"]["fraction"] == pytest.approx(5 / 8.902605407815, abs=1e-10)
+    assert found["stick"]["count"] == 1
+    (time,) = found["stick"]["intervals"]
+    assert time["contact"] == "pad"
+    assert time["to"] - time["from"] == pytest.approx(5, abs=1e-10)
+    assert found["extrema"]["x"][1] == pytest.approx(1.038516480713, abs=1e-10)
+
+
+def test_plots_of_contacts(tmp_path):
+    case, path = tmp_path / "belt.toml", tmp_path / "motion.nc"
+    case.write_text(BELT)
+    assert run("simulate", str(case), "--out", str(path)).exit_code == 0
+    for kind in ("hysteresis", "friction", "timeline"):
+        figure = tmp_path / f"{kind}.png"
+        chosen = ("--kind", kind, "--contact", "pad", "--out", str(figure))
+        assert run("plot", str(path), *chosen).exit_code == 0
+        assert figure.read_bytes().startswith(b"\x89PNG")
+    for options, words in {
+        ("--kind", "path"): "pad slides along a line",
+        ("--kind", "timeline", "--contact", "pat"): "did you mean pad?",
+        ("--contact", "pad"): "has no contact; it goes with kind = 'hysteresis'",
+        ("--kind", "timeline", "--output", "x"): "has no output; it goes with",
+    }.items():
+        assert words in refused("plot", str(path), *options)
