@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -31,9 +31,6 @@ from slipfold.cli.reading import (
 from slipfold.cli.running import Outputs
 from slipfold.errors import InputError
 from slipfold.options import Box, Option, Search, declared, resolved
-
-if TYPE_CHECKING:
-    from slipfold.branches.settings import Settings
 
 REQUIRED = inspect.Parameter.empty
 
@@ -118,6 +115,11 @@ def option(name: str, declared: Option, default: Any = REQUIRED) -> inspect.Para
     )
 
 
+def optional(**options: Option) -> tuple[inspect.Parameter, ...]:
+    """Return options that need not be given, by name."""
+    return tuple(option(name, declared, None) for name, declared in options.items())
+
+
 def flags_of(name: str, declared: Option) -> tuple[str, ...]:
     """Return the names of a parameter on the command line."""
     return declared.flags or (f"--{name.replace('_', '-')}",)
@@ -196,25 +198,18 @@ def given_text(item: inspect.Parameter) -> Reader:
     return Reader((item,), lambda texts, _: {item.name: texts[item.name]})
 
 
-SET = option(
-    "set_",
-    Option(
+SET, FRICTION = optional(
+    set_=Option(
         "Value of a parameter: in SI units, or with a unit, e.g. alpha=60deg.",
         "texts",
         "NAME=VALUE",
         flags=("--set",),
     ),
-    None,
-)
-
-FRICTION = option(
-    "friction",
-    Option(
+    friction=Option(
         "Friction law of the sliding oscillator, e.g. stribeck; its parameters are then set and "
         "varied like others, see slipfold models sliding --friction LAW.",
         metavar="LAW",
     ),
-    None,
 )
 
 MODEL = argument(
@@ -270,17 +265,13 @@ VALUES = Reader(
 )
 
 
-FILES = (
-    option(
-        "json",
-        Option(
-            "Write the result as JSON; - is standard output, where nothing else is printed then.",
-            metavar="FILE",
-        ),
-        None,
+FILES = optional(
+    json=Option(
+        "Write the result as JSON; - is standard output, where nothing else is printed then.",
+        metavar="FILE",
     ),
-    option("out", Option("Write everything as netCDF.", metavar="FILE.nc"), None),
-    option("csv", Option("Write all points as comma-separated values.", metavar="FILE"), None),
+    out=Option("Write everything as netCDF.", metavar="FILE.nc"),
+    csv=Option("Write all points as comma-separated values.", metavar="FILE"),
 )
 
 OUTPUTS = Reader(
@@ -290,70 +281,72 @@ OUTPUTS = Reader(
 """The files that a result is written to."""
 
 
-STEPS = (
-    option(
+STEPS = {
+    ("steps", "largest"): (
         "max_step",
-        Option("Largest step from point to point, in scaled arclength.", metavar="S"),
-        None,
+        Option("Largest step from point to point, in scaled arclength.", "number", "S"),
     ),
-    option(
-        "tolerance", Option("Largest residual of an orbit, in scaled states.", metavar="R"), None
+    ("newton", "tolerance"): (
+        "tolerance",
+        Option("Largest residual of an orbit, in scaled states.", "number", "R"),
     ),
-    option("max_points", Option("Points after which a branch or locus stops.", metavar="N"), None),
-)
+    ("steps", "points"): (
+        "max_points",
+        Option("Points after which a branch or locus stops.", "whole", "N"),
+    ),
+}
+"""Settings by their places, and the options that set them."""
 
-BRANCHES = (
-    option(
+BRANCHES = {
+    ("", "largest_period"): (
         "largest_period",
-        Option("Follow doubled branches up to this many forcing periods.", metavar="K"),
-        None,
+        Option("Follow doubled branches up to this many forcing periods.", "whole", "K", minimum=0),
     ),
-    option(
+    ("", "discretization"): (
         "discretization",
         Option(
             "Compute orbits by shooting, by collocation, or (automatic) by collocation where "
             "shooting fails.",
             metavar="NAME",
         ),
-        None,
     ),
-)
+}
+"""Settings of branches alone."""
 
 
-def _read_settings(texts: Values, values: Values) -> dict[str, Settings]:
-    from slipfold.branches.settings import Settings
-    from slipfold.continuation.settings import Newton, Steps
+def settings_reader(table: Mapping[tuple[str, str], tuple[str, Option]]) -> Reader:
+    """Return the reader of settings, which are the defaults where no option is given."""
+    readers = {place: reader_of(name, option, None) for place, (name, option) in table.items()}
 
-    newton, steps, settings = Newton(), Steps(), Settings()
-    if texts["tolerance"] is not None:
-        newton = replace(newton, tolerance=parse_number(texts["tolerance"], "--tolerance"))
-    if texts["max_step"] is not None:
-        steps = replace(steps, largest=parse_number(texts["max_step"], "--max-step"))
-    if texts["max_points"] is not None:
-        steps = replace(steps, points=parse_whole(texts["max_points"], "--max-points"))
-    if texts.get("largest_period") is not None:
-        period = parse_whole(texts["largest_period"], "--largest-period", minimum=0)
-        settings = replace(settings, largest_period=period, snaking_period=period)
-    if texts.get("discretization") is not None:
-        settings = replace(settings, discretization=texts["discretization"])
-    return {"settings": replace(settings, newton=newton, steps=steps)}
+    def read(texts: Values, values: Values) -> Values:
+        from slipfold.branches.settings import Settings
+
+        settings = Settings()
+        for (part, name), reader in readers.items():
+            (value,) = reader.read(texts, values).values()
+            if value is None:
+                continue
+            change = {name: value}
+            if part:
+                change = {part: replace(getattr(settings, part), **change)}
+            elif name == "largest_period":
+                change["snaking_period"] = value
+            settings = replace(settings, **change)
+        return {"settings": settings}
+
+    return Reader(tuple(item for reader in readers.values() for item in reader.options), read)
 
 
-LOCUS_SETTINGS = Reader(STEPS, _read_settings)
+LOCUS_SETTINGS = settings_reader(STEPS)
 
-EVENTS = (
-    option(
-        "event",
-        Option(
-            "Locate where the maximum (or min, peak_to_peak) of an output takes a value: "
-            'x=0.3, "min(Vrel)=0.2"; or where the parameter does.',
-            "texts",
-            "[MEASURE](NAME)=VALUE",
-            flags=("--event",),
-        ),
-        None,
+EVENTS = optional(
+    event=Option(
+        "Locate where the maximum (or min, peak_to_peak) of an output takes a value: "
+        'x=0.3, "min(Vrel)=0.2"; or where the parameter does.',
+        "texts",
+        "[MEASURE](NAME)=VALUE",
     ),
-    option("stop_at", Option("As --event, and end the branch there.", "texts", "EVENT"), None),
+    stop_at=Option("As --event, and end the branch there.", "texts", "EVENT"),
 )
 
 
@@ -380,7 +373,7 @@ def _declared(alias: Any) -> Option:
 READERS: Mapping[str, Reader] = {
     "model": Reader((MODEL, SET, FRICTION), _read_model),
     "vary": Reader((VARY,), _read_span),
-    "settings": Reader((*STEPS, *BRANCHES), _read_settings),
+    "settings": settings_reader(STEPS | BRANCHES),
     "events": Reader(EVENTS, _read_events),
     "search": Reader(
         (option("search", _declared(Search), False), option("box", _declared(Box), None)),

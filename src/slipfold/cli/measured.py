@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from slipfold.cli.commands import FILES, Reader, argument, option
+from slipfold.cli.commands import FILES, Reader, argument, optional
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.cli.reading import parse_whole
 from slipfold.cli.running import DONE, FAILED, INTERRUPTED, Outputs, live_line, note, reporter, say
@@ -72,13 +72,7 @@ class MeasurementFile(Outputs):
 
 
 MEASUREMENT_FILE = Reader(
-    (
-        option(
-            "csv",
-            Option("Write the measurements there, else they are printed.", metavar="FILE"),
-            None,
-        ),
-    ),
+    optional(csv=Option("Write the measurements there, else they are printed.", metavar="FILE")),
     lambda texts, _: {"outputs": MeasurementFile(csv=texts["csv"]).checked()},
 )
 
@@ -111,10 +105,8 @@ def _read_plan_files(texts: Any, values: Any) -> dict[str, Any]:
 PLAN_FILES = Reader(
     (
         *FILES,
-        option(
-            "best",
-            Option("Choose the N most informative values, and plan these alone.", "whole", "N"),
-            None,
+        *optional(
+            best=Option("Choose the N most informative values, and plan these alone.", metavar="N")
         ),
     ),
     _read_plan_files,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from slipfold.cli.commands import FILES, Reader, argument, given_text, option
+from slipfold.cli.commands import FILES, Reader, argument, given_text, optional
 from slipfold.cli.running import (
     DONE,
     FAILED,
@@ -24,14 +24,12 @@ from slipfold.threads import cores
 CASE = argument(
     "CASE.toml", "The study: a case file with the tables [compute] and [cases].", "case"
 )
-Out = option(
-    "out",
-    Option(
+(Out,) = optional(
+    out=Option(
         "Write everything as netCDF, CASE.nc if not given. Finished cases are stored next to it, "
         "in the folder FILE.study.",
         metavar="FILE.nc",
-    ),
-    None,
+    )
 )
 READERS = {
     "case": given_text(CASE),

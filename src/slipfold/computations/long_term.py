@@ -305,11 +305,8 @@ def basin_fractions(
         seed=int(seed),
         asked=maximum,
         starts=states,
-        labels=result.labels,
-        attractors=result.attractors,
-        ends=result.ends,
-        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
+        **vars(result),
     )
 
 
@@ -494,16 +491,11 @@ def sweep(
         on_progress,
     ).result()
     return Sweep(
-        model=result.model,
         vary=vary,
         values=values,
-        runs=result.runs,
-        states=result.states,
-        stuck=result.stuck,
-        reasons=result.reasons.astype(str),
         transient=int(transient),
-        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
+        **{**vars(result), "reasons": result.reasons.astype(str)},
     )
 
 
@@ -573,15 +565,8 @@ def regimes(
         on_progress,
     )
     return RegimeMap(
-        model=result.model,
         over=dict(zip(vary, axes, strict=True)),
-        runs=result.runs,
-        kinds=result.kinds.astype(str),
-        periods=result.periods,
-        exponents=result.exponents,
-        states=result.states,
-        means=result.means,
         transient=int(transient),
-        interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
+        **{**vars(result), "kinds": result.kinds.astype(str)},
     )

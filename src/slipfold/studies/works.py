@@ -341,17 +341,22 @@ class LocusWork(Work):
         return Findings(values, listed)
 
 
-class SimulationWork(Work):
-    """A solution from one state: whether it becomes steady, its period, last state and extrema."""
+class TrajectoryWork(Work):
+    """Something of the solution from one state."""
 
-    what: Literal["simulation"]
-    periods: Periods = None
     start: Start = Field(default_factory=dict)
-    tolerance: float = Field(1e-9, gt=0)
 
     def checked(self, model: Model) -> Self:
         """Return it with the starting states in SI units."""
         return self.model_copy(update={"start": parsed_start(model, self.start)})
+
+
+class SimulationWork(TrajectoryWork):
+    """A solution from one state: whether it becomes steady, its period, last state and extrema."""
+
+    what: Literal["simulation"]
+    periods: Periods = None
+    tolerance: float = Field(1e-9, gt=0)
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
         """Return the quantities of every case."""
@@ -405,17 +410,12 @@ def _outputs(model: Model) -> tuple[State | Output, ...]:
     return (*model.states, *model.outputs())
 
 
-class LyapunovWork(Work):
+class LyapunovWork(TrajectoryWork):
     """Growth rates of perturbations of a solution: periodic, a torus or chaos."""
 
     what: Literal["lyapunov"]
     periods: ExponentPeriods = None
-    start: Start = Field(default_factory=dict)
     tolerance: float = Field(1e-8, gt=0)
-
-    def checked(self, model: Model) -> Self:
-        """Return it with the starting states in SI units."""
-        return self.model_copy(update={"start": parsed_start(model, self.start)})
 
     def quantities(self, model: Model) -> tuple[Quantity, ...]:
         """Return the quantities of every case."""
