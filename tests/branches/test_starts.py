@@ -21,7 +21,7 @@ def test_where_nothing_holds_the_quiet_state_the_response_is_what_a_motion_settl
     def refused(*_):
         pytest.fail("the forcing need not be raised")
 
-    monkeypatch.setattr("slipfold.orbits.first_orbits.carry_to", refused)
+    monkeypatch.setattr("slipfold.orbits.first_orbits.continue_to", refused)
     model = model_named("vanderpol", w=1.0)
     settled = sf.simulate(model, 60).strobe[-1]
     branch = sf.response(model, "w", (1.0, 1.01)).branches[0]

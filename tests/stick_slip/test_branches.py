@@ -152,7 +152,7 @@ def test_slip_in_the_plane_that_is_caught_for_good_ends_the_branch():
     assert point.value == pytest.approx(0.0552587111, abs=1e-10)
     assert branch.stopped.kind == "limit"
     assert branch.stopped.value == point.value
-    assert "no orbit was found that goes on beyond" in branch.stopped.reason
+    assert "no orbit was found beyond" in branch.stopped.reason
 
 
 @pytest.mark.long

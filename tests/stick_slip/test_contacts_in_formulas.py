@@ -194,7 +194,7 @@ def test_values_that_a_law_cannot_have_are_refused():
 def pushed():
     """The mass with damping and a force."""
     text = BELT.replace("F - x", "F - x - 0.1*v + P*cos(t)").replace("N = 1.0", "N = 1.0\nP = 0.0")
-    return sf.System.from_toml(f'{text}[forcing]\nperiod = "2*pi"\nquiet = "P"\n')
+    return sf.System.from_toml(f'{text}[forcing]\nperiod = "2*pi"\namplitude = "P"\n')
 
 
 def test_a_slip_that_touches_zero_is_caught_for_good():
@@ -206,7 +206,7 @@ def test_a_slip_that_touches_zero_is_caught_for_good():
     assert point.uncertainty < 1e-11
     assert branch.stopped.kind == "limit"
     assert branch.stopped.value == point.value
-    assert "no orbit was found that goes on beyond" in branch.stopped.reason
+    assert "no orbit was found beyond" in branch.stopped.reason
 
 
 def test_orbits_are_not_followed_on_a_wall():

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipfold.branches.seams import beyond_seam
 from slipfold.branches.settings import Settings
 from slipfold.branches.stops import RESOLVED
+from slipfold.branches.switching_boundaries import beyond_boundary
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
@@ -50,7 +50,7 @@ class Change:
         """Return the curve with which an ended branch continues, and its first point; or None."""
         end, last = traced.end, traced.points[-1]
         if not last.curve.orbits.by.smooth:
-            beyond = beyond_seam(traced)
+            beyond = beyond_boundary(traced)
             if beyond is None:
                 self._restore_slip(traced)
             return beyond

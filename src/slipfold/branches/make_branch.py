@@ -14,10 +14,9 @@ from slipfold.branches.bifurcations import TURNING
 from slipfold.branches.branch import Branch
 from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.events import Happened
-from slipfold.branches.seams import NAMES as SEAMS
-from slipfold.branches.seams import FoundTouch
 from slipfold.branches.settings import Event
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.branches.switching_boundaries import BOUNDARIES, FoundGrazing
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import CLOSE
@@ -63,7 +62,7 @@ def describe(found: Found) -> SpecialPoint:
 
 def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
-    if found.type in SEAMS:
+    if found.type in BOUNDARIES:
         return _describe_seam(orbits, found)
     coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
     special = replace(
@@ -77,7 +76,7 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
 
 def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
-    point = found.place.nearest if isinstance(found, FoundTouch) else found.point
+    point = found.place.nearest if isinstance(found, FoundGrazing) else found.point
     by = orbits.orbits.by
     solved = isinstance(by, MarginalShooting) and by.met.stops is not None
     again, rounding = _solved_again(orbits, point) if solved else recomputed(orbits, point)
@@ -86,7 +85,7 @@ def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
         if not solved:
             moved += SEAM_CLOSE + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
-        if isinstance(found, FoundTouch):
+        if isinstance(found, FoundGrazing):
             moved += float(found.place.error[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
     return _uncertain(found, moved * orbits.width, uncertain)
@@ -162,7 +161,7 @@ def bare(found: Found) -> SpecialPoint:
 def _nodes(found: Found) -> Array:
     """Return the states of what was located at equidistant phases, shape (M, n)."""
     point = found.point
-    if not isinstance(found, FoundTouch):
+    if not isinstance(found, FoundGrazing):
         return np.asarray(point.curve.orbits.evenly(point.z))
     nodes = [item.curve.orbits.evenly(item.z) for item in found.place.points]
     return np.tensordot(found.place.weights, nodes, 1)
@@ -171,7 +170,7 @@ def _nodes(found: Found) -> Array:
 def _stuck_fraction(found: Found) -> float:
     """Return the fraction of the period in which a contact sticks: what vanishes there has none."""
     point = found.point
-    if not isinstance(found, FoundTouch):
+    if not isinstance(found, FoundGrazing):
         return point.curve.orbits.stuck_fraction(point.z)
     place = found.place
     known = [item.curve.orbits.stuck_fraction(item.z) for item in place.points]
@@ -182,8 +181,8 @@ def _named(found: Found) -> tuple[str, str]:
     if isinstance(found, Happened) and found.event is not None:
         event: Event = found.event
         return "EVENT", f"{event.measure} {event.name} = {event.value:g}"
-    if found.type in SEAMS:
-        return found.type, SEAMS[found.type]
+    if found.type in BOUNDARIES:
+        return found.type, BOUNDARIES[found.type]
     return found.type, NAMES[_form_of(found) or found.type]
 
 

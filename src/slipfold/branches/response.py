@@ -24,11 +24,11 @@ from slipfold.branches.events import Events, Happened
 from slipfold.branches.homoclinic import Homoclinic, nears_homoclinic
 from slipfold.branches.make_branch import assemble
 from slipfold.branches.progress import branch_progress, searching
-from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.start import Begin, FirstOrbit, measured_over
 from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
 from slipfold.branches.switching import Junction, find_meeting, junctions_on
+from slipfold.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.follow import BIRTH, follow
 from slipfold.continuation.locate import CLOSE
@@ -249,7 +249,7 @@ def _monitors(
 ) -> list[Monitor[OrbitPoint]]:
     """Return the monitors of a branch: those that end it first, the most expensive last."""
     monitors: list[Monitor[OrbitPoint]] = [
-        Seams(orbits),
+        SwitchingBoundaries(orbits),
         Unresolved(orbits, partial(nears_homoclinic, orbits)),
     ]
     if has_copy(orbits):

@@ -152,7 +152,9 @@ class FirstOrbit:
         """Return the response of period 1."""
         orbits = forced_orbits(model, self._vary, abs(other - value), self._settings)
         implicitly = self._settings.discretization != "shooting"
-        orbits, correction = find_response(orbits, value, implicitly=implicitly, tell=self._report)
+        orbits, correction = find_response(
+            orbits, value, implicitly=implicitly, on_progress=self._report
+        )
         if correction.converged:
             row = hold_parameter(orbits.size) * np.sign(other - value)
             correction = correct(orbits, correction.z, row)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
-from slipfold.branches.seams import NAMES
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
+from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import GRAZED, contacts_of
@@ -160,7 +160,7 @@ def _as_point(
     multipliers = orbits.multipliers(point)
     return SpecialPoint(
         type=kind,
-        name=NAMES[kind],
+        name=BOUNDARIES[kind],
         model=model,
         vary=branch.vary,
         value=model.values[branch.vary],

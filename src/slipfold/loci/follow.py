@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from slipfold.branches.change import Change, Growing
 from slipfold.branches.closed_branches import Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
-from slipfold.branches.seams import Seams
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
 from slipfold.branches.stops import Limits, Unresolved
+from slipfold.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings, follow
@@ -87,7 +87,7 @@ def trace_locus(
 
 def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPoint]]:
     """What is watched along a locus: what ends it early first, what takes longest last."""
-    monitors: list[Monitor[OrbitPoint]] = [Seams(curve), Unresolved(curve)]
+    monitors: list[Monitor[OrbitPoint]] = [SwitchingBoundaries(curve), Unresolved(curve)]
     if has_copy(curve.orbits):
         monitors.append(EndsAtParent(curve, settings))
     return [

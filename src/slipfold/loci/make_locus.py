@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slipfold.branches.make_branch import curve_fields, evenly, point_fields
-from slipfold.branches.seams import NAMES as SEAMS
+from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, TracedCurve
@@ -74,8 +74,8 @@ def pair_of(curve: LocusEquations, point: OrbitPoint) -> tuple[float, float]:
 def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
     if found.type in CODIMENSION_TWO:
         return found.type, CODIMENSION_TWO[found.type]
-    if found.type in SEAMS:
-        return found.type, SEAMS[found.type]
+    if found.type in BOUNDARIES:
+        return found.type, BOUNDARIES[found.type]
     name = plane_of(orbits)[0 if found.type == "first" else 1]
     # The test function is the rate of the parameter along the locus: where it rises through zero
     # the parameter is smallest.

@@ -20,7 +20,7 @@ from slipfold.loci.isolated import is_among, other_orbits, stable_orbits
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.window import Plane, Window
 from slipfold.models.model import Model
-from slipfold.orbits.continued import Straight, carry_to
+from slipfold.orbits.continued import Straight, continue_to
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import OrbitPoint
@@ -228,7 +228,7 @@ def _continued(
             return str(error)
         return broken_limit(orbits, point.z)
 
-    reached = carry_to(Straight(orbits, begin, end), orbits.pack(nodes, begin), end[-1], refuse)
+    reached = continue_to(Straight(orbits, begin, end), orbits.pack(nodes, begin), end[-1], refuse)
     return None if isinstance(reached, Failure) else orbits.nodes(reached.z)
 
 

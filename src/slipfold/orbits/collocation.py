@@ -302,7 +302,7 @@ class Collocation(Discretization):
         )
         return found, which
 
-    def carried_to(
+    def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[Places, Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""

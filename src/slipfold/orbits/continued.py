@@ -32,7 +32,7 @@ MARGINAL = 1e-3
 MEETING = Rule(close=1e-9, longest=0.01, iterations=10)
 """Stops that are marginal have converged after a step this short: the next is of its square."""
 
-CARRYING = Stepping(steps=Steps(smallest=1e-4, points=500))
+CONTINUING = Stepping(steps=Steps(smallest=1e-4, points=500))
 """An orbit that has to creep does not arrive. Where a contact begins to stick, each orbit found by
 steps of 1e-6 takes tens of thousands of steps of the integrator, to no end."""
 
@@ -44,12 +44,12 @@ def hold_parameter(size: int) -> Array:
     return row
 
 
-def carry_to(
+def continue_to(
     curve: OrbitCurve,
     z: Array,
     target: float,
     refuse: Callable[[OrbitPoint], str | None],
-    stepping: Stepping = CARRYING,
+    stepping: Stepping = CONTINUING,
 ) -> OrbitPoint | Failure:
     """Follow a curve from an orbit to where its last parameter has another value, round its folds.
 

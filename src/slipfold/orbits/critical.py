@@ -165,7 +165,7 @@ class Critical(OrbitCurve):
             return found
         # Rounding at each node enters it as its vectors have grown up to there and grow from there.
         factors = self.orbits.spectrum.factors(plain)
-        forward, backward = found.carried(factors)
+        forward, backward = found.propagated(factors)
         ends = np.einsum("jab,rjb->rja", factors, forward)
         grown = np.linalg.norm(ends, axis=2) * np.linalg.norm(backward, axis=2)
         size = float(np.sqrt(1 + (grown**2).sum()))

@@ -208,7 +208,7 @@ class Discretization(ABC):
         raise NotImplementedError
 
     @abstractmethod
-    def carried_to(
+    def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and their derivatives.
@@ -287,7 +287,7 @@ class Discretization(ABC):
 
         Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
         """
-        which, states, matrices, vectors = self.carried_to(nodes, constants, other.start)
+        which, states, matrices, vectors = self.propagate_to(nodes, constants, other.start)
         return states, np.einsum("jab,jb->ja", matrices, along[which]) + vectors @ rates
 
     def rates(self, nodes: Array, constants: Constants) -> Array:

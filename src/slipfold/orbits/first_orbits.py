@@ -23,7 +23,7 @@ from slipfold.models.angles import REVOLUTION, wrap_angles
 from slipfold.models.model import Model, evaluation_of
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.collocation import Collocation
-from slipfold.orbits.continued import CARRYING, carry_to, hold_parameter
+from slipfold.orbits.continued import CONTINUING, continue_to, hold_parameter
 from slipfold.orbits.eigenvalues import unit_of_time
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import broken_limit
@@ -51,7 +51,7 @@ STIFF = (
     "from rest it comes near no orbit"
 )
 
-RISING = Coarse(steps=replace(CARRYING.steps, turn=0.6))
+RISING = Coarse(steps=replace(CONTINUING.steps, turn=0.6))
 """Orbits on the way from zero forcing have to lead on, and nothing else."""
 
 
@@ -60,7 +60,7 @@ def find_response(
     value: float,
     *,
     implicitly: bool = False,
-    tell: Callable[[int], None] = lambda periods: None,
+    on_progress: Callable[[int], None] = lambda periods: None,
 ) -> tuple[ForcedOrbits, Correction]:
     """Find the response of period 1 at a value of the parameter, by collocation if it is stiff.
 
@@ -68,16 +68,19 @@ def find_response(
     is followed from zero forcing in the parameter that scales the forcing; where that fails as
     well, a trajectory converges for some time. It comes first where the state without forcing is
     unstable: no trajectory follows what begins there, around folds, while the forcing rises. If
-    Newton's method fails for a stiff model, implicit steps are taken where they may be. `tell` is
-    called with the number of forcing periods that a trajectory has lasted.
+    Newton's method fails for a stiff model, implicit steps are taken where they may be.
+    `on_progress` is called with the number of forcing periods that a trajectory has lasted.
     """
     guess = guess_orbit(orbits, value)
     if guess.converged and guess.distance <= NEAR:
         return orbits, guess
     model = orbits.model.replace(**{orbits.vary: value})
     if implicitly and not guess.converged and _is_stiff(orbits, model):
-        return _stiff_response(orbits, model, tell) or (orbits, replace(guess, failure=STIFF))
-    from_rest = partial(_from_rest, orbits, model, value, tell)
+        return _stiff_response(orbits, model, on_progress) or (
+            orbits,
+            replace(guess, failure=STIFF),
+        )
+    from_rest = partial(_from_rest, orbits, model, value, on_progress)
     risen = _from_zero_forcing(orbits, model, value, from_rest)
     if not isinstance(risen, str):
         return orbits, risen
@@ -114,7 +117,9 @@ def _from_zero_forcing(
     settled = from_rest(SETTLING[:1], stable=True) if _growth(rest) > 1 + 1e-6 else None
     if settled is not None:
         return settled
-    reached = carry_to(rising, rest.z, target, lambda point: broken_limit(rising, point.z), RISING)
+    reached = continue_to(
+        rising, rest.z, target, lambda point: broken_limit(rising, point.z), RISING
+    )
     if isinstance(reached, Failure):
         return (
             f"followed from {forcing} = 0 it does not reach {forcing} = {target:g} "
@@ -133,7 +138,7 @@ def _from_rest(
     orbits: ForcedOrbits,
     model: Model,
     value: float,
-    tell: Callable[[int], None],
+    on_progress: Callable[[int], None],
     settling: Sequence[int],
     *,
     stable: bool = False,
@@ -142,7 +147,7 @@ def _from_rest(
     flow, state, zero = orbits.flow, model.start, np.zeros(1)
     constants = flow.constants(model.vector, orbits.flow_scales)
     for done, periods in zip(accumulate(settling, initial=0), settling, strict=False):
-        tell(done)
+        on_progress(done)
         state = flow.trajectory(state, constants, np.arange(periods + 1.0), patient=False)[-1]
         if not np.isfinite(state).all():
             return None
@@ -174,7 +179,7 @@ def _is_stiff(orbits: ForcedOrbits, model: Model) -> bool:
 
 
 def _stiff_response(
-    orbits: ForcedOrbits, model: Model, tell: Callable[[int], None]
+    orbits: ForcedOrbits, model: Model, on_progress: Callable[[int], None]
 ) -> tuple[ForcedOrbits, Correction] | None:
     """Return a response of period 1 by collocation, None if a trajectory from rest leads to none.
 
@@ -182,7 +187,7 @@ def _stiff_response(
     misses a knee that lasts a millionth of the period.
     """
     constants = orbits.flow.constants(model.vector, orbits.flow_scales)
-    motion = _StiffSearch(StiffFallback(orbits.flow, constants), model, tell).closed()
+    motion = _StiffSearch(StiffFallback(orbits.flow, constants), model, on_progress).closed()
     if motion is None:
         return None
     edges = motion.phases
@@ -199,8 +204,10 @@ def _stiff_response(
 class _StiffSearch:
     """The search for a trajectory in implicit steps that ends where it began after a period."""
 
-    def __init__(self, takeover: StiffFallback, model: Model, tell: Callable[[int], None]) -> None:
-        self._takeover, self._model, self._tell = takeover, model, tell
+    def __init__(
+        self, takeover: StiffFallback, model: Model, on_progress: Callable[[int], None]
+    ) -> None:
+        self._takeover, self._model, self._on_progress = takeover, model, on_progress
         self._periods = self._steps = 0
 
     def closed(self) -> DenseTrajectory | None:
@@ -219,7 +226,7 @@ class _StiffSearch:
 
     def _period(self, state: Array) -> DenseTrajectory | None:
         """Return the trajectory of a period, None if it does not end or the budget is used up."""
-        self._tell(self._periods)
+        self._on_progress(self._periods)
         motion = None if self._steps >= BUDGET else self._takeover.period(state)
         if motion is not None:
             self._periods += 1

@@ -58,7 +58,7 @@ class VectorField(Discretization):
         """Return the same state at any phases, shape (q, n)."""
         return np.repeat(nodes, len(phases), axis=0)
 
-    def carried_to(
+    def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
         """Return the same state at any phases, with its derivatives."""
@@ -95,7 +95,7 @@ class ForcedOrbits(Orbits):
 
     def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the monodromy matrix."""
-        forward, backward = found.carried(part.blocks)
+        forward, backward = found.propagated(part.blocks)
         return self.by.changed(forward, backward, self.nodes(z), self.constants(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
@@ -177,10 +177,10 @@ class Cycles(Orbits):
         """Return the gradient of a function of the matrix on the quotient, whose basis turns."""
         nodes, constants = self.nodes(z), self.constants(z)
         if len(nodes) > MANY:
-            forward, backward, weights = self.spectrum.carried(found, part)
+            forward, backward, weights = self.spectrum.propagated(found, part)
         else:
             lifted, weights = self.spectrum.lifted(found, part)
-            forward, backward = lifted.carried(part.blocks)
+            forward, backward = lifted.propagated(part.blocks)
         gradient, carried, bent = self.by.changed(forward, backward, nodes, constants)
         rates, slopes, pulls = self.by.changing_rates(nodes[: len(weights)], constants)
         turned = weights / np.linalg.norm(rates, axis=1)[:, None]

@@ -296,7 +296,7 @@ class MarginalShooting(SwitchedShooting):
         """Return the same of an orbit given at the node of another. Shapes: nodes (1, n)."""
         if by is self:
             return self.condition(nodes, constants)
-        _, states, matrices, vectors = by.carried_to(nodes, constants, self.start)
+        _, states, matrices, vectors = by.propagate_to(nodes, constants, self.start)
         value, by_state, by_free = self.condition(states, constants)
         moved = vectors[0] * (self.units / self.scales[:, None])
         return value, by_state @ (matrices[0] * self.ratios), by_free + by_state @ moved

@@ -281,7 +281,7 @@ class CycleMultipliers(Multipliers):
         lifted = Degeneracy(found.value, found.left @ basis.T, found.right @ basis.T)
         return lifted, ((direction @ part.product @ lifted.right.T) @ lifted.left)[None]
 
-    def carried(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array, Array]:
+    def propagated(self, found: Degeneracy, part: Linearization) -> tuple[Array, Array, Array]:
         r"""Carry vectors of the quotient from node to node: growth on the way spoils none.
 
         With bases :math:`B_j` of what is orthogonal to the flow's directions :math:`f_j` the matrix
@@ -298,7 +298,7 @@ class CycleMultipliers(Multipliers):
         rates = _gauge(part)[: m * n].reshape(m, n)
         units = rates / np.linalg.norm(rates, axis=1)[:, None]
         beside = motion_bases(rates)[:, :, 1:]
-        forward, backward = found.carried(self.factors(part))
+        forward, backward = found.propagated(self.factors(part))
         before = np.einsum("jab,rjb->rja", beside, forward)
         behind = np.einsum("jab,rjb->rja", np.roll(beside, -1, axis=0), backward)
         late = np.einsum("ja,jab,rjb->rj", np.roll(units, -1, axis=0), part.factors, before)

@@ -383,10 +383,10 @@ class Orbits(OrbitCurve):
             return np.nan
         return self.by.stuck_fraction(self.nodes(z), self.constants(z))
 
-    def left_to_touch(self, point: OrbitPoint) -> float | None:
+    def grazing_margin(self, point: OrbitPoint) -> float | None:
         """Return what vanishes where slip in the plane begins or ceases to touch zero, if any."""
         assert isinstance(self.by, SwitchedShooting)
-        return self.by.left_to_touch(self.nodes(point.z), self.constants(point.z))
+        return self.by.grazing_margin(self.nodes(point.z), self.constants(point.z))
 
     def piece(self, z: Array) -> Hashable:
         """Return on which smooth piece of their curve orbits lie; None where there is one only."""

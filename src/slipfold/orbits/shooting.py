@@ -45,7 +45,7 @@ class Shooting(Discretization):
         """Return the same half a segment later: the integrator's steps fall elsewhere."""
         half = 0.5 * self.period / self.segments
         other = type(self)(self.model, self.free, self.period, self.segments, half)
-        ends, matrices, vectors = self.carried(nodes, self.start, other.start, constants)
+        ends, matrices, vectors = self.propagate(nodes, self.start, other.start, constants)
         return other, ends, np.einsum("jab,jb->ja", matrices, along) + vectors @ rates
 
     def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
@@ -55,7 +55,7 @@ class Shooting(Discretization):
         """
         return self.flow.advance(nodes, begin, end, constants)
 
-    def carried(
+    def propagate(
         self, nodes: Array, begin: Array, end: Array, constants: Constants
     ) -> tuple[Array, Array, Array]:
         """Return the same with the derivatives, nothing scaled.
@@ -73,17 +73,17 @@ class Shooting(Discretization):
 
     def transitions(self, nodes: Array, constants: Constants) -> tuple[Array, Array, Array]:
         """Return the mismatch and the derivatives of the segments' ends, all in scaled states."""
-        ends, matrices, vectors = self.carried(nodes, self.start, self.end, constants)
+        ends, matrices, vectors = self.propagate(nodes, self.start, self.end, constants)
         mismatch = wrap_angles((ends - nodes[self._following]) / self.scales, self.turns)
         units = self.units / np.sqrt(self.segments)
         return mismatch, matrices * self.ratios, vectors * (units / self.scales[:, None])
 
-    def carried_to(
+    def propagate_to(
         self, nodes: Array, constants: Constants, phases: Array
     ) -> tuple[NDArray[np.intp], Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""
         which, within = self.before(phases)
-        return which, *self.carried(nodes[which], self.start[which], within, constants)
+        return which, *self.propagate(nodes[which], self.start[which], within, constants)
 
     def states(self, nodes: Array, constants: Constants, phases: Array) -> Array:
         """Return the states at any phases, shape (q, n)."""

@@ -88,7 +88,7 @@ class SwitchedShooting(Shooting):
             found[-1] = (found[-1][0], end + self.period, mode)
         return found
 
-    def left_to_touch(self, nodes: Array, constants: Constants) -> float | None:
+    def grazing_margin(self, nodes: Array, constants: Constants) -> float | None:
         """Return what vanishes where slip in the plane begins or ceases to touch zero.
 
         That is the least speed, over its size, or the square of the shortest stuck interval. None
@@ -171,7 +171,7 @@ class SwitchedShooting(Shooting):
         for vector in vectors:
             step = DIFFERENCED / np.linalg.norm(vector) * vector * self.scales
             sides = [
-                self.carried(nodes + sign * step, self.start, self.end, constants)[1:]
+                self.propagate(nodes + sign * step, self.start, self.end, constants)[1:]
                 for sign in (1, -1)
             ]
             over = np.linalg.norm(vector) / (2 * DIFFERENCED)
@@ -220,7 +220,7 @@ class SwitchedShooting(Shooting):
                 ends[place] = passed[-1][0].state
         return ends
 
-    def carried(
+    def propagate(
         self, nodes: Array, begin: Array, end: Array, constants: Constants
     ) -> tuple[Array, Array, Array]:
         """Carry states with their derivatives, nothing scaled."""

@@ -134,7 +134,7 @@ class Degeneracy:
     left: Array
     right: Array
 
-    def carried(self, blocks: Array) -> tuple[Array, Array]:
+    def propagated(self, blocks: Array) -> tuple[Array, Array]:
         """Carry the r vectors to the start of each factor of the matrix and back to each end.
 
         With :math:`M = A_{m-1} ... A_0` a term :math:`p^T dM q` is the sum over the factors of

@@ -159,7 +159,7 @@ class ParameterizedOrbit(ParameterizedSolution):
         for name, rate in zip(self.names, self.rates, strict=True):
             orbits, z = self.holding(name)
             nodes, constants = orbits.nodes(z), orbits.constants(z)
-            which, states, matrices, vectors = orbits.by.carried_to(nodes, constants, phases)
+            which, states, matrices, vectors = orbits.by.propagate_to(nodes, constants, phases)
             nodes_rate = self.orbits.nodes(rate)[which]
             along = np.einsum("jb,jb->j", matrices[:, state], nodes_rate) + vectors[:, state, 0]
             moving = states[:, state] - states[:, state].mean()

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
-from slipfold.branches.seams import NAMES as SEAMS
+from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.errors import InputError
 from slipfold.lines import CRITICALITIES, locus_segments
 from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
@@ -193,7 +193,7 @@ MARK_NAMES = {
     "MIN": "extremum of a locus",
     "LIMIT": "limit of the model",
     "FAILED": "given up",
-    **SEAMS,
+    **BOUNDARIES,
 }
 
 

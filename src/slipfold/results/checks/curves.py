@@ -14,8 +14,8 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.curve import OrbitsAlong
 from slipfold.branches.progress import branch_progress
-from slipfold.branches.seams import NAMES as SEAMS
 from slipfold.branches.special_point import SpecialPoint
+from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import MET, contacts_of
 from slipfold.orbits.check import rests
@@ -95,7 +95,7 @@ def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Check
             locus.kind == "equilibrium",
         )
         for locus, point in _ranked(chosen)
-        if point.type not in SEAMS
+        if point.type not in BOUNDARIES
     )
 
     def progress(done: int) -> Progress:

@@ -7,7 +7,7 @@ import slipfold as sf
 from slipfold.continuation.walk import Failure
 from slipfold.flow import batches
 from slipfold.flow.scales import measured
-from slipfold.orbits.continued import carry_to
+from slipfold.orbits.continued import continue_to
 from slipfold.orbits.first_orbits import guess_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 
@@ -32,19 +32,21 @@ def rising(model):
 def test_an_orbit_is_carried_round_the_folds_on_its_way():
     orbits, rest = rising(duffing())
     places = []
-    reached = carry_to(orbits, rest, 4.0, lambda point: places.append(point.z[-1]))
+    reached = continue_to(orbits, rest, 4.0, lambda point: places.append(point.z[-1]))
     assert orbits.value(reached.z) == 4.0
     assert (np.diff(places) < 0).any()  # back between two folds
-    other = carry_to(orbits, reached.z, 0.0, anything)
+    other = continue_to(orbits, reached.z, 0.0, anything)
     assert other.z == pytest.approx(rest, abs=1e-9)
 
 
 def test_it_is_said_why_an_orbit_does_not_arrive():
     orbits, rest = rising(duffing())
-    refused = carry_to(orbits, rest, 1.0, lambda point: "too much" if point.z[-1] > 0.1 else None)
+    refused = continue_to(
+        orbits, rest, 1.0, lambda point: "too much" if point.z[-1] > 0.1 else None
+    )
     assert refused == Failure("limit", "too much")
     start = np.full_like(rest, np.nan)
-    assert isinstance(carry_to(orbits, start, 1.0, anything), Failure)
+    assert isinstance(continue_to(orbits, start, 1.0, anything), Failure)
 
 
 def friction(**values):

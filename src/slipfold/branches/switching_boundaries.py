@@ -1,4 +1,4 @@
-"""Where contacts begin or cease to do something along a branch: GRAZE and its like."""
+"""Points of a branch at which the sequence of contact modes changes: GRAZE, STICK, LIFT, MEET."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
-SEAM = "seam"
-"""Kind of an end that is none where an orbit exists beyond it: the branch goes on there."""
+BOUNDARY = "boundary"
+"""Kind of an internal end: the branch continues where an orbit exists beyond it."""
 
-NAMES = {
+BOUNDARIES = {
     "GRAZE": "touches Vrel = 0",
     "STICK": "a crossing of Vrel = 0 begins to stick",
     "LIFT": "contact is lost for a moment",
@@ -44,37 +44,37 @@ NAMES = {
 
 
 NEAR = 1e-4
-"""Slip in the plane, over its size, or square of a stuck interval, in phases, below which it is
-looked whether it vanishes ahead."""
+"""Slip in the plane, over its size, or square of a stuck interval, in phases, below which a grazing
+is searched ahead."""
 
 LEAST = (1e-6, 8e-6, 6.4e-5)
-"""What is left of it where orbits are computed; nearer to zero the equations become stiff: the less
-the nearer, where they can be integrated."""
+"""Minimum of that at which orbits are computed. Nearer to zero the equations become stiff; the
+smallest value that works is the most accurate."""
 
 NEARLY = 1e-6
-"""Arclength beyond the last orbit within which slip that touches zero is why there is no other."""
+"""Arclength beyond the last orbit within which an event explains why there is no other."""
 
 AHEAD = 0.02
-"""Arclength within which it vanishes then."""
+"""Arclength within which a grazing is searched."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FoundTouch(Found[OrbitPoint]):
-    """A place where slip in the plane touches zero, known from orbits beside it.
+class FoundGrazing(Found[OrbitPoint]):
+    """A grazing of slip in the plane, extrapolated from orbits near it.
 
-    The point is the nearest of them, with the unknown of the place.
+    The point is the nearest of them, with the extrapolated unknown.
     """
 
     place: Vanishing[OrbitPoint]
 
 
 SAME = 1e-9
-"""Distance in the scaled parameter of places that are one: each is known to a tenth of it."""
+"""Distance in the scaled parameter of two points that are one: each is known to a tenth of it."""
 
 CAUGHT = (
-    "the orbit sticks, and no other was found beyond: a contact only just comes to rest there, "
-    "and static friction that is more than kinetic catches it for good or not at all; simulate "
-    "shows what motions do"
+    "the orbit sticks, and no other was found beyond: a contact only just stops there, and static "
+    "friction above kinetic friction holds it for good or not at all; simulate shows what "
+    "trajectories do"
 )
 
 
@@ -83,13 +83,13 @@ BARELY = 0.02
 later, the contact would be held. Perturbations are multiplied by fifty or more."""
 
 RELEASED = (
-    "friction only just lets a contact go that sticks, and ever less of a change does not: "
-    "perturbations grow without bound on the way to where it holds the contact, and no orbit goes "
-    "on beyond; simulate shows what motions do"
+    "friction only just releases a contact that sticks: perturbations grow without bound towards "
+    "the point at which it holds the contact, and no orbit continues beyond; simulate shows what "
+    "trajectories do"
 )
 
 
-class Seams:
+class SwitchingBoundaries:
     """Ends a smooth piece of a branch where its orbits begin to pass through other modes."""
 
     def __init__(self, orbits: OrbitCurve) -> None:
@@ -100,9 +100,9 @@ class Seams:
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last orbit with the modes of the piece, and the first with others."""
         before, after = interval.before, interval.point
-        touch = self._touch(interval)
-        if touch is not None:
-            return touch
+        grazing = self._grazing(interval)
+        if grazing is not None:
+            return grazing
         if before.piece == after.piece:
             return MonitorResult()
         try:
@@ -148,9 +148,9 @@ class Seams:
         """Return what is left of slip, or of a stop, that vanishes; None where none is slow."""
         orbits = point.curve.orbits
         assert isinstance(orbits, Orbits)
-        return orbits.left_to_touch(point)
+        return orbits.grazing_margin(point)
 
-    def _touch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
+    def _grazing(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
         """Return where slip in the plane begins or ceases to touch zero, if that is near."""
         orbits, before, after = self._orbits, interval.before, interval.point
         if not isinstance(orbits, Orbits) or not self._slips_in_planes:
@@ -158,7 +158,7 @@ class Seams:
         start, ahead = before, 2 * (after.arclength - before.arclength)
         if before.piece == after.piece:
             start, ahead = after, AHEAD
-            left, was = orbits.left_to_touch(after), orbits.left_to_touch(before)
+            left, was = orbits.grazing_margin(after), orbits.grazing_margin(before)
             if left is None or was is None or not left < min(was, NEAR):
                 return None
         place = self._vanishing(orbits, start, ahead)
@@ -166,7 +166,7 @@ class Seams:
             return None
         last, beyond = place.nearest, beyond_vanishing(orbits, place)
         if beyond is not None:
-            left, sides = orbits.left_to_touch(beyond), (last.piece, beyond.piece)
+            left, sides = orbits.grazing_margin(beyond), (last.piece, beyond.piece)
             stops = [_counts(modes)[Status.STICK] for modes in sides]
             caught = left is None or left > NEAR
             if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
@@ -178,7 +178,7 @@ class Seams:
                 elif caught:  # for long: another orbit, apart from this
                     beyond = None
         point = replace(place.nearest, z=place.z, arclength=last.arclength)
-        found = FoundTouch("GRAZE", point, float("inf"), place=place)
+        found = FoundGrazing("GRAZE", point, float("inf"), place=place)
         return MonitorResult([found], Stop(last, _end("GRAZE", orbits, point), beyond=beyond))
 
     def _vanishing(
@@ -186,7 +186,7 @@ class Seams:
     ) -> Vanishing[OrbitPoint] | None:
         """Return where slip in the plane, or a stop, vanishes ahead of a point, None if nowhere."""
         places = (
-            locate_vanishing(orbits, start, orbits.left_to_touch, least, ahead) for least in LEAST
+            locate_vanishing(orbits, start, orbits.grazing_margin, least, ahead) for least in LEAST
         )
         return next(filter(None, places), None)
 
@@ -258,17 +258,17 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
     reason = (
-        f"{NAMES[kind]}; no orbit was found that goes on beyond; to follow what motions settle on "
-        "there, begin there with settled=True, on the command line with --settled"
+        f"{BOUNDARIES[kind]}; no orbit was found beyond; to follow what trajectories converge to "
+        "there, start there with settled=True, on the command line with --settled"
     )
-    return End(SEAM, reason, curve.place(point.z))
+    return End(BOUNDARY, reason, curve.place(point.z))
 
 
-def beyond_seam(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
+def beyond_boundary(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
     """Return how a branch continues beyond the end of a piece, None where no orbit does."""
     if traced.end is not None and traced.end.kind == "failed" and len(traced.points) > 1:
         _fold(traced)
-    if traced.end is None or traced.end.kind != SEAM:
+    if traced.end is None or traced.end.kind != BOUNDARY:
         return None
     beyond = _next_piece(traced)
     if beyond is None:
@@ -285,7 +285,7 @@ def _next_piece(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint
     found = ahead_of(curve, before, after)
     if found is None:
         return None
-    # Nothing is interpolated across the seam: it is another curve.
+    # Nothing is interpolated across the boundary: it is another curve.
     other = curve.described_by(curve.orbits.by)
     point = other.converted(found)
     return None if point is None else (other, point)
