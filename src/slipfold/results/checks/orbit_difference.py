@@ -146,9 +146,10 @@ def orbit_difference(
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
     if states.excess > 1:
         states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)))
-    if states.excess <= 1 and multipliers.value > NOT_KNOWN and not falls:
+    unknown = multipliers.excess > 1 or multipliers.value > NOT_KNOWN
+    if states.excess <= 1 and unknown and not falls:
         beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
-        multipliers = beside or multipliers
+        multipliers = min(multipliers, beside, key=lambda difference: difference.excess)
     if falls:
         return states
     # As long as the first digits agree.
@@ -162,19 +163,19 @@ def _worst(compared: _Compared) -> float:
 
 
 def _along_branch(
-    orbit: PeriodicOrbit, pieces: int, free: Array, compared: _Compared, allowed: float
-) -> Difference | None:
-    """Return the difference of the multipliers from those of an orbit no further away than allowed.
+    orbit: PeriodicOrbit, pieces: int, free: Array, compared: _Compared, states_allowed: float
+) -> Difference:
+    """Return the difference of multipliers from those of an orbit as near as errors may make it.
 
-    Where the equations leave the place along the branch open, an error of the states is mostly one
-    of that place, with which multipliers may change at any rate. The place is where the sum of the
-    multipliers is that of the orbit: a secant leads there. None if there is no such place.
+    Where the equations leave the place along the branch open, errors are mostly of that place,
+    with which multipliers may change at any rate. The place is where the sum of the
+    multipliers is that of the orbit: a secant leads there, or as near as rounding permits.
     """
     if compared.open_direction is None:
-        return None
+        return compared.multipliers
     *nodes, duration = compared.open_direction.tolist()
     nodes = np.reshape(nodes, orbit.nodes.shape) * orbit.model.state_scales()
-    reach = max(allowed, min(compared.reach, NOT_KNOWN)) * compared.size
+    reach = min(compared.along * max(states_allowed - ALLOWED, SMALL), NOT_KNOWN) * compared.size
 
     def beside(place: float) -> _Compared:
         model = orbit.model
@@ -184,18 +185,18 @@ def _along_branch(
         moved = replace(orbit, model=model, nodes=orbit.nodes + place * nodes)
         return _differences(moved, pieces, free)
 
-    before, place = 0.0, 0.01 * reach
+    before, place, best = 0.0, 0.01 * reach, compared.multipliers
+    allowed = max(best.allowed, SINGULAR)
     for _ in range(SECANTS):
         after = beside(place)
-        if after.multipliers.value < NOT_KNOWN:
-            return after.multipliers
+        best = min(best, after.multipliers, key=lambda difference: difference.value)
         slope = (after.excess - compared.excess) / (place - before)
-        if not (np.isfinite(slope) and slope):
-            return None
+        if best.value <= min(best.allowed, allowed) or not (np.isfinite(slope) and slope):
+            break
         before, place, compared = place, place - after.excess / slope, after
         if not abs(place) <= reach:
-            return None
-    return None
+            break
+    return replace(best, allowed=min(best.allowed, allowed))
 
 
 def _allowed_by_meshes(orbit: PeriodicOrbit) -> float:
@@ -258,7 +259,7 @@ class _Compared(NamedTuple):
     multipliers: Difference
     size: float = 1.0  # scaled states are relative to it
     excess: float = 0.0  # real part of the sum of multipliers by this method less the orbit's
-    reach: float = 0.0  # distance along the branch, over the size, that errors make
+    along: float = 0.0  # distance along the branch over the errors that make it
     # Direction of scaled states and duration in which the equations leave the orbit open, if any
     open_direction: Array | None = None
 
@@ -310,7 +311,7 @@ def _newton_step(
         Difference(float(apart[worst]), float(allowed[worst]), what="multipliers"),
         retraced.size,
         float((values.sum() - orbit.multipliers.sum()).real),
-        along * errors,
+        along,
         solved.open_direction,
     )
 
