@@ -181,8 +181,8 @@ def test_an_orbit_as_netcdf_is_the_same_when_loaded(exported, tmp_path, kind):
 def test_copied_python_gives_the_same_motion(exported, tmp_path, monkeypatch, capsys):
     names = run_python(exported(SIMULATION, "python").decode(), tmp_path, monkeypatch)
     (tmp_path / "saved.nc").write_bytes(exported(SIMULATION, "nc"))
-    np.testing.assert_array_equal(names["motion"].strobe, sf.load(tmp_path / "saved.nc").strobe)
-    assert names["motion"].strobe[0].tolist() == [0.1, 0, 0, 0.5]
+    np.testing.assert_array_equal(names["solution"].strobe, sf.load(tmp_path / "saved.nc").strobe)
+    assert names["solution"].strobe[0].tolist() == [0.1, 0, 0, 0.5]
 
 
 @pytest.mark.parametrize("view", [PLANE, FREE_PLANE], ids=["forced", "autonomous"])
@@ -191,7 +191,7 @@ def test_copied_python_gives_the_same_plane(exported, view, tmp_path, monkeypatc
     (tmp_path / "saved.nc").write_bytes(exported(view, "nc"))
     saved = sf.load(tmp_path / "saved.nc")
     assert saved.loci
-    for mine, theirs in zip(names["found"].loci, saved.loci, strict=True):
+    for mine, theirs in zip(names["result"].loci, saved.loci, strict=True):
         np.testing.assert_array_equal(mine.values, theirs.values)
 
 

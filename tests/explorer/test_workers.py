@@ -10,7 +10,7 @@ import pytest
 
 from helpers.explorer_server import diagram, running_explorer
 from slipfold.explorer.messages import parse_request
-from slipfold.explorer.security import Limits
+from slipfold.explorer.security import ServerLimits
 from slipfold.explorer.workers import Job, Workers
 
 PLANE = {
@@ -86,14 +86,14 @@ def computed(workers, *requests):
 
 
 def test_what_takes_too_long_is_given_up():
-    limits = Limits(seconds={"plane": 1e-3, "diagram": 60.0})
+    limits = ServerLimits(seconds={"plane": 1e-3, "diagram": 60.0})
     sentence, reply = computed(Workers(None, 1, limits), PLANE, diagram())
     assert sentence.startswith("this took more than 0.001 s and was given up")
     assert b'"branches"' in reply.body
 
 
 def test_a_worker_that_has_grown_is_replaced():
-    workers = Workers(None, 1, Limits(worker_bytes=1))
+    workers = Workers(None, 1, ServerLimits(worker_bytes=1))
     first, second = computed(workers, diagram(1), diagram(2))
     assert b'"branches"' in first.body
     assert b'"branches"' in second.body
@@ -107,7 +107,7 @@ class Unloadable:
 
 
 def test_workers_that_cannot_start_are_not_started_for_ever():
-    [sentence] = computed(Workers(Unloadable(), 1, Limits()), diagram())
+    [sentence] = computed(Workers(Unloadable(), 1, ServerLimits()), diagram())
     assert "no worker process can be started" in sentence
 
 

@@ -10,7 +10,7 @@ from websockets.sync.client import connect
 
 from slipfold.explorer.app import make_app
 from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.security import Access, Limits
+from slipfold.explorer.security import Access, ServerLimits
 from slipfold.explorer.serve import listen, settings_of_server
 from slipfold.explorer.workers import Workers
 
@@ -76,7 +76,7 @@ class Client:
 
 @contextmanager
 def running_explorer(given=None, workers=2, limits=None):
-    limits = limits or Limits()
+    limits = limits or ServerLimits()
     listener = listen("127.0.0.1", 0)
     access = Access(listener.getsockname()[1])
     pool = Workers(given, workers, limits)

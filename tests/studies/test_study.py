@@ -13,7 +13,7 @@ from slipfold.parameter_space.sampling import drawn
 from slipfold.results import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan
-from slipfold.studies.run import Task, compute, versions
+from slipfold.studies.run import StudyTask, compute, versions
 
 LISTED = {
     "model": "sliding",
@@ -170,7 +170,8 @@ def test_models_from_files_go_to_other_processes(tmp_path):
     )
     plan = pickle.loads(pickle.dumps(read_plan(tmp_path / "case.toml")))
     (tmp_path / "spring.toml").unlink()
-    task = Task(plan.model, plan.work, ("k",), (1,), plan.cases.values(np.array([1])), versions())
+    values = plan.cases.values(np.array([1]))
+    task = StudyTask(plan.model, plan.work, ("k",), (1,), values, versions())
     (record,) = compute(pickle.loads(pickle.dumps(task))).records
     alone = sf.simulate(plan.model, 2, k=2.0)
     assert record["found"]["last_q"] == alone.strobe[-1][0]

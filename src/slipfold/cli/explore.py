@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
 
-MOST_WORKERS = 64
+MAX_WORKERS = 64
 
 READERS = {
     "file": given_text(
@@ -75,7 +75,7 @@ def explore(
         public=public_bind,
         workers=default_workers()
         if workers is None
-        else _whole_number(workers, "--workers", 1, MOST_WORKERS),
+        else _whole_number(workers, "--workers", 1, MAX_WORKERS),
         browser=not no_browser,
         say=say,
     )

@@ -47,7 +47,7 @@ def deferred_interrupts() -> Iterator[Callable[[], None]]:
     if threading.current_thread() is not threading.main_thread():  # signals go there
         yield lambda: None
         return
-    deferred = _Deferred()
+    deferred = _DeferredInterrupt()
     before = {number: signal.signal(number, deferred.receive) for number in SIGNALS}
     try:
         yield deferred.check
@@ -57,7 +57,7 @@ def deferred_interrupts() -> Iterator[Callable[[], None]]:
             signal.signal(number, handler)
 
 
-class _Deferred:
+class _DeferredInterrupt:
     """A signal that waits until it is safe to stop."""
 
     def __init__(self) -> None:

@@ -84,7 +84,7 @@ def plot(
     if form not in FORMATS:
         raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
     check_writable(path)
-    found = load(result)
+    saved = load(result)
     options = {
         "output": output,
         "measure": measure,
@@ -96,16 +96,16 @@ def plot(
     if measured is not None:
         from slipfold.parameter_space.measurement import read_measurement
 
-        given["measured"] = read_measurement(measured, found.model)
+        given["measured"] = read_measurement(measured, saved.model)
     if at is not None:
-        vary = found.vary if isinstance(found, Diagram | Sweep) else None
-        unit = "" if vary is None else found.model.parameter(vary).unit
+        vary = saved.vary if isinstance(saved, Diagram | Sweep) else None
+        unit = "" if vary is None else saved.model.parameter(vary).unit
         given["at"] = parse_quantity(at, unit, vary or "--at")
-    write_file(path, _draw(found, form, given))
+    write_file(path, _draw(saved, form, given))
     note(f"wrote {path}")
 
 
-def _draw(found: Any, form: str, options: Mapping[str, Any]) -> bytes:
+def _draw(saved: Any, form: str, options: Mapping[str, Any]) -> bytes:
     # A figure of its own needs no window, whatever the environment says.
     from matplotlib.figure import Figure
 
@@ -115,7 +115,7 @@ def _draw(found: Any, form: str, options: Mapping[str, Any]) -> bytes:
         # Bands need no height.
         height = 0.5 if options.get("kind") == "timeline" else 1.25
         figure = Figure(figsize=(2 * COLUMN, height * COLUMN), layout="constrained")
-        found.plot(ax=figure.add_subplot(), **options)
+        saved.plot(ax=figure.add_subplot(), **options)
         content = io.BytesIO()
         figure.savefig(content, format=form)
     return content.getvalue()

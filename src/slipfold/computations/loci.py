@@ -190,10 +190,10 @@ def bifurcation_set(
     --------
     >>> import slipfold as sf
     >>> window = {"f": (12.4, 12.6), "Nd": (0, "60mN")}
-    >>> found = sf.bifurcation_set(
+    >>> result = sf.bifurcation_set(
     ...     sf.SlidingOscillator(), ("f", "Nd"), window, types=["PD"], periods=[1], regions=False
     ... )
-    >>> [(locus.type, locus.period) for locus in found.loci]
+    >>> [(locus.type, locus.period) for locus in result.loci]
     [('PD', 1)]
     """
     model = checked_model(model)

@@ -158,8 +158,8 @@ def lyapunov(
     Examples
     --------
     >>> import slipfold as sf
-    >>> found = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.06)
-    >>> found.verdict.kind, found.exponents[1:].round(6).tolist()
+    >>> result = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.06)
+    >>> result.verdict.kind, result.exponents[1:].round(6).tolist()
     ('torus', [-0.005012, -0.117078, -0.269766])
     """
     from slipfold.long_term.exponents import Estimate, find_exponents
@@ -222,8 +222,8 @@ def attractors(
     --------
     >>> import slipfold as sf
     >>> box = {"x": (-0.5, 0.5), "y": (-0.5, 0.5), "vx": (-20, 20), "vy": (-20, 20)}
-    >>> found = sf.attractors(sf.SlidingOscillator(), box, starts=32, f=12.2, Nd=0.1)
-    >>> sorted((item.kind, item.period) for item in found)
+    >>> result = sf.attractors(sf.SlidingOscillator(), box, starts=32, f=12.2, Nd=0.1)
+    >>> sorted((item.kind, item.period) for item in result)
     [('periodic', 1), ('periodic', 2)]
     """
     from slipfold.long_term.search import search
@@ -282,8 +282,8 @@ def basin_fractions(
     --------
     >>> import slipfold as sf
     >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
-    >>> found = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
-    >>> [len(items) for items in found.attractors]
+    >>> result = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
+    >>> [len(items) for items in result.attractors]
     [1, 2, 1]
     """
     from slipfold.long_term.basins import find_fractions
@@ -342,8 +342,8 @@ def basins(
     --------
     >>> import slipfold as sf
     >>> plane = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}
-    >>> found = sf.basins(sf.SlidingOscillator(), plane, points=(12, 8), f=12.2, Nd=0.1)
-    >>> found.labels.shape, sorted(item.period for item in found)
+    >>> result = sf.basins(sf.SlidingOscillator(), plane, points=(12, 8), f=12.2, Nd=0.1)
+    >>> result.labels.shape, sorted(item.period for item in result)
     ((8, 12), [1, 2])
     """
     from slipfold.long_term.basins import find_basins
@@ -462,8 +462,8 @@ def sweep(
     Examples
     --------
     >>> import slipfold as sf
-    >>> found = sf.sweep(sf.SlidingOscillator(), "Nd", (0.05, 0.15), points=5, starts=0, f=12.2)
-    >>> found.runs, [found.repeats(run).tolist() for run in found.runs]
+    >>> result = sf.sweep(sf.SlidingOscillator(), "Nd", (0.05, 0.15), points=5, starts=0, f=12.2)
+    >>> result.runs, [result.repeats(run).tolist() for run in result.runs]
     (('up', 'down'), [[1, 1, 1, 1, 2], [1, 2, 2, 2, 2]])
     """
     from slipfold.long_term.sweep import DOWN, UP, SweepRun
@@ -533,8 +533,8 @@ def regimes(
     --------
     >>> import slipfold as sf
     >>> plane = {"f": (12.2, 13.5), "Nd": (0.02, 0.2)}
-    >>> found = sf.regimes(sf.SlidingOscillator(), plane, points=(2, 2))
-    >>> found.names("up").tolist()
+    >>> result = sf.regimes(sf.SlidingOscillator(), plane, points=(2, 2))
+    >>> result.names("up").tolist()
     [['period 1', 'period 2'], ['period 1', 'period 1']]
     """
     from slipfold.long_term.regimes import find_regimes

@@ -344,10 +344,10 @@ def responses(
     --------
     >>> import slipfold as sf
     >>> cases = [{"Vd": 0.5}, {"Vd": "600mm/s"}, {"Vd": -1}]
-    >>> found = sf.responses(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.1), over=cases)
-    >>> [None if diagram is None else len(diagram.special) for diagram in found]
+    >>> result = sf.responses(sf.SlidingOscillator(f=12.5), "Nd", (0, 0.1), over=cases)
+    >>> [None if diagram is None else len(diagram.special) for diagram in result]
     [1, 2, None]
-    >>> found.failures
+    >>> result.failures
     {2: 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
     """
     from slipfold.branches.batched import MINIMUM_BATCH

@@ -53,12 +53,12 @@ def study(
     Examples
     --------
     >>> import slipfold as sf
-    >>> found = sf.study({
+    >>> result = sf.study({
     ...     "model": sf.SlidingOscillator(f=12.5),
     ...     "compute": {"what": "threshold", "vary": "Nd", "span": [0, "900mN"]},
     ...     "cases": {"list": [{"Vd": 0.6, "mu": 0.5}, {"Vd": "500mm/s", "mu": 0.4}]},
     ... })
-    >>> found.values["threshold"].round(6).tolist(), found.values["outcome"].tolist()
+    >>> result.values["threshold"].round(6).tolist(), result.values["outcome"].tolist()
     ([0.043579, 0.049686], ['PD', 'PD'])
     """
     plan = read_plan(given)

@@ -90,8 +90,8 @@ def threshold_map(
     --------
     >>> import slipfold as sf
     >>> over = {"Vd": [0.4, 0.6, 1.0], "alpha": ["30deg", "60deg"]}
-    >>> found = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
-    >>> print(found.values[1, 1].round(9))
+    >>> result = sf.threshold_map(sf.SlidingOscillator(), "Nd", over=over, span=(0, 0.9))
+    >>> print(result.values[1, 1].round(9))
     0.043578911
     """
     from slipfold.parameter_space.threshold_map import find_threshold_map
@@ -158,10 +158,10 @@ def uncertainty(
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
     >>> scatter = {"mu": "normal 5%", "Vd": "uniform 1%"}
-    >>> found = sf.uncertainty(diagram.special[0], scatter, samples=64)
-    >>> [round(end, 4) for end in found.band(0.95, by="gradients")]
+    >>> result = sf.uncertainty(diagram.special[0], scatter, samples=64)
+    >>> [round(end, 4) for end in result.band(0.95, by="gradients")]
     [0.043, 0.0441]
-    >>> [round(end, 4) for end in found.band(0.95)]
+    >>> [round(end, 4) for end in result.band(0.95)]
     [0.0431, 0.0442]
     """
     from slipfold.parameter_space.optimum import ParameterizedPoint
@@ -301,8 +301,8 @@ def design(
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
     >>> choose = {"alpha": ("50deg", "70deg"), "Vd": (0.4, 0.8)}
-    >>> found = sf.design(diagram.special[0], choose, above="50mN", load="20mN", state="x")
-    >>> found.values.round(4).tolist(), found.thresholds.round(4).tolist()
+    >>> result = sf.design(diagram.special[0], choose, above="50mN", load="20mN", state="x")
+    >>> result.values.round(4).tolist(), result.thresholds.round(4).tolist()
     ([[0.8727, 0.4]], [[0.0816]])
     """
     from slipfold.parameter_space.optimum import (

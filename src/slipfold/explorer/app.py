@@ -29,7 +29,7 @@ from slipfold.explorer.messages import (
     parse_request,
     refusal_of,
 )
-from slipfold.explorer.security import Access, Allowance, Application, Guard, Limits
+from slipfold.explorer.security import Access, Allowance, Application, Guard, ServerLimits
 from slipfold.explorer.worker import Reply
 from slipfold.explorer.workers import Job, Workers
 from slipfold.parameter_space.measurement import parse_measurement
@@ -44,7 +44,9 @@ MAX_REFUSED = 500
 class Session:
     """Talks with one client until it leaves."""
 
-    def __init__(self, socket: WebSocket, workers: Workers, limits: Limits, number: int) -> None:
+    def __init__(
+        self, socket: WebSocket, workers: Workers, limits: ServerLimits, number: int
+    ) -> None:
         self._socket = socket
         self._workers = workers
         self._limits = limits
@@ -158,7 +160,7 @@ def make_app(
     catalogue: Catalogue,
     access: Access,
     workers: Workers,
-    limits: Limits,
+    limits: ServerLimits,
     study: dict[str, Any] | None = None,
 ) -> Application:
     """Return the application, guarded; it shows a study if it is given one."""
@@ -216,7 +218,7 @@ def _add_interface(
     app: FastAPI,
     catalogue: Catalogue,
     workers: Workers,
-    limits: Limits,
+    limits: ServerLimits,
     study: dict[str, Any] | None,
 ) -> None:
     described = catalogue.describe()
@@ -290,7 +292,7 @@ async def _computed(workers: Workers, request: ExportRequest) -> Reply | str:
         raise
 
 
-def _add_socket(app: FastAPI, workers: Workers, limits: Limits) -> None:
+def _add_socket(app: FastAPI, workers: Workers, limits: ServerLimits) -> None:
     numbers = itertools.count()
     here: set[int] = set()
 

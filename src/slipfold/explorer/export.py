@@ -63,12 +63,12 @@ def filed_model(model: Model, file: Path | None) -> Structure:
             f"{model.name} was made in Python and not read from a file, so no text here can make "
             "it; save the result as netCDF"
         )
-    found = Structure.from_toml(file)
-    if found.kind != model.kind:
+    result = Structure.from_toml(file)
+    if result.kind != model.kind:
         raise InputError(
             f"{file} holds another structure than when the page was opened; open it again"
         )
-    return found
+    return result
 
 
 def is_built_in(model: Model) -> bool:
@@ -140,17 +140,17 @@ def _steps(
         regions = "" if model.forced else ", regions=False"
         plane = f'("{view.x.name}", "{view.y.name}")'
         return [
-            f"found = sf.bifurcation_set(model, {plane}, {window}{regions})",
-            "print(found.summary())",
-            'found.plot().figure.savefig("plane.svg")',
+            f"result = sf.bifurcation_set(model, {plane}, {window}{regions})",
+            "print(result.summary())",
+            'result.plot().figure.savefig("plane.svg")',
         ]
     if isinstance(view, SimulationRequest):
         start = start_of(model, view)
         unit = "" if model.forced else f", duration={timed(model, view).values['duration']!r}"
         return [
-            f"motion = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
-            "print(motion.summary())",
-            f'motion.plot("{model.states[0].name}").figure.savefig("motion.svg")',
+            f"solution = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
+            "print(solution.summary())",
+            f'solution.plot("{model.states[0].name}").figure.savefig("solution.svg")',
         ]
     assert orbit is not None  # what is left is an orbit
     names = [item.name for item in model.states]
@@ -179,8 +179,8 @@ def _model(model: Model, file: Path | None) -> str:
         own = DURATION.name
         changed = model.values[own] != DURATION.default
         return f"{forced}.replace({own}={model.values[own]!r})" if changed else forced
-    found = filed_model(model, file)
-    made, values = f"sf.Structure.from_toml({str(file)!r})", _values(model, found)
+    result = filed_model(model, file)
+    made, values = f"sf.Structure.from_toml({str(file)!r})", _values(model, result)
     return f"{made}.replace({values})" if values else made
 
 

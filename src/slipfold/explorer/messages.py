@@ -171,21 +171,21 @@ class RegimesRequest(_WindowRequest):
     kind: Literal["regimes"]
 
 
-class MotionRequest(_ModelRequest):
+class TrajectoryRequest(_ModelRequest):
     """A solution from rest or from a state."""
 
     start: Literal["rest"] | Values = "rest"  # states at phase zero by name
     nudge: Values = {}  # added to the states, by name
 
 
-class SimulationRequest(MotionRequest):
+class SimulationRequest(TrajectoryRequest):
     """A simulation, streamed while it is computed."""
 
     kind: Literal["simulation"]
     periods: Annotated[int, Field(ge=1, le=20_000, strict=True)] = 400  # of the forcing
 
 
-class ExponentsRequest(MotionRequest):
+class ExponentsRequest(TrajectoryRequest):
     """The kind of a solution, by its Lyapunov exponents."""
 
     seconds: ClassVar[float] = 300.0

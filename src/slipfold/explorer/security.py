@@ -12,7 +12,7 @@ from urllib.parse import parse_qs, urlsplit
 
 
 @dataclass(frozen=True)
-class Limits:
+class ServerLimits:
     """Bounds on what clients ask for."""
 
     request_bytes: int = 64 * 1024  # largest request
@@ -110,7 +110,7 @@ class Access:
 class Guard:
     """Lets requests through to the application that come from its own page; adds the headers."""
 
-    def __init__(self, application: Application, access: Access, limits: Limits) -> None:
+    def __init__(self, application: Application, access: Access, limits: ServerLimits) -> None:
         self.application = application
         self.access = access
         self.limits = limits

@@ -16,7 +16,7 @@ from slipfold.errors import InputError
 from slipfold.explorer.app import make_app
 from slipfold.explorer.catalogue import Catalogue
 from slipfold.explorer.curves import study_view
-from slipfold.explorer.security import LOCAL, Access, Limits
+from slipfold.explorer.security import LOCAL, Access, ServerLimits
 from slipfold.explorer.workers import Workers
 from slipfold.models.model import Model
 from slipfold.results.study import StudyResult
@@ -48,7 +48,7 @@ def serve(
     listener = listen(public or "127.0.0.1", port)
     host = _bracketed(public) if public else "127.0.0.1"
     access = Access(listener.getsockname()[1], (host,) if public else LOCAL)
-    limits = Limits()
+    limits = ServerLimits()
     take_one_thread()
     pool = Workers(given, workers, limits, file)
     app = make_app(catalogue, access, pool, limits, described)
@@ -60,7 +60,7 @@ def serve(
     uvicorn.Server(config).run(sockets=[listener])
 
 
-def settings_of_server(limits: Limits) -> dict[str, Any]:
+def settings_of_server(limits: ServerLimits) -> dict[str, Any]:
     """Return the options of uvicorn."""
     return {
         "log_level": "warning",

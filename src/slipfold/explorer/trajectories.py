@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.computations.long_term import lyapunov
 from slipfold.errors import InputError
-from slipfold.explorer.messages import ExponentsRequest, MotionRequest, SimulationRequest
+from slipfold.explorer.messages import ExponentsRequest, SimulationRequest, TrajectoryRequest
 from slipfold.explorer.plain import Check, Emit, now_and_then, number, short
 from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
 from slipfold.flow.equilibrium import paced
@@ -36,7 +36,7 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
 
 
-def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
+def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
     """Return the starting state with its perturbation."""
     state = model.start if request.start == "rest" else initial_state(model, request.start)
     initial_state(model, request.nudge)  # refuses unknown states
@@ -46,7 +46,7 @@ def start_of(model: Model, request: MotionRequest) -> dict[str, float]:
     }
 
 
-def timed(model: Model, request: MotionRequest) -> Model:
+def timed(model: Model, request: TrajectoryRequest) -> Model:
     """Return a model whose periods are forcing periods, or intervals that suit its solution."""
     if model.forced:
         return model
@@ -63,7 +63,7 @@ PER_PERIOD = 64
 """Samples a forcing period that the spectrum is taken from."""
 
 ORDERS = 8
-"""Highest frequency shown, in forcing frequencies."""
+"""Highest frequency contacts, in forcing frequencies."""
 
 
 def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
@@ -110,10 +110,10 @@ def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
 
 def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
     spectrum = find_spectrum(orbit, per_period=PER_PERIOD)
-    shown = spectrum.order <= ORDERS
+    contacts = spectrum.order <= ORDERS
     return {
-        "frequency": short(spectrum.frequency[shown]),
-        "amplitude": {name: short(spectrum.of(name)[shown]) for name in spectrum.names},
+        "frequency": short(spectrum.frequency[contacts]),
+        "amplitude": {name: short(spectrum.of(name)[contacts]) for name in spectrum.names},
     }
 
 
@@ -141,11 +141,11 @@ def stream_simulation(
     every = _step_between_samples(request.periods)
     again = not starts_in_slip(model, start)
     if not again:
-        motion = _smooth(timed(model, request), start, request.periods, every, emit)
-        if reaches_stick_limit(motion.stopped, model):
+        trajectory = _smooth(timed(model, request), start, request.periods, every, emit)
+        if reaches_stick_limit(trajectory.stopped, model):
             again = True
         else:
-            result = motion.result(TOLERANCE)
+            result = trajectory.result(TOLERANCE)
     if again:
         emit({**NOTHING, "again": True, "done": False})
         result = _switched(model, start, request.periods, every, emit)
@@ -156,38 +156,39 @@ NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
 
 
 def _smooth(model: Model, start: Array, periods: int, every: int, emit: Emit) -> SmoothIntegration:
-    motion, flow = SmoothIntegration(model, start), flow_of(model)
+    trajectory, flow = SmoothIntegration(model, start), flow_of(model)
     constants = flow.constants_of(model)
     phases = np.arange(SAMPLES) / SAMPLES
-    while motion.periods < periods and motion.stopped is None:
-        done = motion.periods
-        motion.advance(min(PERIODS, periods - done))
-        starts = motion.strobe[done : motion.periods]
+    while trajectory.periods < periods and trajectory.stopped is None:
+        done = trajectory.periods
+        trajectory.advance(min(PERIODS, periods - done))
+        starts = trajectory.strobe[done : trajectory.periods]
         if len(starts):
             phase = np.zeros(len(starts))
             states = flow.sample(starts, phase, phase + 1.0, SAMPLES, constants)
             rows = states.reshape(-1, flow.dimension)
             values = flow.outputs(rows, np.tile(phases, len(starts)), constants)
             emit(_piece(model, values.reshape(len(starts), SAMPLES, -1), done, every))
-    return motion
+    return trajectory
 
 
 def _switched(model: Model, start: Array, periods: int, every: int, emit: Emit) -> Trajectory:
-    motion = HybridIntegration.begin(model, start, paced=True)
+    trajectory = HybridIntegration.begin(model, start, paced=True)
     phases = np.arange(SAMPLES) / SAMPLES
     # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
-    for end in motion.ends(periods if model.forced else None):
-        while motion.periods < end and motion.stopped is None:
-            done = motion.periods
-            motion.advance(min(PERIODS, end - done))
-            starts = zip(motion.strobe[done:-1], motion.modes[done:-1], strict=True)
+    for end in trajectory.ends(periods if model.forced else None):
+        while trajectory.periods < end and trajectory.stopped is None:
+            done = trajectory.periods
+            trajectory.advance(min(PERIODS, end - done))
+            starts = zip(trajectory.strobe[done:-1], trajectory.modes[done:-1], strict=True)
             values = [
-                sample_hybrid(motion.model, state, mode, phases).outputs() for state, mode in starts
+                sample_hybrid(trajectory.model, state, mode, phases).outputs()
+                for state, mode in starts
             ]
             if values:
-                emit(_piece(motion.model, np.array(values), done, every))
-        result = motion.result(TOLERANCE)
-        if result.settlement.settled or motion.stopped is not None:
+                emit(_piece(trajectory.model, np.array(values), done, every))
+        result = trajectory.result(TOLERANCE)
+        if result.settlement.settled or trajectory.stopped is not None:
             break
     return result
 
@@ -228,8 +229,8 @@ def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
     }
 
 
-def _classification(motion: Trajectory) -> dict[str, Any]:
-    judged, stop = motion.settlement, motion.stopped
+def _classification(trajectory: Trajectory) -> dict[str, Any]:
+    judged, stop = trajectory.settlement, trajectory.stopped
     return {
         "verdict": judged.message if stop is None else stop.reason,
         "settled": judged.settled,
@@ -244,20 +245,20 @@ CONTACT_SAMPLES = 128
 WORDS = {Status.STICK: "stick", Status.FORTH: "forth", Status.BACK: "back", Status.OPEN: "open"}
 
 
-def contacts_view(motion: Trajectory) -> dict[str, Any] | None:
+def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
     """Return what contacts do in the last rounds; None if there are none, or no round."""
-    if not contacts_of(motion.model) or motion.periods == 0:
+    if not contacts_of(trajectory.model) or trajectory.periods == 0:
         return None
     try:
-        shown = find_contacts(motion, per_period=CONTACT_SAMPLES)
+        contacts = find_contacts(trajectory, per_period=CONTACT_SAMPLES)
     except InputError:
         return None
-    model, flow = shown.model, flow_of(motion.model)
-    length = shown.contacts[0].end
+    model, flow = contacts.model, flow_of(trajectory.model)
+    length = contacts.contacts[0].end
     count = max(round(length), 1)
     each = min(2 * CONTACT_SAMPLES, MAX_SAMPLES // count)
-    values = motion.steady_outputs(count, each)
-    last = values[:1] if shown.repeats else values[-1:]
+    values = trajectory.steady_outputs(count, each)
+    last = values[:1] if contacts.repeats else values[-1:]
     values = np.concatenate([values, last])
     columns = {
         name: short(values[:, i])
@@ -276,33 +277,33 @@ def contacts_view(motion: Trajectory) -> dict[str, Any] | None:
             {
                 "name": contact.name,
                 "plate": contact.pieces[0].plate[0].tolist(),
-                "units": list(shown.units),
-                "pieces": [_contact_piece(shown, piece) for piece in contact.pieces],
+                "units": list(contacts.units),
+                "pieces": [_contact_piece(contacts, piece) for piece in contact.pieces],
             }
-            for contact in shown.contacts
+            for contact in contacts.contacts
         ],
-        "words": _words(motion, shown, last_round(motion)),
+        "words": _words(trajectory, contacts, last_round(trajectory)),
     }
 
 
-def _contact_piece(shown: ShownContacts, piece: ContactPhase) -> dict[str, Any]:
+def _contact_piece(contacts: ShownContacts, piece: ContactPhase) -> dict[str, Any]:
     known = not np.isnan(piece.displacement).any()
     return {
         "state": WORDS[piece.status],
-        "t": (shown.unit * piece.phase).tolist(),
+        "t": (contacts.unit * piece.phase).tolist(),
         "slip": [short(column) for column in piece.slip.T],
         "friction": [short(column) for column in piece.friction.T],
         "displacement": [short(column) for column in piece.displacement.T] if known else None,
     }
 
 
-def _words(motion: Trajectory, shown: ShownContacts, last: LastRound | None) -> str:
+def _words(trajectory: Trajectory, contacts: ShownContacts, last: LastRound | None) -> str:
     """Return in a sentence what contacts do in a round."""
     if last is None:
         return ""
-    if last.stuck and motion.sticking is not None:
+    if last.stuck and trajectory.sticking is not None:
         return "It is stuck: all contacts stick all the time."
-    round_name = "round" if shown.repeats else "period"
+    round_name = "round" if contacts.repeats else "period"
     if not last.sticking:
         return f"It always slips in its last {round_name}."
     counts = {item.contact: 0 for item in last.sticking}

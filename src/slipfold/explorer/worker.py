@@ -23,7 +23,7 @@ DATA_BYTES = 2 * 2**30
 """Maximum data memory of a worker in bytes: a larger request fails, not the machine."""
 
 
-class Task(NamedTuple):
+class WorkerTask(NamedTuple):
     """What a worker is given."""
 
     number: int  # number of the job
@@ -54,7 +54,7 @@ def run_worker(
     connection.send(Reply(READY, b""))
     while True:
         try:
-            task: Task | None = connection.recv()
+            task: WorkerTask | None = connection.recv()
         except EOFError:
             return  # the server is gone
         if task is None:
@@ -73,7 +73,7 @@ def _warm_up(answering: Answering) -> None:
         logging.getLogger("slipfold.explorer").exception("the first view cannot be computed")
 
 
-def _reply(answering: Answering, task: Task, connection: Connection, current: Any) -> Reply:
+def _reply(answering: Answering, task: WorkerTask, connection: Connection, current: Any) -> Reply:
     """Compute one task; return its last reply."""
     number, request = task
     held = b""
@@ -110,7 +110,7 @@ def _reply(answering: Answering, task: Task, connection: Connection, current: An
         )
 
 
-def _failure(task: Task, sentence: str) -> Reply:
+def _failure(task: WorkerTask, sentence: str) -> Reply:
     request = task.request
     if isinstance(request, ExportRequest):
         return Reply(task.number, sentence.encode(), refused=True)

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from slipfold.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
-from slipfold.explorer.security import Limits
-from slipfold.explorer.worker import READY, Reply, Task, run_worker
+from slipfold.explorer.security import ServerLimits
+from slipfold.explorer.worker import READY, Reply, WorkerTask, run_worker
 from slipfold.models.model import Model
 
 OVERTAKEN = 40
@@ -99,7 +99,7 @@ class WorkerProcess:
         self.job = job
         self.current.value = job.number
         with suppress(OSError):  # it may just have ended: the listener will say so
-            self.connection.send(Task(job.number, job.request))
+            self.connection.send(WorkerTask(job.number, job.request))
 
     def drop(self) -> None:
         """Let it drop its job at the next point of a branch."""
@@ -163,7 +163,7 @@ class Workers:
     """
 
     def __init__(
-        self, given: Model | None, count: int, limits: Limits, file: Path | None = None
+        self, given: Model | None, count: int, limits: ServerLimits, file: Path | None = None
     ) -> None:
         self._given, self._file = given, file
         self._count = count

@@ -38,7 +38,7 @@ from slipfold.results.attractors import PHASE, Basins, in_words
 from slipfold.results.study import StudyResult
 from slipfold.results.trajectories import RegimeMap
 from slipfold.studies.plan import Grid
-from slipfold.studies.works import Quantity
+from slipfold.studies.works import CaseField
 from slipfold.text.one_line import headed
 
 Edges = tuple[Array, Array]
@@ -300,7 +300,7 @@ def draw_study(found: StudyResult, quantity: str | None = None, *, ax: Axes | No
     return panels[0] if len(panels) == 1 else panels
 
 
-def _quantity(found: StudyResult, name: str | None) -> Quantity:
+def _quantity(found: StudyResult, name: str | None) -> CaseField:
     if name is None:
         return next(item for item in found.quantities if item.kind != "text")
     for item in found.quantities:
@@ -310,7 +310,7 @@ def _quantity(found: StudyResult, name: str | None) -> Quantity:
     raise InputError(f"the study has no quantity {name!r}; it has {known}")
 
 
-def _numbers(found: StudyResult, item: Quantity) -> tuple[Array, list[str] | None]:
+def _numbers(found: StudyResult, item: CaseField) -> tuple[Array, list[str] | None]:
     """Return what is drawn, and which words its numbers stand for; cases that failed have none."""
     values: Any = found.values[item.name]
     words = None
@@ -325,7 +325,7 @@ def _numbers(found: StudyResult, item: Quantity) -> tuple[Array, list[str] | Non
 def _draw_panels(
     found: StudyResult,
     grid: Grid,
-    item: Quantity,
+    item: CaseField,
     values: Array,
     words: list[str] | None,
     ax: Axes | None,
@@ -385,7 +385,7 @@ def _panels(rows: int, columns: int, ax: Axes | None) -> NDArray[np.object_]:
     return made
 
 
-def _headed(item: Quantity) -> str:
+def _headed(item: CaseField) -> str:
     """Return the name of a quantity with its unit; angles are shown in degrees."""
     return f"{item.name} (°)" if item.unit == "rad" else headed(item)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.results.fields import REAL, TEXT, WHOLE, Kind
-from slipfold.studies.works import Quantity
+from slipfold.studies.works import CaseField
 
 KINDS: dict[str, Kind] = {"real": REAL, "whole": WHOLE, "text": TEXT}
 
@@ -22,7 +22,7 @@ ROOM = 2**22
 """Bytes of all columns above which they go to disk."""
 
 
-def type_of(item: Quantity) -> Any:
+def type_of(item: CaseField) -> Any:
     """Return the type of an array; words are objects, which share what is said often."""
     return object if item.kind == "text" else KINDS[item.kind].type
 
@@ -30,14 +30,14 @@ def type_of(item: Quantity) -> Any:
 class Gathered:
     """Columns that grow at their ends; what a row lacks is missing.
 
-    >>> table = Gathered([Quantity("x", "real", ""), Quantity("why", "text", "")])
+    >>> table = Gathered([CaseField("x", "real", ""), CaseField("why", "text", "")])
     >>> table.add({"x": 1.5, "why": "limit"})
     >>> table.add({"why": "limit"})
     >>> {name: column.tolist() for name, column in table.columns().items()}
     {'x': [1.5, nan], 'why': ['limit', 'limit']}
     """
 
-    def __init__(self, items: Sequence[Quantity]) -> None:
+    def __init__(self, items: Sequence[CaseField]) -> None:
         self._items, self._size = items, 0
         self._rows: list[Mapping[str, Any]] = []
         self._words: dict[str, int] = {"": 0}
@@ -88,7 +88,7 @@ class Gathered:
             blocks.clear()
 
 
-def _kept_as(item: Quantity) -> Any:
+def _kept_as(item: CaseField) -> Any:
     """Return the type of stored values: numbers for words."""
     return np.int32 if item.kind == "text" else KINDS[item.kind].type
 

@@ -20,9 +20,9 @@ from slipfold.results.gathered import KINDS, Gathered, type_of
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
-from slipfold.studies.plan import Cases, Grid, Plan, Rows, total
+from slipfold.studies.plan import Grid, Plan, Rows, StudyCases, total
 from slipfold.studies.store import Record
-from slipfold.studies.works import WORK, Quantity, Work
+from slipfold.studies.works import WORK, CaseField, Work
 from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable
 
@@ -46,7 +46,7 @@ class _Deferred(Mapping[str, Variable]):
 CONSTANT = 1e-12
 """Deviation over size of what is the same in all cases but for rounding."""
 
-OWNER = Quantity(
+OWNER = CaseField(
     "case", "whole", "number of its case, from 0, the last parameter of a grid changing first"
 )
 
@@ -85,7 +85,7 @@ class StudyResult(Result):
 
     model: Model
     work: Annotated[Work, "What was computed of every case."]
-    cases: Annotated[Cases, "The cases."]
+    cases: Annotated[StudyCases, "The cases."]
     values: Annotated[
         Mapping[str, NDArray[Any]],
         "What was found, by the name of the quantity, each of shape (n_cases,). A missing number "
@@ -151,7 +151,7 @@ class StudyResult(Result):
         return self.model.replace(**self.case(number))
 
     @cached_property
-    def quantities(self) -> tuple[Quantity, ...]:
+    def quantities(self) -> tuple[CaseField, ...]:
         """What was found of every case: name, kind, meaning and unit."""
         return self.work.quantities(self.model)
 
@@ -459,7 +459,7 @@ def study_result(
     return StudyResult(plan.model, plan.work, plan.cases, *result, origin, stopped, damaged)
 
 
-def _cases_of(record: Mapping[str, Any]) -> Cases:
+def _cases_of(record: Mapping[str, Any]) -> StudyCases:
     """Return cases as a record describes them; the rows of a sample stand elsewhere."""
     if "grid" in record:
         return Grid({name: np.array(values) for name, values in record["grid"].items()})
@@ -469,6 +469,6 @@ def _cases_of(record: Mapping[str, Any]) -> Cases:
     return Rows(tuple(record["scatter"]), np.empty((0, 0)), record)
 
 
-def _column(item: Quantity) -> Column:
+def _column(item: CaseField) -> Column:
     unit = None if item.kind == "text" else item.unit
     return Column(item.name, KINDS[item.kind], item.meaning, unit)

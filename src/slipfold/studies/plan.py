@@ -26,7 +26,7 @@ from slipfold.studies.works import WORK, Work
 from slipfold.text.validated import validated
 
 
-class Cases(Protocol):
+class StudyCases(Protocol):
     """Values of some parameters for every case."""
 
     @property
@@ -96,7 +96,7 @@ class Rows:
         return {"list": dict(columns)}
 
 
-def digest(cases: Cases) -> str | None:
+def digest(cases: StudyCases) -> str | None:
     """Return a digest of cases that were drawn; None of those that are given.
 
     Another version may draw other cases with the same seed; last digits differ between processors.
@@ -106,7 +106,7 @@ def digest(cases: Cases) -> str | None:
     return sha256(cases.rows.astype("<f4").tobytes()).hexdigest()[:16]
 
 
-def total(cases: Cases) -> int:
+def total(cases: StudyCases) -> int:
     """Return how many cases there are.
 
     >>> total(Grid({"Vd": np.array([0.5, 0.6]), "mu": np.array([0.4, 0.5, 0.6])}))
@@ -125,7 +125,7 @@ class Plan:
 
     model: Model  # the base case
     work: Work
-    cases: Cases
+    cases: StudyCases
 
 
 class _Steps(BaseModel):
@@ -197,7 +197,7 @@ def _model(tables: Mapping[str, Any], label: str, folder: Path) -> Model:
     return model_of_case(Source(tables, label), folder, {}, others=TABLES)
 
 
-def _cases(given: _Given, model: Model) -> Cases:
+def _cases(given: _Given, model: Model) -> StudyCases:
     kinds = {"grid": given.grid, "list": given.rows, "sample": given.sample}
     chosen = [name for name, value in kinds.items() if value is not None]
     if len(chosen) != 1:

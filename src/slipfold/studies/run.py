@@ -21,7 +21,7 @@ from slipfold.progress import Observer, Progress, duration_text
 from slipfold.studies.executors import OpenExecutor
 from slipfold.studies.plan import Plan, total
 from slipfold.studies.store import Record, Store
-from slipfold.studies.works import Findings, Work
+from slipfold.studies.works import CaseValues, Work
 from slipfold.version import package_version
 
 TASK_SECONDS = 0.25
@@ -48,7 +48,7 @@ POLL_SECONDS = 0.2
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class StudyTask:
     """Cases to compute, with all the data needed."""
 
     model: Model
@@ -70,7 +70,7 @@ class Done:
     seconds: float
 
 
-def compute(task: Task) -> Done:
+def compute(task: StudyTask) -> Done:
     """Compute every case of a task; one that fails says why."""
     if versions() != task.versions:
         here = ", ".join(f"{name} {version}" for name, version in versions().items())
@@ -89,24 +89,24 @@ def compute(task: Task) -> Done:
     return Done(records, perf_counter() - started)
 
 
-def _together(task: Task, cases: Sequence[dict[str, float]]) -> dict[int, Findings]:
+def _together(task: StudyTask, cases: Sequence[dict[str, float]]) -> dict[int, CaseValues]:
     """Return the findings of batched cases by index; the others are computed individually."""
     models = dict[int, Model]()
     for index, given in enumerate(cases):
         with suppress(InputError):  # reported when the case itself is computed
             models[index] = task.model.replace(**given)
     try:
-        found = task.work.together(list(models.values())) if models else []
+        results = task.work.together(list(models.values())) if models else []
     except Exception:  # reported when the case itself is computed
         return {}
-    return {index: item for index, item in zip(models, found, strict=True) if item is not None}
+    return {index: item for index, item in zip(models, results, strict=True) if item is not None}
 
 
 def _record(
-    task: Task, number: int, given: dict[str, float], found: Findings | None = None
+    task: StudyTask, number: int, given: dict[str, float], values: CaseValues | None = None
 ) -> Record:
     try:
-        found = found or task.work.of(task.model.replace(**given))
+        values = values or task.work.compute(task.model.replace(**given))
     except InputError as error:
         return failure(number, given, str(error))
     except BREAKDOWNS as error:
@@ -114,8 +114,8 @@ def _record(
     # A defect of the program that one case lays bare is to be reported, and stops no others.
     except Exception as error:
         return failure(number, given, f"slipfold failed ({type(error).__name__}: {error})")
-    record: Record = {"case": number, "found": found.values}
-    return record | {"listed": list(found.listed)} if found.listed else record
+    record: Record = {"case": number, "found": values.values}
+    return record | {"listed": list(values.listed)} if values.listed else record
 
 
 def failure(number: int, given: dict[str, float], reason: str) -> Record:
@@ -189,7 +189,7 @@ def run_cases(
     retry_failed: bool = False,
 ) -> None:
     """Compute the cases that a store lacks; KeyboardInterrupt if it was stopped before that."""
-    _Run(plan, store, executor, observer).run(retry_failed)
+    _StudyRun(plan, store, executor, observer).run(retry_failed)
 
 
 def first_finished(
@@ -201,12 +201,12 @@ def first_finished(
     """
     while True:
         slots()
-        found = wait(futures, POLL_SECONDS, FIRST_COMPLETED).done
-        if found:
-            return found
+        finished = wait(futures, POLL_SECONDS, FIRST_COMPLETED).done
+        if finished:
+            return finished
 
 
-class _Run:
+class _StudyRun:
     """The cases of a study while they are computed."""
 
     def __init__(
@@ -284,7 +284,7 @@ class _Run:
         plan = self._plan
         values = plan.cases.values(np.array(group.numbers))
         names, together = plan.cases.names, self._together
-        task = Task(plan.model, plan.work, names, group.numbers, values, versions(), together)
+        task = StudyTask(plan.model, plan.work, names, group.numbers, values, versions(), together)
         self._running[self._executor.executor.submit(compute, task)] = group
 
     def _taken(self, future: Future[Done], group: _Group) -> Sequence[Record]:
@@ -335,7 +335,7 @@ class _Run:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class TimeEstimate:
     """Time of a few cases in one process, without the first, which also compiles."""
 
     tried: int
@@ -344,7 +344,7 @@ class Estimate:
     batched: bool  # whether cases of the study are batched, which takes less
 
 
-def estimate(plan: Plan) -> Estimate:
+def estimate(plan: Plan) -> TimeEstimate:
     """Compute a few cases for the time they take."""
     count = total(plan.cases)
     started = perf_counter()
@@ -354,7 +354,7 @@ def estimate(plan: Plan) -> Estimate:
     for number in np.unique(chosen).tolist():
         values = plan.cases.values(np.array([number]))
         names, alone = plan.cases.names, plan.work.together_from > 1
-        task = Task(plan.model, plan.work, names, (number,), values, versions(), not alone)
+        task = StudyTask(plan.model, plan.work, names, (number,), values, versions(), not alone)
         done = compute(task)
         times.append(done.seconds)
         failures += [record["failed"] for record in done.records if "failed" in record]
@@ -362,4 +362,4 @@ def estimate(plan: Plan) -> Estimate:
             break
     able = type(plan.work).together is not Work.together
     batched = able and count >= max(plan.work.together_from, 2)
-    return Estimate(len(times), float(np.mean(times[1:] or times)), tuple(failures), batched)
+    return TimeEstimate(len(times), float(np.mean(times[1:] or times)), tuple(failures), batched)

@@ -42,7 +42,7 @@ Start = dict[str, float | str]
 
 
 @dataclass(frozen=True)
-class Quantity:
+class CaseField:
     """A quantity that is computed of every case."""
 
     name: str
@@ -53,8 +53,8 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Findings:
-    """The findings of one case."""
+class CaseValues:
+    """The values of one case."""
 
     values: dict[str, Value]  # by the names of the quantities
     listed: tuple[dict[str, Value], ...] = ()  # special points or the like: any number of them
@@ -85,21 +85,21 @@ class Work(BaseModel):
         """Return it with all values in SI units; raise where the model cannot do it."""
 
     @abstractmethod
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
 
-    def lists(self, model: Model) -> tuple[Quantity, ...]:
+    def lists(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of each listed item."""
         return ()
 
     @abstractmethod
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Compute it for one case."""
 
-    def together(self, models: Sequence[Model]) -> list[Findings | None]:
+    def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Compute several cases as a batch; None for those that cannot be batched.
 
-        The findings of a case must not depend on the other cases of the batch.
+        The values of a case must not depend on the other cases of the batch.
         """
         return [None] * len(models)
 
@@ -142,14 +142,14 @@ class LossWork(Work):
         """Return it with the span in SI units."""
         return self.model_copy(update={"span": parsed_span(model, self.vary, self.span)})
 
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of the loss, those of `Loss.values`."""
         return (
-            Quantity("threshold", "real", f"{self.vary} where the response first loses its "
+            CaseField("threshold", "real", f"{self.vary} where the response first loses its "
                      "stability", model.parameter(self.vary).unit),
-            Quantity("outcome", "text", "bifurcation by which it is lost; else stable, unstable "
+            CaseField("outcome", "text", "bifurcation by which it is lost; else stable, unstable "
                      "from the start, or how a stable response ends"),
-            Quantity("reason", "text", "why there is no threshold"),
+            CaseField("reason", "text", "why there is no threshold"),
         )  # fmt: skip
 
 
@@ -162,28 +162,28 @@ class ResponseWork(LossWork):
     what: Literal["response"]
     largest_period: int = Field(Settings().largest_period, ge=1)
 
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
         return (
             *super().quantities(model),
-            Quantity("branches", "whole", "number of branches"),
-            Quantity("given_up", "whole", "number of branches that could not be followed"),
+            CaseField("branches", "whole", "number of branches"),
+            CaseField("given_up", "whole", "number of branches that could not be followed"),
         )
 
-    def lists(self, model: Model) -> tuple[Quantity, ...]:
+    def lists(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of each special point."""
         unit = model.parameter(self.vary).unit
         return (
-            Quantity("type", "text", "type of special point"),
-            Quantity("branch", "whole", "number of its branch, from 1"),
-            Quantity("period", "whole", "in forcing periods"),
-            Quantity("value", "real", f"{self.vary} there", unit),
-            Quantity("uncertainty", "real", "computed uncertainty of the value", unit),
-            Quantity("criticality", "text", "supercritical, subcritical, or empty"),
-            Quantity("coefficient", "real", "of the normal form"),
+            CaseField("type", "text", "type of special point"),
+            CaseField("branch", "whole", "number of its branch, from 1"),
+            CaseField("period", "whole", "in forcing periods"),
+            CaseField("value", "real", f"{self.vary} there", unit),
+            CaseField("uncertainty", "real", "computed uncertainty of the value", unit),
+            CaseField("criticality", "text", "supercritical, subcritical, or empty"),
+            CaseField("coefficient", "real", "of the normal form"),
         )
 
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Follow the response."""
         check_followed(model)
         first, last = self.span
@@ -194,16 +194,16 @@ class ResponseWork(LossWork):
             raise KeyboardInterrupt
         result = first_loss(branches[0], float(first))
         given_up = sum(branch.failed for branch in branches)
-        return _findings(result, [branch.special for branch in branches], given_up)
+        return _values(result, [branch.special for branch in branches], given_up)
 
-    def together(self, models: Sequence[Model]) -> list[Findings | None]:
+    def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Follow ordinary responses as a batch."""
         span = (float(self.span[0]), float(self.span[1]))
         settings = Settings(largest_period=self.largest_period)
         cases = follow_batch(models, self.vary, span, settings, whole=False)
-        return [None if case.failure else self._found(case) for case in cases]
+        return [None if case.failure else self._batched(case) for case in cases]
 
-    def _found(self, case: BatchedCase) -> Findings | None:
+    def _batched(self, case: BatchedCase) -> CaseValues | None:
         special = case.special
         loss = case.loss(special[0])
         if not case.branches[0].stable:
@@ -216,11 +216,11 @@ class ResponseWork(LossWork):
             text = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
         else:
             text = Loss(float(loss.value), loss.type, "")
-        return _findings(text, special, 0)
+        return _values(text, special, 0)
 
 
-def _findings(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> Findings:
-    """Return the findings of a response; special points are given by branch."""
+def _values(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> CaseValues:
+    """Return the values of a response; special points are given by branch."""
     values = {**loss.values(), "branches": len(special), "given_up": given_up}
     listed = tuple(
         {
@@ -235,7 +235,7 @@ def _findings(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: i
         for number, points in enumerate(special, 1)
         for point in points
     )
-    return Findings(values, listed)
+    return CaseValues(values, listed)
 
 
 class ThresholdWork(LossWork):
@@ -243,21 +243,21 @@ class ThresholdWork(LossWork):
 
     what: Literal["threshold"]
 
-    def together(self, models: Sequence[Model]) -> list[Findings | None]:
+    def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Find first period doublings as a batch."""
         first, last = float(self.span[0]), float(self.span[1])
         result = first_doublings(models, self.vary, (first, last)).tolist()
         return [
-            None if math.isnan(value) else Findings(Loss(value, "PD", "").values())
+            None if math.isnan(value) else CaseValues(Loss(value, "PD", "").values())
             for value in result
         ]
 
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Follow the response until it meets a bifurcation."""
         check_followed(model)
         first, last = float(self.span[0]), float(self.span[1])
         branch = followed_to_loss(model, self.vary, (first, last), through_stick=True)
-        return Findings(first_loss(branch, first).values())
+        return CaseValues(first_loss(branch, first).values())
 
 
 class LocusWork(Work):
@@ -283,30 +283,30 @@ class LocusWork(Work):
         spans = {name: parsed_span(model, name, span) for name, span in self.window.items()}
         return self.model_copy(update={"window": spans})
 
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
         ends = [
-            Quantity(f"{which}_{name}", "real", f"{which} {name} of any locus",
+            CaseField(f"{which}_{name}", "real", f"{which} {name} of any locus",
                      model.parameter(name).unit)
             for name in self.window
             for which in ("least", "largest")
         ]  # fmt: skip
-        return (Quantity("loci", "whole", "number of loci"), *ends)
+        return (CaseField("loci", "whole", "number of loci"), *ends)
 
-    def lists(self, model: Model) -> tuple[Quantity, ...]:
+    def lists(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of each point of codimension two."""
         return (
-            Quantity("type", "text", "type of special point"),
-            Quantity("locus", "whole", "number of its locus, from 1"),
-            Quantity("locus_type", "text", "type of its locus"),
-            Quantity("period", "whole", "in forcing periods"),
+            CaseField("type", "text", "type of special point"),
+            CaseField("locus", "whole", "number of its locus, from 1"),
+            CaseField("locus_type", "text", "type of its locus"),
+            CaseField("period", "whole", "in forcing periods"),
             *(
-                Quantity(name, "real", f"{name} there", model.parameter(name).unit)
+                CaseField(name, "real", f"{name} there", model.parameter(name).unit)
                 for name in self.window
             ),
         )
 
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Follow the loci."""
         first, second = self.window
         spans = tuple((float(low), float(high)) for low, high in self.window.values())
@@ -338,7 +338,7 @@ class LocusWork(Work):
             for item in result.loci
             for point in item.special
         )
-        return Findings(values, listed)
+        return CaseValues(values, listed)
 
 
 class TrajectoryWork(Work):
@@ -358,29 +358,29 @@ class SimulationWork(TrajectoryWork):
     periods: Periods = None
     tolerance: float = Field(1e-9, gt=0)
 
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
         return (
-            Quantity("settled", "whole", "1 if the motion has settled, else 0"),
-            Quantity("period", "whole", "period of what it settled on; 0 if it has not", none=0),
-            Quantity("duration", "real", "seconds that one round of a cycle takes", "s"),
-            Quantity("time", "real", "seconds of the motion", "s"),
-            Quantity("reason", "text", "why the motion ended early"),
+            CaseField("settled", "whole", "1 if the solution became steady, else 0"),
+            CaseField("period", "whole", "period of the steady solution; 0 if none", none=0),
+            CaseField("duration", "real", "seconds of one period of a cycle", "s"),
+            CaseField("time", "real", "seconds of the solution", "s"),
+            CaseField("reason", "text", "why the solution ended early"),
             *(
-                Quantity(f"last_{state.name}", "real", f"last strobe state: {state.doc}",
+                CaseField(f"last_{state.name}", "real", f"last stroboscopic state: {state.doc}",
                          state.unit)
                 for state in model.states
             ),
             *(
-                Quantity(f"{measure}_{item.name}", "real",
-                         f"{measure} {item.name} over what it settled on, else its last periods",
+                CaseField(f"{measure}_{item.name}", "real",
+                         f"{measure} {item.name} of the steady solution, else of the last periods",
                          item.unit)
                 for item in _outputs(model)
                 for measure in ("min", "max")
             ),
         )  # fmt: skip
 
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Integrate the solution."""
         result = simulate(
             model, self.periods, parsed_start(model, self.start) or None, tolerance=self.tolerance
@@ -403,7 +403,7 @@ class SimulationWork(TrajectoryWork):
         for name, least, most in zip(names, low.tolist(), high.tolist(), strict=True):
             values[f"min_{name}"] = least if np.isfinite(least) else None
             values[f"max_{name}"] = most if np.isfinite(most) else None
-        return Findings(values)
+        return CaseValues(values)
 
 
 def _outputs(model: Model) -> tuple[State | Output, ...]:
@@ -417,18 +417,20 @@ class LyapunovWork(TrajectoryWork):
     periods: ExponentPeriods = None
     tolerance: float = Field(1e-8, gt=0)
 
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
         unit = "1/forcing period" if model.forced else "1/s"
         numbers = range(1, len(model.states) + 1)
         return (
-            Quantity("verdict", "text", "periodic, torus, chaos, equilibrium or undecided"),
-            Quantity("period", "whole", "of a periodic motion, in forcing periods; else 0", none=0),
-            *(Quantity(f"exponent_{k}", "real", "Lyapunov exponent", unit) for k in numbers),
-            *(Quantity(f"error_{k}", "real", f"error of exponent {k}", unit) for k in numbers),
+            CaseField("verdict", "text", "periodic, torus, chaos, equilibrium or undecided"),
+            CaseField(
+                "period", "whole", "of a periodic solution, in forcing periods; else 0", none=0
+            ),
+            *(CaseField(f"exponent_{k}", "real", "Lyapunov exponent", unit) for k in numbers),
+            *(CaseField(f"error_{k}", "real", f"error of exponent {k}", unit) for k in numbers),
         )
 
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Propagate the solution and its perturbations."""
         start = initial_state(model, parsed_start(model, self.start))
         result = find_exponents(model, start, self.periods, self.tolerance)
@@ -445,7 +447,7 @@ class LyapunovWork(TrajectoryWork):
         ):
             values[f"exponent_{number}"] = float(exponent)
             values[f"error_{number}"] = float(error)
-        return Findings(values)
+        return CaseValues(values)
 
 
 PERIODS = (1, 2)
@@ -471,33 +473,35 @@ class AttractorsWork(Work):
             checked_box(model, self.box)
         return self
 
-    def quantities(self, model: Model) -> tuple[Quantity, ...]:
+    def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
         shares = {f"period_{period}": f"responses of period {period}" for period in PERIODS}
         shares |= {"longer": "responses of other periods"}
         shares |= {kind: f"attractors that are: {kind}" for kind in KINDS}
-        shares |= {"ended": "nothing, as they ended at a limit", "undecided": "nothing known"}
+        shares |= {"ended": "nothing, as they end at a limit", "undecided": "an unknown solution"}
         return (
-            Quantity("attractors", "whole", "number of attractors"),
+            CaseField("attractors", "whole", "number of attractors"),
             *(
-                Quantity(f"share_{name}", "real", f"share of the starts that come to {meaning}")
+                CaseField(
+                    f"share_{name}", "real", f"fraction of the starts that converge to {meaning}"
+                )
                 for name, meaning in shares.items()
             ),
         )
 
-    def lists(self, model: Model) -> tuple[Quantity, ...]:
+    def lists(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of each attractor."""
         return (
-            Quantity("kind", "text", "periodic, torus, chaos, cycle or equilibrium"),
-            Quantity("period", "whole", "in forcing periods; 0 where nothing repeats with them"),
-            Quantity("share", "real", "share of the starts that come to it"),
+            CaseField("kind", "text", "periodic, torus, chaos, cycle or equilibrium"),
+            CaseField("period", "whole", "in forcing periods; 0 where nothing repeats with them"),
+            CaseField("share", "real", "fraction of the starts that converge to it"),
             *(
-                Quantity(f"state_{state.name}", "real", f"a state on it: {state.doc}", state.unit)
+                CaseField(f"state_{state.name}", "real", f"a state on it: {state.doc}", state.unit)
                 for state in model.states
             ),
         )
 
-    def of(self, model: Model) -> Findings:
+    def compute(self, model: Model) -> CaseValues:
         """Search the attractors."""
         model = measured(model)
         box: Box = checked_box(model, self.box) if self.box else box_around(model)
@@ -520,7 +524,7 @@ class AttractorsWork(Work):
                 | {f"state_{state.name}": value for state, value in states}
             )
         values: dict[str, Value] = {**shares, "attractors": len(listed)}
-        return Findings(values, tuple(listed))
+        return CaseValues(values, tuple(listed))
 
 
 Known = ResponseWork | ThresholdWork | LocusWork | SimulationWork | LyapunovWork | AttractorsWork
