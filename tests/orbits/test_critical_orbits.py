@@ -15,6 +15,7 @@ from slipfold.models.registry import model_named
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import Cayley
 from slipfold.orbits.kinds import Cycles, Equilibria, ForcedOrbits
+from slipfold.orbits.switched_shooting import SwitchedShooting
 
 RNG = np.random.default_rng(20260106)
 SPAN = (0.0, 0.98)
@@ -161,3 +162,31 @@ def test_jacobian_of_equilibria_against_differences(name, vary, span, plane, off
     if offset:
         problem, z, _ = problem.shifted(z, np.ones(len(z)))
     check_jacobian(problem, z, 1e-3, 1e-7)
+
+
+# -- through stick and slip ----------------------------------------------------------------------
+
+
+def test_jacobian_through_stick_against_differences():
+    contact = sf.FrictionContact(
+        "x",
+        sf.Stribeck(mu_s=0.5, mu_k=0.3, vs=0.2, exponent=1),
+        load=sf.ModulatedLoad(Ns=1.0, Nd=0.6),
+        Vd=0.4,
+    )
+    model = sf.Structure(
+        [[1.0]],
+        [[0.15]],
+        [[1.0]],
+        names="x",
+        contacts=contact,
+        forcing=sf.HarmonicForce("x", F=0.5),
+        f=0.09,
+    )
+    settings = sf.Settings(largest_period=1)
+    (branch,) = sf.response(model, "f", (0.09, 0.086), settings=settings).branches
+    point = next(item for item in branch.special if item.type == "PD")
+    assert point.stuck_fraction > 0.1
+    orbits = ForcedOrbits(point.model, {"f": 0.1, "F": 0.5}, 1, 1, SwitchedShooting)
+    problem, z = Critical(orbits, "PD"), orbits.unknown(point.nodes[:1], point.model)
+    check_jacobian(problem, z, rel=1e-4)
