@@ -74,7 +74,8 @@ class GuardedFlow:
         self._model, self._limits = model, model.limits
         self._flow, self._constants = flow_of(model), constants
         # The more turns an angle has made, the larger the errors of steps: begin each period again.
-        self._together = 1 if model.angle_periods.any() else CHUNK
+        self._angle_periods = model.angle_periods
+        self._together = 1 if self._angle_periods.any() else CHUNK
         self._watched = [self._flow.output_index(limit.output) for limit in self._limits]
         self._bounds = np.array([limit.bound for limit in self._limits])
         self._parameters = np.concatenate([constants.known, self._weights(start)])
@@ -98,7 +99,7 @@ class GuardedFlow:
         while done < periods and stop is None:
             count = min(self._together, periods - done)
             piece = self._run(state, count, before + done)
-            states, stop = wrap_angles(piece.states, self._model.angle_periods), piece.stop
+            states, stop = wrap_angles(piece.states, self._angle_periods), piece.stop
             yield piece._replace(states=states)
             done += len(states)
             state = states[-1] if len(states) else state
