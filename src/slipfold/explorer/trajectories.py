@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, SimulationRequest, TrajectoryRequest
 from slipfold.explorer.plain import Check, Emit, now_and_then, number, short
 from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
-from slipfold.flow.equilibrium import paced
+from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.guarded_flow import CHUNK
 from slipfold.flow.modes import Status, contacts_of
@@ -50,7 +50,7 @@ def timed(model: Model, request: TrajectoryRequest) -> Model:
     """Return a model whose periods are forcing periods, or intervals that suit its solution."""
     if model.forced:
         return model
-    return paced(model, initial_state(model, start_of(model, request)), None)[0]
+    return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
 
 
 ORBIT_SAMPLES = 256
@@ -173,7 +173,7 @@ def _smooth(model: Model, start: Array, periods: int, every: int, emit: Emit) ->
 
 
 def _switched(model: Model, start: Array, periods: int, every: int, emit: Emit) -> Trajectory:
-    trajectory = HybridIntegration.begin(model, start, paced=True)
+    trajectory = HybridIntegration.begin(model, start, own_duration=True)
     phases = np.arange(SAMPLES) / SAMPLES
     # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
     for end in trajectory.ends(periods if model.forced else None):

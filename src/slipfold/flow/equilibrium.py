@@ -123,17 +123,17 @@ FARTHEST = 1e4
 """Longest trial trajectory, in times of the fastest rate: slow motion sets no interval."""
 
 
-def paced(model: Model, state: Array, periods: int | None) -> tuple[Model, int | None]:
+def with_duration(model: Model, state: Array, periods: int | None) -> tuple[Model, int | None]:
     """Return an autonomous model with a suitable ``duration``, and the number of intervals."""
     unit = model.values[DURATION.name]
     natural = _natural(model, state)
     if periods is None and unit == DURATION.default:
         return model.replace(**{DURATION.name: natural}), None
     # The integrator's steps in an interval are bounded.
-    return divided(model, periods, math.ceil(unit / natural) if unit > 8 * natural else 1)
+    return shortened(model, periods, math.ceil(unit / natural) if unit > 8 * natural else 1)
 
 
-def divided(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, int | None]:
+def shortened(model: Model, periods: int | None, parts: int = 8) -> tuple[Model, int | None]:
     """Return an autonomous model with a fraction of its ``duration``, and the number of these."""
     if parts == 1:
         return model, periods

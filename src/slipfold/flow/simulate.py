@@ -17,10 +17,10 @@ from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import (
     AT_REST,
     PUSH,
-    divided,
-    paced,
     perturbed_from_equilibrium,
     rounded_down,
+    shortened,
+    with_duration,
 )
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, Stop
@@ -79,7 +79,7 @@ def simulate(
         result = _simulate_in_slip(model, periods, start, tolerance, observer)
         if not (through_stick and reaches_stick_limit(result.stopped, model)):
             return result
-    hybrid = HybridIntegration.begin(model, start, paced=periods is None)
+    hybrid = HybridIntegration.begin(model, start, own_duration=periods is None)
     return hybrid.run(periods, tolerance, observer)
 
 
@@ -87,12 +87,12 @@ def _simulate_in_slip(
     model: Model, periods: int | None, start: Array, tolerance: float, observer: Observer | None
 ) -> Trajectory:
     if not model.forced:
-        model, periods = paced(model, start, periods)
+        model, periods = with_duration(model, start, periods)
     for _ in range(5):  # intervals are divided where it becomes faster than it began
         result = SmoothIntegration(model, start).run(periods, tolerance, observer)
         if model.forced or result.stopped is None or result.stopped.kind != "stiff":
             break
-        model, periods = divided(model, periods)
+        model, periods = shortened(model, periods)
     return result
 
 
@@ -376,12 +376,12 @@ class HybridIntegration(Integration):
         self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
 
     @classmethod
-    def begin(cls, model: Model, start: Array, *, paced: bool) -> HybridIntegration:
-        """Begin in characteristic scales; an autonomous one to be paced in intervals that suit it.
+    def begin(cls, model: Model, start: Array, *, own_duration: bool) -> HybridIntegration:
+        """Begin in characteristic scales; an autonomous one with its own duration if requested.
 
         Shapes: start (n,).
         """
-        if paced and not model.forced and model.values[DURATION.name] == DURATION.default:
+        if own_duration and not model.forced and model.values[DURATION.name] == DURATION.default:
             model = model.replace(**{DURATION.name: _natural_duration(model, start)})
         return cls(_in_own_scales(model, start), start)
 

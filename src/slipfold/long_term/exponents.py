@@ -10,7 +10,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.equilibrium import paced
+from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_trajectory import smooth_phases
 from slipfold.flow.linearized_trajectory import linearized_trajectory
@@ -238,13 +238,13 @@ def growth_from(model: Model, start: Array) -> Growth:
     """Begin a trajectory with the growth of its perturbations. Shapes: start (n,)."""
     if not starts_in_slip(model, start):
         return growth_through_stick(model, start)
-    model = model if model.forced else paced(model, start, None)[0]
+    model = model if model.forced else with_duration(model, start, None)[0]
     return Growth(SmoothIntegration(model, start))
 
 
 def growth_through_stick(model: Model, start: Array) -> Growth:
     """Begin a trajectory with stick. Shapes: start (n,)."""
-    return Growth(HybridIntegration.begin(model, start, paced=True))
+    return Growth(HybridIntegration.begin(model, start, own_duration=True))
 
 
 FIRST = 250

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.ensembles import released
-from slipfold.flow.equilibrium import paced
+from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.verified import Known, Trajectories, Verified
@@ -266,7 +266,7 @@ def _counted(observer: Observer | None, before: int, total: int) -> Observer | N
 def _paced(model: Model, starts: Array) -> Model:
     """Return an autonomous model whose ``duration`` suits its slowest trajectories."""
     some = starts[:: max(len(starts) // PACED, 1)][:PACED]
-    durations = [paced(model, start, None)[0].values[DURATION.name] for start in some]
+    durations = [with_duration(model, start, None)[0].values[DURATION.name] for start in some]
     return model.replace(**{DURATION.name: max(durations)})
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from slipfold.arrays import Array
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import InputError
-from slipfold.flow.equilibrium import paced
+from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow
 from slipfold.flow.modes import contacts_of
@@ -208,7 +208,7 @@ class _Search:
         model, forced = self.model, self.model.forced
         start = model.start if state is None else state
         # Newton's method takes over from where the trajectory nearly repeats.
-        hybrid = HybridIntegration.begin(model, start, paced=True)
+        hybrid = HybridIntegration.begin(model, start, own_duration=True)
         motion = hybrid.run(self.settle if forced else None, 1e-6)
         if motion.stopped is not None:
             raise InputError(f"no orbit was found: {motion.stopped.reason}")
@@ -237,7 +237,7 @@ class _Search:
             orbits = orbits.described_by(better)
         orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(node[None], model)))
         if self.period > 1:
-            hybrid = HybridIntegration.begin(orbit.model, orbit.state, paced=False)
+            hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
             _refuse_shorter(orbit, hybrid.run(self.period, SAME).strobe)
         return orbit
 
@@ -381,7 +381,7 @@ def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
 
 def _returns(model: Model, start: Array) -> bool:
     """Whether a trajectory leaves a state and nearly returns to it."""
-    changed, _ = paced(model, start, None)
+    changed, _ = with_duration(model, start, None)
     flow = flow_of(changed)
     constants = flow.constants_of(changed)
     motion = flow.dense(start, constants, float(TRANSIENT), TRANSIENT)
