@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,6 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.text.one_line import listed
-
-_LONG_NAMES = {"M": "mass", "C": "damping", "K": "stiffness"}
 
 
 def read_matrix(path: Path, name: str) -> Any:
@@ -31,7 +30,8 @@ def read_matrix(path: Path, name: str) -> Any:
             f"{path} does not exist or is not a file; give the path of a matrix {name}"
         )
     try:
-        return _READERS[ending](path, name)
+        content = _READERS[ending](path)
+        return content[_chosen(content, path, name)] if isinstance(content, dict) else content
     except InputError:
         raise
     except NotImplementedError as error:
@@ -47,57 +47,50 @@ def read_matrix(path: Path, name: str) -> Any:
         ) from error
 
 
-def _read_npy(path: Path, name: str) -> Any:
-    return np.load(path, allow_pickle=False)
-
-
-def _read_npz(path: Path, name: str) -> Any:
+def _read_npz(path: Path) -> Any:
     # NumPy leaves a file that it opened and cannot read open.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
         if "format" in archive.files:
             from scipy.sparse import load_npz
 
             return load_npz(path)
-        return archive[_chosen(archive.files, path, name)]
+        return dict(archive)
 
 
-def _read_mat(path: Path, name: str) -> Any:
+def _read_mat(path: Path) -> Any:
     from scipy.io import loadmat
 
-    found: Mapping[str, Any] = loadmat(path)
-    return found[_chosen([key for key in found if not key.startswith("__")], path, name)]
+    return {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
 
 
-def _read_market(path: Path, name: str) -> Any:
+def _read_market(path: Path) -> Any:
     from scipy.io import mmread
 
     return mmread(path)
 
 
-def _chosen(names: Iterable[str], path: Path, name: str) -> str:
-    """Return which of the variables in a file is the matrix."""
-    given = list(names)
-    if len(given) == 1:
-        return given[0]
-    for wanted in (name, name.lower(), _LONG_NAMES.get(name, name)):
-        if wanted in given:
-            return wanted
-    lowered = {item.lower(): item for item in given}
-    if _LONG_NAMES.get(name) in lowered:
-        return lowered[_LONG_NAMES[name]]
-    raise InputError(
-        f"{path} holds no {name}, but {listed(given) or 'nothing'}; call the matrix {name} or "
-        f"{_LONG_NAMES.get(name, name)} there, or give the array itself"
-    )
-
-
-_READERS: dict[str, Callable[[Path, str], Any]] = {
+_READERS: dict[str, Callable[[Path], Any]] = {
     ".npz": _read_npz,
-    ".npy": _read_npy,
+    ".npy": partial(np.load, allow_pickle=False),
     ".mat": _read_mat,
     ".mtx": _read_market,
     ".mtx.gz": _read_market,
 }
+
+
+def _chosen(names: Collection[str], path: Path, name: str) -> str:
+    """Return which of the variables in a file is the matrix."""
+    if len(names) == 1:
+        return next(iter(names))
+    long_name = {"M": "mass", "C": "damping", "K": "stiffness"}.get(name, name)
+    lowered = {item.lower(): item for item in names}
+    for wanted in (name, name.lower(), long_name, lowered.get(long_name, "")):
+        if wanted in names:
+            return wanted
+    raise InputError(
+        f"{path} holds no {name}, but {listed(names) or 'nothing'}; call the matrix {name} or "
+        f"{long_name} there, or give the array itself"
+    )
 
 
 DENSE = 600
