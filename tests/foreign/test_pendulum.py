@@ -76,7 +76,7 @@ def test_a_driven_pendulum_turns_round_once_in_each_period():
     motion = simulate(driven(), 300, ROTATING)
     assert motion.settlement.period == 1
     assert motion.settlement.turns == {"phi": -1}
-    assert "phi turns round once, backwards" in motion.settlement.message
+    assert "phi makes 1 revolution, backwards" in motion.settlement.message
     assert motion.checked.disagreeing == ()
     assert np.abs(motion.strobe[1:, 0]).max() <= np.pi
     orbit = periodic_orbit(driven(), state=motion.strobe[-1])
@@ -175,5 +175,5 @@ def test_what_is_no_angle_is_refused(pull):
 def test_whether_it_is_an_angle_may_depend_on_a_parameter():
     states = {"phi": {"rate": "w", "angle": True}, "w": "-sin(n*phi) - w"}
     model = System(name="x", parameters={"n": 2}, states=states)
-    with pytest.raises(InputError, match=r"after a whole turn, phi \+ 2\*pi at n = 2\.5"):
+    with pytest.raises(InputError, match=r"after a revolution, phi \+ 2\*pi at n = 2\.5"):
         model.replace(n=2.5)

@@ -61,11 +61,11 @@ BAD = {
         lambda: make(triangles="lower"), """triangles = 'lower' is not known; give "symmetric" or"""
     ),
     "mass not symmetric": (lambda: make(M=SKEW), "M is not symmetric: row 1, column 2 is -1"),
-    "singular mass": (lambda: make(M=np.ones((2, 2))), "some motion has no mass"),
+    "singular mass": (lambda: make(M=np.ones((2, 2))), "some displacement has no mass"),
     "negative mass": (lambda: make(M=np.array([[1, 2], [2, 1]])), "or a negative one"),
     "large singular mass": (
         lambda: make(M=sparse.block_diag([np.ones((2, 2))] * 400), K=sparse.eye_array(800)),
-        "some motion has no mass",
+        "some displacement has no mass",
     ),
     "K for Rayleigh": (lambda: make(C=ProportionalDamping(1, 1), K=SKEW), "K is not symmetric"),
     "K for modes": (lambda: make(K=SKEW, reduction=ModalReduction(1)), "needs a symmetric one"),

@@ -13,7 +13,7 @@ from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.curve import OrbitsAlong
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.text.one_line import listed, number_text, parameter_text
-from slipfold.text.stability import outside, turns_text
+from slipfold.text.stability import outside, revolutions_text
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -34,7 +34,7 @@ class Branch(OrbitsAlong):
 
     def _line(self) -> str:
         parts = ["equilibria" if self.kind == "equilibrium" else f"period {self.period}"]
-        parts.append(turns_text(self.turns))
+        parts.append(revolutions_text(self.turns))
         parts.append(f"{len(self)} points")
         if len(self):
             ends = (float(self.parameter[0]), float(self.parameter[-1]))

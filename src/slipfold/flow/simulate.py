@@ -41,7 +41,7 @@ from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.models.suggestion import unknown
 from slipfold.progress import Observer, Progress
-from slipfold.text.stability import turns_text
+from slipfold.text.stability import revolutions_text
 
 PERIODS = 1000
 """Forcing periods of a trajectory by default."""
@@ -349,7 +349,7 @@ class SmoothIntegration(Integration):
         (end,) = flow_of(self.model).advance(start, zero, zero + length, self.constants)
         counts = count_revolutions(end - start[0], self.model.angle_periods)
         turns = revolutions_by_name(self.model.states, counts)
-        message = "; ".join(filter(None, [found.message, turns_text(turns)]))
+        message = "; ".join(filter(None, [found.message, revolutions_text(turns)]))
         return replace(found, message=message, turns=turns)
 
     def _pushed_text(self) -> str:

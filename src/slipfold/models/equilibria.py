@@ -15,7 +15,7 @@ from slipfold.newton import solve_each
 
 
 def check_followed(model: Model) -> None:
-    """Refuse values at which there is motion but no orbit in slip: no moving surface moves on.
+    """Refuse parameter values at which nothing slides steadily.
 
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> check_followed(SlidingOscillator(Vd=0))
@@ -78,7 +78,7 @@ def damped_newton(
         for fractions in np.split(0.5 ** np.arange(halvings), [1]):  # mostly the first is enough
             rows = active[trying]
             tried = at[trying, None] + fractions[:, None] * steps[trying, None]
-            with np.errstate(over="ignore"):  # what is tried may be anywhere
+            with np.errstate(over="ignore"):  # a trial state may be anywhere
                 new_rates, new_jacobians = _on_each(linear, tried)
                 norms = np.linalg.norm(new_rates / scales, axis=2)
                 less = norms < np.linalg.norm(rates[rows] / scales, axis=1)[:, None]
@@ -100,7 +100,7 @@ def _on_each(linear: Callable[[Array], tuple[Array, Array]], states: Array) -> t
 
 
 def _newton_steps(jacobians: Array, rates: Array) -> Array:
-    """Return Newton's steps; none from a state of rest, be it singular; NaN where there is none."""
+    """Return Newton's steps; zero at an equilibrium, else NaN where the Jacobian is singular."""
     moving = np.asarray(rates.any(axis=1))
     steps = np.where(moving[:, None], np.nan, np.zeros_like(rates))
     moving &= np.isfinite(rates).all(axis=1) & np.isfinite(jacobians).all(axis=(1, 2))
@@ -139,11 +139,11 @@ def find_static_point(model: Model) -> NDArray[np.float64]:
 
 
 def search_equilibrium(model: Model, start: Array) -> Array | None:
-    """Return an equilibrium near a state, None if there is none to be found.
+    """Return an equilibrium near a state; None if the search fails.
 
     Newton's method may be stuck where it begins, as on the axis of a symmetry or at the top of a
-    parabola, or run into a singularity. Then it starts again all around, at the same places
-    every time: nearby first, and of what is found from one distance the nearest is taken.
+    parabola, or run into a singularity. Then it starts again from states around it, the
+    same ones every time, nearby ones first; the nearest equilibrium from one distance is taken.
 
     Shapes: start (n_states,).
 

@@ -296,7 +296,7 @@ class Model(ABC):
         """Whether time appears in the equations; a model that is not forced is autonomous.
 
         An autonomous model has a parameter ``duration`` in seconds that its `period` returns. Of a
-        cycle it is the period; elsewhere it is no more than a unit of time.
+        cycle it is the period; elsewhere it is only a unit of time.
         """
         return True
 
@@ -320,7 +320,7 @@ class Model(ABC):
     def state_scales(self) -> NDArray[np.float64]:
         """Scales of the states, shape (n_states,), in which residuals are measured.
 
-        Those declared; else those estimated for the computation that the model comes from; else 1.
+        The declared scales; where there is none, those of `with_scales`; else 1.
         """
         declared = self.declared_scales()
         estimated = 1.0 if self._estimated_scales is None else self._estimated_scales
@@ -399,7 +399,7 @@ class Model(ABC):
         Raises
         ------
         InputError
-            If the model has no such parameter, or it comes out of the computation.
+            If the model has no such parameter, or it is a result of the computation.
         """
         self.parameter(name)  # complains of one that there is not
         named = {item.name: item for item in self.variable_parameters}  # with bounds of their own
@@ -408,7 +408,7 @@ class Model(ABC):
         names = list(named)
         others = f"vary one of {', '.join(names)}" if names else "it has nothing that may be varied"
         raise InputError(
-            f"the {name} of {self.name} comes out of the computation, so it cannot be varied; "
+            f"the {name} of {self.name} is a result of the computation, so it cannot be varied; "
             f"{others}"
         )
 
@@ -504,7 +504,7 @@ class Model(ABC):
         return self._call(*given)
 
     def _call(self, *given: str) -> str:
-        """Return a constructor call with what is given and what differs from the defaults."""
+        """Return a constructor call with arguments and the values that are not defaults."""
         changed = [
             f"{item.name}={self._values[item.name]:.12g}"
             for item in self.parameters

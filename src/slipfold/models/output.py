@@ -41,7 +41,7 @@ class Output:
 
 @dataclass(frozen=True)
 class Limit:
-    """A bound of validity: the model holds while `output` stays above `bound` over the whole orbit.
+    """A bound of validity: the model holds while `output` stays above `bound` over the orbit.
 
     Parameters
     ----------

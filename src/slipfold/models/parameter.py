@@ -100,7 +100,7 @@ def nonnegative(name: str, default: float, unit: str, doc: str = "", symbol: str
 
 
 DURATION = positive("duration", 1.0, "s", "period of a cycle; elsewhere a unit of time")
-"""What every autonomous model has besides its own parameters; it takes the place of the period."""
+"""Parameter of every autonomous model, in the place of the forcing period."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class State:
     label
         Axis label in mathtext; the name itself if empty.
     angle
-        Whether it is an angle in rad: after a whole turn the state is the same.
+        Whether it is an angle in rad: after a revolution the state is the same.
 
     Examples
     --------

@@ -57,7 +57,7 @@ def units_of(unit: str) -> dict[str, float]:
 
 
 def wanted_text(unit: str) -> str:
-    """Return what may be given for a quantity, as the end of a sentence.
+    """Return the end of a sentence that says how a quantity may be given.
 
     >>> wanted_text("m")
     'a number, or a number with one of the units cm, m, mm, um'
@@ -113,7 +113,7 @@ def _calculated(text: str, units: Mapping[str, float]) -> float | None:
         except FormulaError:
             continue
         unsigned = tree.argument if isinstance(tree, Negative) else tree
-        single = isinstance(unsigned, Number | Negative)  # "--3" is a slip of the pen
+        single = isinstance(unsigned, Number | Negative)  # "--3" is a typing error
         if not single and set(names_in(tree)) <= set(CONSTANTS):
             return float(value_of(tree, CONSTANTS)) * factor
     return None

@@ -1,4 +1,4 @@
-"""What is said of unknown names: the nearest known one, and which there are."""
+"""Messages about unknown names: the nearest known name, and all that are known."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def suggest(name: str, known: Iterable[str]) -> str:
 
 
 def not_supported(name: str) -> str:
-    """Return what is not supported if an unknown name asks for it, or nothing.
+    """Return that a kind of problem is not supported, if an unknown name suggests it.
 
     >>> not_supported("maps")
     'maps, which are discrete in time, are not supported; '

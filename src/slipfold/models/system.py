@@ -34,7 +34,7 @@ class System(Model):
     Parameters
     ----------
     definition
-        The whole system as one TOML text or one mapping of tables, instead of the tables below.
+        The system as one TOML text or one mapping of tables, instead of the tables below.
     name, title
         Short name, and one line that says what it is.
     sizes
@@ -46,8 +46,8 @@ class System(Model):
         Named formulas that others may use.
     states
         Formula of the rate per second by name, or a table ``{"rate": "...", "unit", "doc",
-        "label", "start": 0, "scale": 1}``; the scale, a typical size, is found if none is given.
-        With ``"angle": True`` it is an angle in rad: orbits close up to whole turns of it.
+        "label", "start": 0, "scale": 1}``; the scale, a typical size, is estimated if not given.
+        With ``"angle": True`` it is an angle in rad: orbits close up to revolutions of it.
     contacts
         Table by name: ``{"slip": "Vd - v", "normal": "N", "friction": "Coulomb"}``, dry friction
         that may stick. Its force stands under the name in formulas; it acts along the slip, which
@@ -203,7 +203,7 @@ class System(Model):
 
     @property
     def start(self) -> NDArray[np.float64]:
-        """State from which motions and searches start, shape (n_states,)."""
+        """State from which trajectories and searches start, shape (n_states,)."""
         return np.array([item.start for item in self._equations.definition.states.values()])
 
     @property
@@ -233,7 +233,7 @@ class System(Model):
     @property
     def resting(self) -> tuple[str, ...]:
         """Names of the contacts whose moving surfaces are at rest or swing."""
-        return tuple(i.name for i in self._equations.contacts if i.rests(self._values))
+        return tuple(i.name for i in self._equations.contacts if i.is_at_rest(self._values))
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period in seconds; of an autonomous system the ``duration``."""
@@ -244,10 +244,10 @@ class System(Model):
         return self._equations.outputs
 
     def declared_scales(self) -> NDArray[np.float64]:
-        """Typical sizes of the states, shape (n_states,); NaN where the definition gives none."""
+        """Scales of the states, shape (n_states,); NaN where the definition gives none."""
         return np.array(
             [
-                # Of an angle a radian, not its turns
+                # An angle is measured in radians, not in revolutions
                 item.scale or (1.0 if item.angle else np.nan)
                 for item in self._equations.definition.states.values()
             ]

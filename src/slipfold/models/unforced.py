@@ -1,4 +1,4 @@
-"""A forced model with its forcing switched off for good: steady motion as an equilibrium."""
+"""Forced models without their forcing: steady sliding as an equilibrium."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression, Output, Symbols
 from slipfold.models.parameter import DURATION, Parameter
 
-_REST = hy.expression(0.0)
+_ZERO = hy.expression(0.0)
 """The phase, and the parameter that switches the forcing off."""
 
 
@@ -27,8 +27,8 @@ class Unforced(Model):
     """An autonomous model: a forced one whose forcing is zero.
 
     Its equilibria are the static points of the forced model, and can be followed in any parameter
-    with their Hopf points and the cycles born there. Parameters that only the forcing knows, such
-    as its amplitude and frequency, are left out; ``duration`` takes their place.
+    with their Hopf points and the cycles that emanate from them. Parameters of the forcing alone,
+    such as its amplitude and frequency, are left out; ``duration`` takes their place.
 
     Parameters
     ----------
@@ -118,16 +118,16 @@ class Unforced(Model):
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Coefficients of the forced model, without those that the forcing alone needs."""
-        found = self._base.coefficients({**self._base.values, **p})
-        return {name: found[name] for name in self._terms.coefficients}
+        result = self._base.coefficients({**self._base.values, **p})
+        return {name: result[name] for name in self._terms.coefficients}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Time derivatives of the states, per second."""
-        return self._base.rates(q, {**self._terms.others, **c}, _REST)
+        return self._base.rates(q, {**self._terms.others, **c}, _ZERO)
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Those of the forced model."""
-        return self._base.contacts(q, {**self._terms.others, **c}, _REST)
+        return self._base.contacts(q, {**self._terms.others, **c}, _ZERO)
 
     def period(self, p: Symbols) -> Expression:
         """Return the ``duration`` in seconds."""
@@ -149,7 +149,7 @@ class Unforced(Model):
         return self.forced_model.start
 
     def declared_scales(self) -> NDArray[np.float64]:
-        """Those of the forced model at rest."""
+        """Those of the forced model without forcing."""
         return self.forced_model.unforced_scales()
 
     def static_point(self) -> NDArray[np.float64]:
@@ -163,12 +163,12 @@ class Unforced(Model):
         Raises
         ------
         InputError
-            If none is found.
+            If the search fails.
         """
         return find_static_point(self)
 
     def __repr__(self) -> str:
-        """The forced model's, and what makes the steady one of it."""
+        """Constructor call of the forced model, and the call that removes its forcing."""
         duration = self._values[DURATION.name]
         given = "" if duration == DURATION.default else f"duration={duration:.12g}"
         return f"{self.forced_model!r}.steady({given})"
@@ -178,7 +178,7 @@ def _unforced_output(
     output: Output, others: Symbols, q: Symbols, c: Symbols, phase: Expression
 ) -> Expression:
     """Return an output at phase zero, with the coefficients that are constants now."""
-    return output.expression(q, {**others, **c}, _REST)
+    return output.expression(q, {**others, **c}, _ZERO)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,19 +215,19 @@ def _checked(model: Model) -> str:
 def _terms_of(kind: Kind, amplitude: str) -> _Terms:
     model = kind.make()
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
-    found = model.coefficients({**p, amplitude: _REST})
+    result = model.coefficients({**p, amplitude: _ZERO})
     constants = {
         name: value
-        for name, value in found.items()
+        for name, value in result.items()
         if not isinstance(value, hy.expression) or not hy.get_variables(value)
     }
-    c = {name: constants.get(name, hy.expression(f"c_{name}")) for name in found}
+    c = {name: constants.get(name, hy.expression(f"c_{name}")) for name in result}
     q = {state.name: hy.expression(state.name) for state in model.states}
-    outputs = [item.expression(q, c, _REST) for item in model.outputs()]
-    holding = [contact.holding for contact in model.contacts(q, c, _REST)]
-    used = _variables([*model.rates(q, c, _REST).values(), *outputs, *holding])
-    coefficients = tuple(name for name in found if f"c_{name}" in used)
-    known = _variables(found[name] for name in coefficients)
+    outputs = [item.expression(q, c, _ZERO) for item in model.outputs()]
+    holding = [contact.holding for contact in model.contacts(q, c, _ZERO)]
+    used = _variables([*model.rates(q, c, _ZERO).values(), *outputs, *holding])
+    coefficients = tuple(name for name in result if f"c_{name}" in used)
+    known = _variables(result[name] for name in coefficients)
     parameters = tuple(item for item in model.parameters if f"p_{item.name}" in known)
     others = {name: value for name, value in c.items() if name not in coefficients}
     return _Terms((*parameters, DURATION), coefficients, others)

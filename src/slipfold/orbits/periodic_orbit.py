@@ -23,7 +23,7 @@ from slipfold.orbits.extrema import Extrema, find_extrema, turns_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.text.one_line import OneLine, headed, number_text
 from slipfold.text.printed_table import PrintedTable
-from slipfold.text.stability import multipliers_text, outside, turns_text
+from slipfold.text.stability import multipliers_text, outside, revolutions_text
 
 if TYPE_CHECKING:
     from slipfold.orbits.check import OrbitCheck
@@ -64,7 +64,7 @@ class PeriodicOrbit(OneLine):
 
     def _line(self) -> str:
         judged = multipliers_text(self.multipliers, cycle=not self.model.forced)
-        told = ", ".join(filter(None, [judged, turns_text(self.turns)]))
+        told = ", ".join(filter(None, [judged, revolutions_text(self.turns)]))
         return f"PeriodicOrbit of {self.model.name}: period {self.period}, {told}"
 
     def _rows(self) -> PrintedTable:

@@ -27,7 +27,7 @@ from slipfold.results.tables import Frame
 from slipfold.results.tori import Tori, torus_sentence
 from slipfold.text.one_line import certain, headed
 from slipfold.text.printed_table import PrintedTable, with_unit
-from slipfold.text.stability import stability_word, turns_text
+from slipfold.text.stability import revolutions_text, stability_word
 from slipfold.tori.torus_branch import TorusBranch
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
@@ -295,7 +295,7 @@ class Diagram(CurveDiagram):
             begun, stopped = branch.ends
             begins, ends = (self._at([certain(end.value, noise)]) for end in branch.ends)
             size = f"period {branch.period}, {len(branch)} points"
-            size = ", ".join(filter(None, [size, turns_text(branch.turns), _stuck(branch)]))
+            size = ", ".join(filter(None, [size, revolutions_text(branch.turns), _stuck(branch)]))
             closed = begun.reason == stopped.reason  # it ends where it begins
             if branch.parent is None and not closed and begun.value != self.span[0]:
                 sentences.append(f"Branch {branch.id}: {begun.reason}")

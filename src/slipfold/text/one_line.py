@@ -1,4 +1,4 @@
-"""What prints as one line and shows as a table in a notebook, however many numbers it holds."""
+"""Objects that print as one line, and as a table in a notebook."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Quantity(Protocol):
 
 
 class OneLine:
-    """Base of data classes (with ``repr=False``) that say in `_line` and `_rows` how they read."""
+    """Base of data classes (with ``repr=False``) that print as `_line`, in notebooks as `_rows`."""
 
     def _line(self) -> str:
-        """Return what a person wants to know, in one short line."""
+        """Return a summary in one short line."""
         raise NotImplementedError
 
     def _rows(self) -> PrintedTable:
-        """Return the same with the numbers that belong to it, for notebooks."""
+        """Return a table with numbers, for notebooks."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -46,7 +46,7 @@ class OneLine:
 
 
 def call_text(options: Any) -> str:
-    """Return what makes a data class of options: those that differ from their defaults.
+    """Return the call that makes a data class, with the fields that are not defaults.
 
     >>> from slipfold.continuation.settings import Steps
     >>> call_text(Steps(largest=0.05))

@@ -1,4 +1,4 @@
-"""How multipliers compare with the unit circle and how often angles turn, in words."""
+"""Stability by Floquet multipliers, and revolutions of angles, in words."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def stability_word(multipliers: Multipliers, *, cycle: bool) -> str:
 
 
 def multipliers_text(multipliers: Multipliers, *, cycle: bool) -> str:
-    """Return how an orbit stands, and the modulus of its largest multiplier.
+    """Return the stability of an orbit, and the modulus of its largest multiplier.
 
     >>> multipliers_text(np.array([-1.2, 0.5j, -0.5j]), cycle=False)
     'unstable by 1 of 3 multipliers, the largest 1.2'
@@ -53,15 +53,15 @@ def multipliers_text(multipliers: Multipliers, *, cycle: bool) -> str:
     return f"{word}, the largest {number_text(largest)}" if len(multipliers) else word
 
 
-def turns_text(turns: Mapping[str, int]) -> str:
+def revolutions_text(revolutions: Mapping[str, int]) -> str:
     """Say how many revolutions angles make in a period; empty where none does.
 
-    >>> turns_text({"phi": -1, "psi": 0, "theta": 2})
-    'phi turns round once, backwards; theta turns round 2 times'
+    >>> revolutions_text({"phi": -1, "psi": 0, "theta": 2})
+    'phi makes 1 revolution, backwards; theta makes 2 revolutions'
     """
     return "; ".join(
-        f"{name} turns round {'once' if abs(count) == 1 else f'{abs(count)} times'}"
+        f"{name} makes {abs(count)} revolution{'s' * (abs(count) != 1)}"
         f"{', backwards' if count < 0 else ''}"
-        for name, count in turns.items()
+        for name, count in revolutions.items()
         if count
     )

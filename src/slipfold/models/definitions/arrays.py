@@ -29,7 +29,7 @@ Numbers = Mapping[str, int]
 """Values of indices and sizes by name."""
 
 LARGEST_INDEX = 100_000
-"""A number beyond is a slip of the pen; tables hold a thousand entries."""
+"""A larger index is a typing error: tables hold a thousand entries."""
 
 _ITEM = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
@@ -72,7 +72,7 @@ def written_out(text: str, numbers: Numbers, offset: int = 0) -> str:
 
 
 def _written_sum(text: str, numbers: Numbers, offset: int) -> str:
-    """Write the terms of a sum: one range or more, then what is summed."""
+    """Write the terms of a sum: one range or more, then the term."""
     (first, _, place), *others = _split(text, numbers, offset)
     given = index_range(first, numbers, place)
     if given is None and re.match(r"\s*\w+\s*=", first) is None:
@@ -212,17 +212,17 @@ def without_arrays(source: Source) -> Source:
     """Return the same system with every element written out."""
     given = source.tables.get("sizes", {})
     read = partial(validate, _SIZES.validate_python)
-    whole = _Element((), source.read(read, given, ("sizes",)))
-    for name in whole.numbers:
+    base = _Element((), source.read(read, given, ("sizes",)))
+    for name in base.numbers:
         for table in _holders(source, name):
             message = f"{name} is in [sizes] and [{table}]; rename one"
             raise source.error(("sizes", name), message)
     tables = {key: value for key, value in source.tables.items() if key != "sizes"}
     places = None if source.places is None else dict(source.places)
     for name in (name for name in TABLES if isinstance(tables.get(name), Mapping)):
-        tables[name] = _table(source, name, whole, places)
+        tables[name] = _table(source, name, base, places)
     if isinstance(tables.get("forcing"), Mapping):
-        tables["forcing"] = _value(source, ("forcing",), tables["forcing"], whole)
+        tables["forcing"] = _value(source, ("forcing",), tables["forcing"], base)
     return replace(source, tables=tables, places=places)
 
 
@@ -233,17 +233,17 @@ def _holders(source: Source, name: str) -> list[str]:
 
 
 def _table(
-    source: Source, name: str, whole: _Element, places: dict[Keys, Any] | None
+    source: Source, name: str, base: _Element, places: dict[Keys, Any] | None
 ) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in source.tables[name].items():
         path = (name, key)
         match = _KEY.fullmatch(str(key))
         if match is None:
-            result[key] = _value(source, path, value, whole)
+            result[key] = _value(source, path, value, base)
             continue
         try:
-            elements = _elements(source, path, match[2].split(","), whole)
+            elements = _elements(source, path, match[2].split(","), base)
         except FormulaError as error:
             raise source.error(path, f"{key[:60]}: {error.message}", key=True) from None
         for element in elements:
@@ -262,9 +262,9 @@ def _table(
     return result
 
 
-def _elements(source: Source, path: Keys, parts: list[str], whole: _Element) -> list[_Element]:
+def _elements(source: Source, path: Keys, parts: list[str], base: _Element) -> list[_Element]:
     """Return the elements that a key means; a range may depend on the indices before it."""
-    elements = [whole]
+    elements = [base]
     for part in parts:
         longer = []
         for indices, numbers, picks in elements:
@@ -273,7 +273,7 @@ def _elements(source: Source, path: Keys, parts: list[str], whole: _Element) -> 
                 longer.append(_Element((*indices, whole_number(part, numbers)), numbers, picks))
                 continue
             name, values = given
-            for table in ["sizes"] if name in whole.numbers else _holders(source, name):
+            for table in ["sizes"] if name in base.numbers else _holders(source, name):
                 message = f"{name} is an index here and stands in [{table}]; rename one"
                 raise source.error(path, message, key=True)
             longer += [

@@ -1,8 +1,7 @@
 """Systems of equations, checked from beginning to end.
 
-A system must repeat after its forcing period, and after whole turns of its angles. Nothing else
-would notice: with a wrong period a search still ends at a trajectory that closes once, but does not
-repeat.
+The equations must repeat after the forcing period, and after revolutions of the angles. With a
+wrong period a search would still end at a trajectory that closes once, but does not repeat.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ def build_system(source: Source, default_name: str = "system") -> SystemEquation
     """Read a definition and check all of it."""
     source = without_arrays(source)
     equations = SystemEquations(read_system(source, default_name), source)
-    found = _why_not_repeated(equations, equations.defaults)
-    if found is not None:
-        raise source.error(*found)
+    result = _why_not_repeated(equations, equations.defaults)
+    if result is not None:
+        raise source.error(*result)
     _check_contacts(equations, source)
     return equations
 
@@ -64,9 +63,9 @@ def check_values(equations: SystemEquations, values: Mapping[str, float]) -> Non
                 "the parameters in it"
             )
     if not _always_repeats(equations):
-        found = _why_not_repeated(equations, values, _at(values))
-        if found is not None:
-            raise InputError(found[1])
+        result = _why_not_repeated(equations, values, _at(values))
+        if result is not None:
+            raise InputError(result[1])
 
 
 def _check_contacts(equations: SystemEquations, source: Source) -> None:
@@ -149,16 +148,16 @@ SIZES = (1.0, 1e-5, 0.0)
 forcing would be rounding."""
 
 TOLERANCE = 1e-8
-"""Difference that is no rounding, as a share of the largest value."""
+"""Difference that is more than rounding, relative to the largest value."""
 
 CHANGE = 0.2
-"""How far parameters are moved, as a share of their size."""
+"""Change of parameters, relative to their size."""
 
 
 def _why_not_repeated(
     equations: SystemEquations, values: Mapping[str, float], at: str = ""
 ) -> tuple[Keys, str] | None:
-    """Return the entry that differs a period or a whole turn of an angle later, and what to say."""
+    """Return the entry that does not repeat after a period or a revolution, and the message."""
 
     def changed(entries: Sequence[Keys], *turned: str) -> Keys | None:
         moved = dict.fromkeys(turned, REVOLUTION)
@@ -176,13 +175,13 @@ def _why_not_repeated(
     states = equations.definition.states
     angles = tuple(name for name, item in states.items() if item.angle)
     for angle in angles:
-        found = changed(rates, angle)
-        if found is not None:
-            # States with which all rates repeat if they turn with the angle.
+        result = changed(rates, angle)
+        if result is not None:
+            # States that make all rates repeat if they change with the angle.
             single = [(name,) for name in states if name != angle]
             others = tuple(name for name in angles if name != angle)
             turning = (names for names in (*single, others) if not changed(rates, angle, *names))
-            return ("states", angle), _unturned(angle, found[1], next(turning, ()), at)
+            return ("states", angle), _unturned(angle, result[1], next(turning, ()), at)
     return None
 
 
@@ -229,10 +228,10 @@ def _always_repeats(equations: SystemEquations) -> bool:
     return all(_why_not_repeated(equations, values) is None for values in sets)
 
 
-def _moved(parameter: Parameter, share: float) -> float:
+def _moved(parameter: Parameter, fraction: float) -> float:
     # A parameter of zero may hide a force: give it some size.
     size = abs(parameter.default) or 1.0
-    moved = parameter.default + CHANGE * size * share
+    moved = parameter.default + CHANGE * size * fraction
     return min(max(moved, parameter.lower), parameter.upper)
 
 
@@ -256,12 +255,12 @@ def _unturned(angle: str, state: str, partners: tuple[str, ...], at: str) -> str
         names = f"states {' and '.join(partners)}" if several else f"state {partners[0]}"
         differences = "differences such as" if several else "the difference"
         return (
-            f"{angle} and {' and '.join(partners)} only turn together: {whose} changes when "
-            f"{angle} alone makes a whole turn{at}; replace the {names} by {differences} "
+            f"{angle} and {' and '.join(partners)} only revolve together: {whose} changes when "
+            f"{angle} alone makes a revolution{at}; replace the {names} by {differences} "
             f"d = {partners[0]} - {angle}, and declare {angle} the only angle"
         )
     return (
-        f"{angle} is declared an angle, but {whose} is another after a whole turn, "
+        f"{angle} is declared an angle, but {whose} is another after a revolution, "
         f"{angle} + 2*pi{at}; write it by sin and cos of {angle}, or leave angle out"
     )
 

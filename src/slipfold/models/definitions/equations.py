@@ -126,7 +126,7 @@ class ContactEquations:
         variables = set(hy.get_variables(self.normal(q, c, phase)))
         return not variables.isdisjoint((*q, str(phase)))
 
-    def rests(self, values: Mapping[str, float]) -> bool:
+    def is_at_rest(self, values: Mapping[str, float]) -> bool:
         """Whether the moving surface stands still, or swings, at parameter values."""
         c, still = self.equations.coefficients(values), dict.fromkeys(self.equations.rates, 0.0)
         slips = (self.equations.value(tree, still, c, 0.0) for tree in self.slip_trees)
@@ -394,11 +394,11 @@ class _Formulas:
         return f"there is no name {name[:80]!r}; {hint.get(name, '') or near}known are {known}"
 
     def _of_parameters_alone(self) -> frozenset[str]:
-        found: set[str] = set()
+        constant: set[str] = set()
         for name, tree in self.named.items():
-            if names_in(tree).keys() <= self.parameters | found | CONSTANTS.keys():
-                found.add(name)
-        return frozenset(found)
+            if names_in(tree).keys() <= self.parameters | constant | CONSTANTS.keys():
+                constant.add(name)
+        return frozenset(constant)
 
     def _check_constant(self, what: str, path: Keys) -> None:
         """Refuse a formula that is not of parameters alone."""
@@ -408,7 +408,7 @@ class _Formulas:
                 other = "the time" if name == TIME else "the formula"
                 kind = "the state" if name in self._known["the states"] else other
                 message = (
-                    f"{what} depends on {kind} {name}, but must be known before the motion is; "
+                    f"{what} depends on {kind} {name}, but must be known before the trajectory; "
                     "give it in parameters"
                 )
                 raise self.error(path, FormulaError(message, place, len(name)))

@@ -45,7 +45,7 @@ class Table(BaseModel):
 
     @model_serializer(mode="wrap")
     def _shorten(self, write: Any) -> Any:
-        """Write the sole entry first, and by itself if there is no other."""
+        """Write the sole entry first, and its value alone if there is no other."""
         entries = write(self)
         if self.sole is None:
             return entries

@@ -1,4 +1,4 @@
-"""Where a model was written, so that messages can point at the place."""
+"""Text of models, with the places of entries that messages point at."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class Source:
     def read(
         self, read: Callable[[Any], T], given: Any, path: Keys = (), root: str = "a system"
     ) -> T:
-        """Return what is made of the value at a path; raise `InputError` with the place.
+        """Read the value at a path; raise `InputError` that points at it.
 
         `root` is what messages call the outermost table.
         """
@@ -180,7 +180,7 @@ def _excerpt(line: str, column: int, length: int, margin: str) -> str:
 
 
 def source_of_file(path: Path, wanted: str = "the path of a TOML file") -> Source:
-    """Read a TOML file; messages say what is wanted instead of one that cannot be read."""
+    """Read a TOML file; messages ask for `wanted` if it cannot be read."""
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:

@@ -146,7 +146,7 @@ class StateTable(Table):
     doc: Line = ""
     label: Line = ""
     rate: Formula = Field(examples=['rate = "2*q"'])  # time derivative, per second
-    scale: Number | None = Field(default=None, gt=0)  # typical size; None if it is to be found
+    scale: Number | None = Field(default=None, gt=0)  # typical size; None if it is to be estimated
     angle: StrictBool = False
     start: Number = 0.0  # value from which trajectories and searches start
 

@@ -35,13 +35,13 @@ from slipfold.models.structures.springs import (
 )
 
 ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
-"""Classes of what may be among the elements."""
+"""Classes of elements."""
 
 CONTACTS = (FrictionContact,)
-"""Classes of what may be among the contacts."""
+"""Classes of contacts."""
 
 FORCING = (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion)
-"""Classes of what may be among the forcing."""
+"""Classes of forcing."""
 
 _SYMBOLS = ("c_", "p_", "carried_")
 """How the compiled equations begin the names of coefficients, parameters and variations."""
@@ -250,7 +250,7 @@ def _checked_length(value: Any) -> float:
         length = parse_quantity(value, "m", "length_scale")
         if not 0 < length < float("inf"):
             raise InputError(
-                f"length_scale = {length:g} m; give a finite length > 0, about that of the motion"
+                f"length_scale = {length:g} m; give a finite length > 0, about the amplitude"
             )
         return length
 

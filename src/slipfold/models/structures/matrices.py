@@ -101,7 +101,7 @@ ASYMMETRY = 1e-9
 
 TRIANGLES = ("symmetric", "whole")
 """What a matrix with at most one entry of each mirrored pair may be: half of a symmetric one, as
-finite-element programs store it, or complete, as friction that follows the motion makes it."""
+finite-element programs store it, or complete, as follower friction forces make it."""
 
 SINGULAR = 1e-13
 """Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular."""
@@ -248,8 +248,8 @@ def check_mass(matrix: Matrix, names: tuple[str, ...]) -> None:
         return
     if not _is_positive(matrix, diagonal):
         raise InputError(
-            "M is singular or not positive definite: some motion has no mass or a negative one; "
-            "correct the entries, or condense massless motions out of the matrices"
+            "M is singular or not positive definite: some displacement has no mass or a negative "
+            "one; correct the entries, or condense massless displacements out of the matrices"
         )
 
 
@@ -303,8 +303,8 @@ def _numbers(value: Any, name: str) -> Array:
 
 
 SHIFT = 1e-6
-"""Shift of the search for sparse modes, over a typical squared frequency: free motions are found
-too."""
+"""Shift of the search for sparse modes, over a typical squared frequency: rigid-body modes are
+found too."""
 
 
 def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Array, Array]:
