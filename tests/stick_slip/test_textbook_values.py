@@ -4,74 +4,22 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.dry_friction import belt, den_hartog, two_masses
+from helpers.dry_friction import belt, two_masses
 
 COULOMB = sf.Coulomb(mu_s=1.0, mu_k=0.5)
 LEINE = sf.RationalStribeck(mu_s=1.0, d=3.0)
 
 
-def stuck_times(motion, contact=None, unit=1.0):
+def stuck_times(motion, contact=None):
     """Durations of stick in the last round."""
     return [
-        (item.end - item.begin) * unit
+        item.end - item.begin
         for item in motion.last_round.sticking
         if contact is None or item.contact == contact
     ]
-
-
-@pytest.mark.parametrize("W", [0.6, 0.8, 2.0])
-def test_den_hartog_without_stops(W):
-    # Den Hartog 1930: the amplitude in closed form; the mass turns without sticking.
-    S, V = 0.2, 1 / (1 - W * W)
-    U = math.sin(math.pi / W) / (W * (1 + math.cos(math.pi / W)))
-    motion = sf.simulate(den_hartog(W, S), 200)
-    assert motion.settlement.period == 1
-    assert motion.regime == "slip"
-    assert motion.stuck_fraction == 0
-    last = motion.last_round
-    assert last.maximum[0] == pytest.approx(math.sqrt(V**2 - (S * U) ** 2), abs=1e-10)
-    assert last.minimum[0] == pytest.approx(-last.maximum[0], abs=1e-10)
-
-
-def with_two_stops(W, S):
-    """Amplitude and stuck time a period by shooting along the linear motion in slip."""
-
-    def equations(unknown):
-        x, start, length = unknown  # from rest at x > 0, down to rest at -x
-        # x'' + x = cos(W t) + S: the particular part, and what meets the start.
-        V = 1 / (1 - W * W)
-        a = x - S - V * math.cos(W * start)
-        b = V * W * math.sin(W * start)
-        end = start + length
-        ends = a * math.cos(length) + b * math.sin(length) + S + V * math.cos(W * end)
-        speed = -a * math.sin(length) + b * math.cos(length) - V * W * math.sin(W * end)
-        return [math.cos(W * start) - x + S, ends + x, speed]
-
-    guess = [0.9, 2.2, 5.0] if W == 0.3 else [1.35, 2.5, 4.6]
-    x, _, length = fsolve(equations, guess, xtol=1e-12)
-    return x, 2 * (math.pi / W - length)
-
-
-@pytest.mark.parametrize(("W", "S"), [(0.3, 0.2), (0.6, 0.7)])
-def test_den_hartog_with_two_stops(W, S):
-    amplitude, stuck = with_two_stops(W, S)
-    motion = sf.simulate(den_hartog(W, S), 200)
-    assert motion.settlement.period == 1
-    assert motion.regime == "stick-slip"
-    assert motion.last_round.maximum[0] == pytest.approx(amplitude, abs=1e-11)
-    times = stuck_times(motion, unit=2 * math.pi / W)
-    assert len(times) == 2
-    assert sum(times) == pytest.approx(stuck, abs=1e-10)
-    assert motion.stuck_fraction * 2 * math.pi / W == pytest.approx(stuck, abs=1e-10)
-
-
-def test_den_hartog_with_static_friction():
-    motion = sf.simulate(den_hartog(0.6, 0.5, 0.8), 200)
-    assert motion.last_round.maximum[0] == pytest.approx(1.5704484209, abs=1e-10)
-    assert sum(stuck_times(motion, unit=2 * math.pi / 0.6)) == pytest.approx(1.427132002, abs=1e-9)
 
 
 def test_free_decay_loses_the_same_amplitude_every_half_cycle_and_then_rests():
@@ -126,22 +74,10 @@ def test_a_belt_under_coulomb_friction(speed):
     assert motion.last_round.maximum[0] == pytest.approx(0.5 + math.hypot(drop, speed), abs=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("law", "speed", "damping", "period"),
-    [
-        (COULOMB, 0.2, 0.1, 8.38379742099),
-        (LEINE, 0.2, 0.0, 12.001031294830),
-        (LEINE, 0.3, 0.0, 9.953457266154),
-    ],
-)
-def test_periods_on_belts(law, speed, damping, period):
-    motion = sf.simulate(belt(law, speed, damping))
-    assert motion.settlement.duration == pytest.approx(period, abs=1e-10)
-
-
 def test_the_slip_time_and_extremum_under_leines_law():
     motion = sf.simulate(belt(LEINE))
     (stuck,) = stuck_times(motion)
+    assert motion.settlement.duration == pytest.approx(12.001031294830, abs=1e-10)
     assert motion.settlement.duration - stuck == pytest.approx(4.295999525480, abs=1e-10)
     assert motion.last_round.maximum[0] == pytest.approx(1.133944676442, abs=1e-10)
 
