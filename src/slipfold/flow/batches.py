@@ -46,7 +46,7 @@ LONGEST_SEGMENT = 4_500
 """Step budget of a segment of an orbit, eight hundred vibrations: Newton's method needs hundreds of
 segments with derivatives, also where there is no orbit."""
 
-HOPELESS = 1e-5
+MIN_PROGRESS = 1e-5
 """Fraction of the remainder of a trajectory that `CALL` steps must gain; less is a singularity."""
 
 STOPPED = hy.taylor_outcome.step_limit
@@ -78,7 +78,7 @@ def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
             return arrived
         taken += CALL
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
-        if np.any(gained < HOPELESS * left):
+        if np.any(gained < MIN_PROGRESS * left):
             return arrived
         if taken >= free and not np.all(left * CALL <= gained * (LONGEST_SEGMENT - taken)):
             return arrived
@@ -129,7 +129,7 @@ def continue_to(single: Any, end: float, rest: Rest, *, steep: bool) -> int | No
             return outcome
         taken += CALL
         left, gained = abs(end - single.time), abs(single.time - before)
-        if gained < HOPELESS * left:
+        if gained < MIN_PROGRESS * left:
             return outcome
         if taken >= free and not left * CALL <= gained * (LONGEST - taken):
             return outcome

@@ -23,7 +23,7 @@ from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
 from slipfold.models.output import Expression
 
-TOUCHES = 1e-7
+GRAZING = 1e-7
 """Slip, over its scale, that counts as zero; setting it to zero causes an error of its size."""
 
 
@@ -78,13 +78,13 @@ def dense_phases(model: Model, state: Array, mode: Mode, end: float) -> Iterator
             if (last := broken.part) is None:
                 return
             yield last
-            resting = _touches(system, last)
+            resting = _at_rest_after_grazing(system, last)
             if resting is not None and phase < last.end < end:
                 mode, phase, ahead = resting, last.end, True
                 state = system.held(mode, last.state, phase)
 
 
-def _touches(system: HybridSystem, part: SmoothPhase) -> Mode | None:
+def _at_rest_after_grazing(system: HybridSystem, part: SmoothPhase) -> Mode | None:
     """Return the mode at rest after slip that turned too fast; None if slip is not zero."""
     stiff = part.event is not None and part.event.ending is Ending.STIFF
     if not stiff or Status.SLOW not in part.mode:
@@ -92,7 +92,7 @@ def _touches(system: HybridSystem, part: SmoothPhase) -> Mode | None:
     contact, now = part.mode.index(Status.SLOW), system.at(part.state, part.end)
     speed = math.hypot(*now.slip[system.places[contact]]) * system.weights[contact]
     resting = (*part.mode[:contact], Status.STICK, *part.mode[contact + 1 :])
-    return resting if speed < TOUCHES else None
+    return resting if speed < GRAZING else None
 
 
 def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:

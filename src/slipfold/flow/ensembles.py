@@ -42,7 +42,7 @@ TOLERANCE = 1e-9
 """Estimated error of four steps in scales; the actual error is a tenth."""
 
 
-class March:
+class BatchSteps:
     """Explicit steps of trajectories in a batch.
 
     Steps that are too long for some trajectories, or might meet a limit, are halved for these only.
@@ -156,7 +156,7 @@ class SingleTrajectory:
         # Without defined limits contacts may stick at any time.
         self._sticks = not limits_are_defined(model, start[None], constants)
         self._flow = GuardedFlow(model, constants, start)
-        self._switched: HybridIntegration | None = None
+        self._hybrid: HybridIntegration | None = None
         self._before = 0
 
     def advance(self, state: Array, periods: int, done: int = 0) -> Array:
@@ -167,7 +167,7 @@ class SingleTrajectory:
         result = [state]
         while len(result) <= periods and self.stopped is None:
             so_far = done + len(result) - 1
-            if self._switched is None and not self._sticks:
+            if self._hybrid is None and not self._sticks:
                 result += self._slipping(result[-1], periods + 1 - len(result), so_far)
             else:
                 result += self._through_stick(result[-1], so_far)
@@ -186,9 +186,9 @@ class SingleTrajectory:
 
     def _through_stick(self, state: Array, done: int) -> list[Array]:
         """Propagate a state over a period in which a contact may stick."""
-        if self._switched is None:
-            self._switched, self._before = HybridIntegration(self.model, state), done
-        motion = self._switched
+        if self._hybrid is None:
+            self._hybrid, self._before = HybridIntegration(self.model, state), done
+        motion = self._hybrid
         first, seen = motion.modes[-1], len(motion.recorder.modes)
         motion.advance(1)
         if motion.stopped is not None:
@@ -198,7 +198,7 @@ class SingleTrajectory:
         modes = [first, *motion.recorder.modes[seen:]]
         self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
         if not self.stuck and not self._sticks:
-            self._switched = None  # the next period may have no events
+            self._hybrid = None  # the next period may have no events
         return [motion.strobe[-1]]
 
 
@@ -319,7 +319,7 @@ class _Batch:
         self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
         # Without defined limits contacts may stick at any time.
         slips = limits_are_defined(first, starts, self._constants)
-        self._march = March(first, self._constants) if slips else None
+        self._batch_steps = BatchSteps(first, self._constants) if slips else None
         self._own: dict[int, SingleTrajectory] = {}
         self._scales = scales[:, None]
         self._done = 0
@@ -334,8 +334,8 @@ class _Batch:
         # Trajectories that continue individually keep their rows, filled with another state.
         going = np.flatnonzero(~alone)
         after = np.full_like(before, np.nan)
-        if self._march is not None and len(going):
-            after = self._march.period(np.where(alone, before[:, going[:1]], before))
+        if self._batch_steps is not None and len(going):
+            after = self._batch_steps.period(np.where(alone, before[:, going[:1]], before))
             after[:, alone] = np.nan
             after[:, np.abs(after / self._scales).max(axis=0) > LARGEST] = np.nan
         self.stuck &= np.isnan(after).any(axis=0) | self.left

@@ -271,7 +271,9 @@ class LinearizedSteps:
             for first in range(0, len(going), TOGETHER):
                 some = going[first : first + TOGETHER]
                 with np.errstate(all="ignore"):
-                    arrived[some] = self._march(work, some, start[some] + length, passed, tolerance)
+                    arrived[some] = self._advance(
+                        work, some, start[some] + length, passed, tolerance
+                    )
             going = going[~arrived[going] & np.isfinite(work[size + 1, going])]
             if not len(going):
                 break
@@ -280,7 +282,7 @@ class LinearizedSteps:
         bounds = passed.bounds(count, self.limits)
         return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
 
-    def _march(
+    def _advance(
         self,
         whole: Array,
         some: NDArray[np.int64],

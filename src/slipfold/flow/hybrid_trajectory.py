@@ -76,7 +76,7 @@ class Recorder:
         self._states: list[Array] = []
         self.begun = 0  # complete periods before the phases that are noted
 
-    def went_on(self, energies: Array) -> None:
+    def add(self, energies: Array) -> None:
         """Note the energies of a smooth phase, shape (2 k,)."""
         self._energies.append(energies)
 
@@ -124,7 +124,7 @@ class Recorder:
         return [*map(Interval._make, zip(repeat(name), names, *columns, strict=False))]
 
 
-MAX_LEGS = 1_000
+MAX_PHASES = 1_000
 """Smooth phases in a period that are integrated without a closer look."""
 
 
@@ -146,7 +146,7 @@ def alternate(
     # An event is a later root: a contact at its limit may be beyond it already.
     if phase < 1 and mode == STUCK and not flow.stuck.rest(state, phase, constants)[1]:
         return mode, state, phase
-    for _ in range(MAX_LEGS):
+    for _ in range(MAX_PHASES):
         if phase >= 1:
             break
         ready = flow.ready(mode, constants, weights)
@@ -165,7 +165,7 @@ def alternate(
             final[flow.stuck.held[0]] = speed
         elif not compiled.rests:
             final = compiled.hold(final, end, constants)
-        recorder.went_on(energies)
+        recorder.add(energies)
         if end > 1:
             ended(mode, state + (1 - phase) / (end - phase) * (final - state))
         if after is not mode:
@@ -220,7 +220,7 @@ def smooth_phases(
     if flow.planar:
         mode = _slow_where_slow(system, mode, state, phase)
     if Status.STICK in mode or Status.SLOW in mode:
-        mode, first = _begun(system, mode, state, phase, end, dense=dense)
+        mode, first = _first_phases(system, mode, state, phase, end, dense=dense)
         for piece, after in first:
             yield piece, after
             state, phase = piece.state, piece.end
@@ -232,13 +232,13 @@ def smooth_phases(
         if part.event is None:
             yield part, mode
             return
-        beginning: list[SmoothPhase] = []
+        onset: list[SmoothPhase] = []
         try:
             after, resting = _after(system, part)
             for contact, status in enumerate(after if flow.planar else ()):
                 if status is Status.SLOW and resting[contact] is Status.STICK:
                     new = Release(system, after, contact)
-                    beginning = new.phases(part.state, part.end, end, dense=dense)
+                    onset = new.phases(part.state, part.end, end, dense=dense)
         except Undecided as error:
             raise Broken(_undecided(error, part.end), part) from None
         except Undetermined as error:
@@ -250,7 +250,7 @@ def smooth_phases(
         state = part.state
         yield part, after
         mode, phase = after, part.end
-        for piece in beginning:
+        for piece in onset:
             yield replace(piece, event=part.event), after
             state, phase = piece.state, piece.end
         if phase >= end:
@@ -262,7 +262,7 @@ def smooth_phases(
     raise Broken(Stop("chattering", reason, phase))
 
 
-def _begun(
+def _first_phases(
     system: HybridSystem, mode: Mode, state: Array, phase: float, end: float, *, dense: bool
 ) -> tuple[Mode, list[tuple[SmoothPhase, Mode]]]:
     """Return the mode in which a trajectory continues, and first phases if slip begins at once."""

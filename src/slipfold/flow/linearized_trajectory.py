@@ -188,7 +188,7 @@ def _comes_to_rest_in_the_plane(part: SmoothPhase) -> bool:
     return part.mode[event.which] is Status.SLOW
 
 
-def left_to_touch(
+def left_to_grazing(
     system: HybridSystem, start: Array, passed: Sequence[tuple[SmoothPhase, Mode]]
 ) -> list[float]:
     """Return minimum speeds of slow slip, over its scale, and squared durations of its stops.

@@ -419,7 +419,7 @@ class HybridIntegration(Integration):
                 )
             try:
                 for part, after in closely:
-                    self.recorder.went_on(part.energies)
+                    self.recorder.add(part.energies)
                     if part.end > 1:
                         fraction = (1 - part.begin) / (part.end - part.begin)
                         self._ended(mode, state + fraction * (part.state - state))

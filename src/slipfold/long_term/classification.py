@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.ensembles import TOGETHER, Ensemble, March, models_with
+from slipfold.flow.ensembles import TOGETHER, BatchSteps, Ensemble, models_with
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
 from slipfold.long_term.exponents import SURE
@@ -80,8 +80,8 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
         constants = flow.constants(parameters[some], scales[some])
         between = states[None, some]
         if samples > 1:
-            march = March(model, constants)
-            between = march.samples(states[some].T, samples).transpose(0, 2, 1)
+            steps = BatchSteps(model, constants)
+            between = steps.samples(states[some].T, samples).transpose(0, 2, 1)
         for place, phase in enumerate(phases):
             rows = np.full(between.shape[1], phase)
             result[some, place] = flow.outputs(between[place], rows, constants)

@@ -12,7 +12,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
-from slipfold.flow.linearized_trajectory import left_to_touch, linearized_trajectory
+from slipfold.flow.linearized_trajectory import left_to_grazing, linearized_trajectory
 from slipfold.flow.modes import Ending, Mode, Status, Undetermined, shown
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
@@ -95,7 +95,7 @@ class SwitchedShooting(Shooting):
         where no slip is slow. Shapes: nodes (m, n).
         """
         system = self.switched.system(nodes[0], constants)
-        return min(left_to_touch(system, nodes[0], self.round(nodes, constants)), default=None)
+        return min(left_to_grazing(system, nodes[0], self.round(nodes, constants)), default=None)
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
         """Return how fast, at least, what friction lacks to hold a contact grows where it lets go.
