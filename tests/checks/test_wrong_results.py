@@ -188,7 +188,7 @@ def test_multipliers_that_cannot_be_known_leave_the_states(
 ):
     def tried(orbit, pieces, free):
         multipliers = Difference(value, allowed, what="multipliers")
-        return checks._Compared(Difference(1e-13, ALLOWED), multipliers)
+        return checks._OrbitComparison(Difference(1e-13, ALLOWED), multipliers)
 
     monkeypatch.setattr(checks, "_differences", tried)
     found = difference(orbit)

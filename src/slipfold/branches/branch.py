@@ -10,14 +10,14 @@ from typing import Annotated
 import numpy as np
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.branches.curve import OrbitsAlong
+from slipfold.branches.solution_curve import OrbitSeries
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.text.one_line import listed, number_text, parameter_text
 from slipfold.text.stability import outside, revolutions_text
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Branch(OrbitsAlong):
+class Branch(OrbitSeries):
     """Periodic orbits followed in one parameter; frozen, one row a point."""
 
     parent: Annotated[

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.curve import CurvePoint
+from slipfold.branches.solution_curve import LocatedPoint
 from slipfold.flow.modes import MET
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
@@ -25,7 +25,7 @@ LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *MET)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class SpecialPoint(CurvePoint):
+class SpecialPoint(LocatedPoint):
     """A located point of a branch; frozen."""
 
     type: Annotated[

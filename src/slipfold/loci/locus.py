@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from slipfold.arrays import Array, Complex, Mask
-from slipfold.branches.curve import CurvePoint, OrbitsAlong
+from slipfold.branches.solution_curve import LocatedPoint, OrbitSeries
 from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.eigenvalues import eigenvalues_of
@@ -54,7 +54,7 @@ LocusEnd = End
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class LocusPoint(CurvePoint):
+class LocusPoint(LocatedPoint):
     """A special point of a locus; frozen."""
 
     type: Annotated[
@@ -107,7 +107,7 @@ class LocusPoint(CurvePoint):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Locus(OrbitsAlong):
+class Locus(OrbitSeries):
     """Orbits at a bifurcation, followed in two parameters; frozen, one row a point."""
 
     type: Annotated[

@@ -16,7 +16,7 @@ from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, Box, kind_of
 from slipfold.models.model import Model
 from slipfold.models.parameter import State
-from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Field, Items, axis
+from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Entry, Items, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame
@@ -219,9 +219,9 @@ class Attractors(FoundAttractors):
     seed: int
     starts: Annotated[
         Array,
-        Field("start state", "starting state at phase zero", name="starting_states", head=""),
+        Entry("start state", "starting state at phase zero", name="starting_states", head=""),
     ]
-    labels: Annotated[NDArray[np.int64], Field("start", REACHED, name="reached")]
+    labels: Annotated[NDArray[np.int64], Entry("start", REACHED, name="reached")]
 
     def _head(self) -> str:
         moved = [
@@ -285,13 +285,13 @@ class Basins(FoundAttractors):
     second: Annotated[Array, axis("{axes[1]}")]
     state: Annotated[
         Array,
-        Field("state", "starting state whose other components all starts have",
+        Entry("state", "starting state whose other components all starts have",
               name="starting_state"),
     ]  # fmt: skip
-    labels: Annotated[NDArray[np.int64], Field("{axes[1]} {axes[0]}", REACHED, name="reached")]
+    labels: Annotated[NDArray[np.int64], Entry("{axes[1]} {axes[0]}", REACHED, name="reached")]
     uncertain: Annotated[
         NDArray[np.int64],
-        Field("{axes[1]} {axes[0]}", "whether the label changes: 0 no, 1 within the cell, 2 within "
+        Entry("{axes[1]} {axes[0]}", "whether the label changes: 0 no, 1 within the cell, 2 within "
               "the error of the integration", more="of a cell its corners are compared"),
     ]  # fmt: skip
 
@@ -397,9 +397,9 @@ class BasinFractions(Result):
     seed: int
     asked: int | None
     starts: Annotated[
-        Array, Field("start state", "starting state at phase zero", name="starting_states")
+        Array, Entry("start state", "starting state at phase zero", name="starting_states")
     ]
-    labels: Annotated[NDArray[np.int64], Field("{vary} start", REACHED, name="reached")]
+    labels: Annotated[NDArray[np.int64], Entry("{vary} start", REACHED, name="reached")]
     attractors: Annotated[
         tuple[tuple[Attractor, ...], ...],
         Items("attractor", Attractor, COLUMNS,

@@ -20,9 +20,9 @@ from slipfold.results.fields import (
     TEXT,
     WHOLE,
     Column,
+    ItemTable,
     Owners,
-    Part,
-    Table,
+    ResultPart,
     axes_of,
     meaning_of,
 )
@@ -226,7 +226,7 @@ OPTIONAL = {
 """Variables that only some files have."""
 
 
-class CurveList(Part):
+class CurveList(ResultPart):
     """Branches or loci as an attribute of a diagram."""
 
     def made(self, result: Any, fields: dict[str, Any], outputs: tuple[str, ...]) -> Any:
@@ -308,10 +308,12 @@ class CurveList(Part):
             )
 
         owner = (thing, f"{thing} the point lies on")
-        special = Table(("special",), chosen(SPECIAL), "special_", (thing, f"{thing} it lies on"))
+        special = ItemTable(
+            ("special",), chosen(SPECIAL), "special_", (thing, f"{thing} it lies on")
+        )
         return Owners(
-            Table((thing,), chosen(CURVE), f"{thing}_"),
-            Table(("point",), chosen(POINT), owner=owner, joined=True),
+            ItemTable((thing,), chosen(CURVE), f"{thing}_"),
+            ItemTable(("point",), chosen(POINT), owner=owner, joined=True),
             {"special": special},
         )
 
@@ -330,7 +332,7 @@ def _names(vary: str | tuple[str, str]) -> tuple[str, ...]:
     return (vary,) if isinstance(vary, str) else vary
 
 
-class Mark(NamedTuple):
+class TableLine(NamedTuple):
     """A line of the table of a diagram: an end or a special point of a curve."""
 
     curve: Any
@@ -391,12 +393,12 @@ class CurveDiagram(Result):
             for name, value in zip(self._spans, values, strict=True)
         )
 
-    def _marks(self) -> list[Mark]:
+    def _marks(self) -> list[TableLine]:
         """Return the first point, the special points and the last point of each curve."""
-        noise, marks = self._noise, list[Mark]()
+        noise, marks = self._noise, list[TableLine]()
         for curve in self._curves:
             ends = [
-                Mark(
+                TableLine(
                     curve,
                     row,
                     "MX" if end.kind == "failed" else "EP",
@@ -410,7 +412,7 @@ class CurveDiagram(Result):
             for point in curve.special if ends else ():
                 row = int(np.searchsorted(curve.arclength, point.arclength, side="right")) - 1
                 values = point.certain_values
-                marks.append(Mark(curve, row, point.type, values, point.outcome, point))
+                marks.append(TableLine(curve, row, point.type, values, point.outcome, point))
             marks += ends[1:]
         return marks
 

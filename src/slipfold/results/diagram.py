@@ -21,10 +21,10 @@ from slipfold.models.suggestion import suggest
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.checks.checked import Checked
-from slipfold.results.curves import ROUNDING, CurveDiagram, CurveList, Mark
+from slipfold.results.curves import ROUNDING, CurveDiagram, CurveList, TableLine
 from slipfold.results.records import Provenance
 from slipfold.results.tables import Frame
-from slipfold.results.tori import Tori, torus_sentence
+from slipfold.results.tori import ToriList, torus_sentence
 from slipfold.text.one_line import certain, headed
 from slipfold.text.printed_table import PrintedTable, with_unit
 from slipfold.text.stability import revolutions_text, stability_word
@@ -49,7 +49,7 @@ def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
     return {label: mark.point for label, mark in marks if mark.point is not None}
 
 
-def _stability(mark: Mark) -> str:
+def _stability(mark: TableLine) -> str:
     """Say whether an orbit is stable; without damping it is neither that nor unstable."""
     branch: Branch = mark.curve
     if mark.type in BIFURCATIONS:
@@ -163,7 +163,7 @@ class Diagram(CurveDiagram):
     searched: Annotated[
         BranchSearch | None, "Where branches were searched that nothing leads to; None if nowhere."
     ] = None
-    tori: Annotated[tuple[TorusBranch, ...], Tori()] = ()
+    tori: Annotated[tuple[TorusBranch, ...], ToriList()] = ()
 
     @property
     def special(self) -> tuple[Labeled, ...]:
@@ -357,7 +357,7 @@ class Diagram(CurveDiagram):
         return [f"Searched from {where}: {found}; in {box}"]
 
     def _record(self) -> dict[str, Any]:
-        branches = [*Branches().record(self, "branches"), *Tori().record(self, "tori")]
+        branches = [*Branches().record(self, "branches"), *ToriList().record(self, "tori")]
         searched = {} if self.searched is None else {"searched": asdict(self.searched)}
         return {"vary": self.vary, "branches": branches, **searched}
 

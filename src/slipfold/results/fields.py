@@ -31,15 +31,15 @@ WITH_UNITS = frozenset({
 
 
 @dataclass(frozen=True)
-class Kind:
+class ValueType:
     """Type of values, and the value that stands for a missing one."""
 
     type: type
     missing: Any
 
 
-TEXT, WHOLE, TRUTH = Kind(np.str_, ""), Kind(np.int64, 0), Kind(np.bool_, False)
-REAL, COMPLEX = Kind(np.float64, np.nan), Kind(np.complex128, np.nan)
+TEXT, WHOLE, TRUTH = ValueType(np.str_, ""), ValueType(np.int64, 0), ValueType(np.bool_, False)
+REAL, COMPLEX = ValueType(np.float64, np.nan), ValueType(np.complex128, np.nan)
 
 
 BRACES = re.compile(r"\{(\w+)\}")
@@ -51,7 +51,7 @@ class Column:
 
     key: str
     """Attribute of an item, argument of its class, and key in records; dots lead inside."""
-    kind: Kind = REAL
+    kind: ValueType = REAL
     meaning: str = ""
     """Meaning of the values; a column without one is not among the arrays."""
     unit: str | None = None
@@ -154,7 +154,7 @@ def _filled(part: NDArray[Any], own: int, shape: Sequence[int], missing: Any) ->
 
 
 @dataclass(frozen=True)
-class Table:
+class ItemTable:
     """Columns of items of one kind."""
 
     dimensions: tuple[str, ...]
@@ -227,10 +227,10 @@ class Table:
 class Owners:
     """Numbered items, each with rows of its own, and the tables of other items that it owns."""
 
-    items: Table
-    rows: Table | None = None
+    items: ItemTable
+    rows: ItemTable | None = None
     """Rows that an item has itself, such as the points of a curve."""
-    owned: Mapping[str, Table] = dataclasses.field(default_factory=dict)
+    owned: Mapping[str, ItemTable] = dataclasses.field(default_factory=dict)
     """Tables of what an item owns, by attribute."""
 
     def variables(self, items: Sequence[Any], axes: Axes) -> dict[str, Variable]:
@@ -282,7 +282,7 @@ def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[s
         Column("doc", TEXT, f"meaning of the {dimension}",
                name=f"{dimension}_long_name", label=True),
     )  # fmt: skip
-    return Table((dimension,), columns).variables(items, {})
+    return ItemTable((dimension,), columns).variables(items, {})
 
 
 def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str, list[str]]:
@@ -321,7 +321,7 @@ class Declared(Protocol):
         """Return the name of the variable of a parameter or state."""
 
 
-class Part:
+class ResultPart:
     """How one attribute of a result is written as arrays, and read back from them."""
 
     doc = ""
@@ -353,11 +353,13 @@ class Part:
 
 
 @cache
-def parts_of(kind: type[Declared]) -> dict[str, Part]:
+def parts_of(kind: type[Declared]) -> dict[str, ResultPart]:
     """Return how attributes of a class are written as arrays, in the order of its fields."""
     hints = get_type_hints(kind, include_extras=True)
     notes = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
-    declared = {name: note[0] for name, note in notes.items() if note and isinstance(note[0], Part)}
+    declared = {
+        name: note[0] for name, note in notes.items() if note and isinstance(note[0], ResultPart)
+    }
     own = dataclasses.fields(cast(Any, kind))
     return {item.name: declared[item.name] for item in own if item.name in declared} | {
         **kind.arrays
@@ -365,7 +367,7 @@ def parts_of(kind: type[Declared]) -> dict[str, Part]:
 
 
 @dataclass(frozen=True)
-class Field(Part):
+class Entry(ResultPart):
     """An attribute that is an array, as the note of its type: ``Annotated[Array, Field(...)]``.
 
     References such as ``{vary}`` stand for the parameter that an attribute names.
@@ -376,7 +378,7 @@ class Field(Part):
     meaning: str
     unit: str | None = None
     """Empty for a number; None where the labels of a dimension say the unit, or for text."""
-    kind: Kind | None = None
+    kind: ValueType | None = None
     """Type of the values, if the annotation does not give it."""
     name: str | None = None
     """Name of the variable, instead of the attribute's."""
@@ -433,7 +435,7 @@ class Field(Part):
         return replace(_bound_column(column, result), head=head)
 
 
-KINDS: dict[Any, Kind] = {
+KINDS: dict[Any, ValueType] = {
     np.float64: REAL, np.complex128: COMPLEX, np.int64: WHOLE, np.bool_: TRUTH, np.str_: TEXT,
     np.object_: TEXT, str: TEXT, float: REAL, int: WHOLE,
 }  # fmt: skip
@@ -445,14 +447,14 @@ def _element(kind: Any) -> Any:
     return get_args(inner[1])[0] if get_origin(kind) is np.ndarray else inner[0]
 
 
-def axis(reference: str) -> Field:
+def axis(reference: str) -> Entry:
     """Return the values of a parameter, which label the dimension that is named for it."""
     doc = "Values of the parameter or state, increasing"
-    return Field(reference, reference, reference, name=reference, label=True, doc=doc)
+    return Entry(reference, reference, reference, name=reference, label=True, doc=doc)
 
 
 @dataclass(frozen=True)
-class Labels(Part):
+class Labels(ResultPart):
     """An attribute with values of parameters by name, along dimensions named for them or one."""
 
     dimension: str | None = None
@@ -491,7 +493,7 @@ class Labels(Part):
 
 
 @dataclass(frozen=True)
-class Items(Part):
+class Items(ResultPart):
     """An attribute with many items of one class, each a row; or a tuple of them for each owner."""
 
     dimension: str
@@ -503,11 +505,11 @@ class Items(Part):
     owner: tuple[str, str, str] | None = None
     """Name of the owners, meaning of their number, and an attribute with one entry an owner."""
 
-    def table(self, result: Declared) -> Table:
+    def table(self, result: Declared) -> ItemTable:
         """Return the table with its references replaced."""
         columns = tuple(_bound_column(item, result) for item in self.columns)
         owner = None if self.owner is None else self.owner[:2]
-        return Table((self.dimension,), columns, self.prefix, owner)
+        return ItemTable((self.dimension,), columns, self.prefix, owner)
 
     def variables(self, result: Declared, key: str) -> dict[str, Variable]:
         """Return an array for each column."""

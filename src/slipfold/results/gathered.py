@@ -10,10 +10,10 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.results.fields import REAL, TEXT, WHOLE, Kind
+from slipfold.results.fields import REAL, TEXT, WHOLE, ValueType
 from slipfold.studies.works import CaseField
 
-KINDS: dict[str, Kind] = {"real": REAL, "whole": WHOLE, "text": TEXT}
+KINDS: dict[str, ValueType] = {"real": REAL, "whole": WHOLE, "text": TEXT}
 
 BLOCK = 512
 """Rows that are put into arrays at once."""

@@ -25,9 +25,9 @@ from slipfold.results.fields import (
     TRUTH,
     WHOLE,
     Column,
+    ItemTable,
     Owners,
-    Part,
-    Table,
+    ResultPart,
     axes_of,
     meaning_of,
     names,
@@ -37,7 +37,7 @@ from slipfold.results.tables import Frame, Variable
 from slipfold.text.one_line import capitalized
 from slipfold.text.printed_table import PrintedTable
 
-CHECKS = Table(
+CHECKS = ItemTable(
     ("check",),
     (
         Column("values", meaning="values of the parameters", dimensions=("parameter",),
@@ -52,7 +52,7 @@ CHECKS = Table(
     ("region", "region it lies in"),
 )  # fmt: skip
 
-MOTIONS = Table(
+MOTIONS = ItemTable(
     ("motion",),
     (
         Column("values", meaning="values of the parameters", dimensions=("parameter",),
@@ -66,7 +66,7 @@ MOTIONS = Table(
     ("region", "region it lies in"),
 )  # fmt: skip
 
-REGIONS = Table(
+REGIONS = ItemTable(
     ("region",),
     (
         Column("id", WHOLE, "number of the region", name="region", label=True, record=True),
@@ -96,20 +96,20 @@ REGIONS = Table(
 OWNERS = Owners(REGIONS, owned={"checks": CHECKS, "motions": MOTIONS})
 
 
-def _cells(model: Model, vary: tuple[str, str]) -> tuple[Table, ...]:
+def _cells(model: Model, vary: tuple[str, str]) -> tuple[ItemTable, ...]:
     """The axes of the plane, and which region a cell belongs to."""
     axes = []
     for axis, name in zip(("first", "second"), vary, strict=True):
         parameter = model.parameter(name)
         values = Column(axis, meaning=meaning_of(parameter), unit=parameter.unit, label=True)
-        axes.append(Table((axis,), (values,), joined=True))
+        axes.append(ItemTable((axis,), (values,), joined=True))
     about = "region that the cell belongs to, 0: not known"
     labels = Column("labels", WHOLE, about, name="region_of_cell")
-    return *axes, Table(("second", "first"), (labels,), joined=True)
+    return *axes, ItemTable(("second", "first"), (labels,), joined=True)
 
 
 @dataclass(frozen=True)
-class Regions(Part):
+class Regions(ResultPart):
     """The regions of a plane as an attribute, which may be None."""
 
     doc = "Which stable responses exist where; None if that was not requested."
@@ -184,7 +184,7 @@ class LabeledLocus(NamedTuple):
         return self.point._repr_html_()
 
 
-FORMS = Table(
+FORMS = ItemTable(
     ("normal_form",),
     (
         Column("name", TEXT, "name of the coefficient", get=itemgetter(1)),

@@ -17,7 +17,7 @@ from slipfold.models.model import Model
 from slipfold.parameter_space.information import Planned, best_rows, expected
 from slipfold.parameter_space.least_squares import Estimate
 from slipfold.parameter_space.measurement import Measurement, Quantity
-from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table
+from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable, ResultPart
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
@@ -66,10 +66,10 @@ class MeasurementPlan(Result):
         "read", "slopes",
     )  # fmt: skip
     arrays = MappingProxyType({
-        "errors_expected": Field("fitted", "expected standard error", name="fitted_error"),
-        "correlation": Field("fitted other", "expected, with each of the other parameters", "",
+        "errors_expected": Entry("fitted", "expected standard error", name="fitted_error"),
+        "correlation": Entry("fitted other", "expected, with each of the other parameters", "",
                              name="fitted_correlation"),
-        "_units": Field("fitted", "unit of the parameter", kind=TEXT, name="fitted_units",
+        "_units": Entry("fitted", "unit of the parameter", kind=TEXT, name="fitted_units",
                         label=True),
     })  # fmt: skip
 
@@ -77,11 +77,11 @@ class MeasurementPlan(Result):
     vary: str
     quantities: Annotated[tuple[Quantity, ...], QUANTITIES]
     fitted: Annotated[
-        tuple[str, ...], Field("fitted", "name of the parameter", name="fitted", label=True)
+        tuple[str, ...], Entry("fitted", "name of the parameter", name="fitted", label=True)
     ]
     values: Annotated[
         Array,
-        Field(
+        Entry(
             "row",
             "{vary}",
             "{vary}",
@@ -92,16 +92,17 @@ class MeasurementPlan(Result):
         ),
     ]
     read: Annotated[
-        Array, Field("row quantity", "what would be read", more="NaN where no response is stable")
+        Array,
+        Entry("row quantity", "what would be read", more="NaN where no response is stable"),
     ]
     slopes: Annotated[
         Array,
-        Field("row quantity fitted", "derivative of what would be read by each parameter, in units "
+        Entry("row quantity fitted", "derivative of what would be read by each parameter, in units "
               "of quantities over units of parameters", "see quantity_units, fitted_units",
               head="slope of"),
     ]  # fmt: skip
     errors: Annotated[
-        Array, Field("quantity", "standard deviation of readings", name="quantity_error")
+        Array, Entry("quantity", "standard deviation of readings", name="quantity_error")
     ]
     provenance: Provenance
 
@@ -231,7 +232,7 @@ ROWS = (
 
 
 @dataclass(frozen=True)
-class Readings(Part):
+class MeasuredRows(ResultPart):
     """A measurement as an attribute."""
 
     doc = "What was measured."
@@ -244,7 +245,7 @@ class Readings(Part):
         """Return what was measured."""
         seen: Measurement = getattr(result, key)
         values = replace(ROWS[0], unit=seen.unit, head=seen.vary)
-        table = Table(("row",), (values, *ROWS[1:]), joined=True)
+        table = ItemTable(("row",), (values, *ROWS[1:]), joined=True)
         quantities = QUANTITIES.table(result).variables(seen.quantities, {})
         return quantities | table.variables([seen], {})
 
@@ -257,7 +258,7 @@ class Readings(Part):
         """Return the measurement."""
         table = QUANTITIES.table(result)
         quantities = [Quantity(**table.read(saved, {}, row)) for row in range(table.count(saved))]
-        fields = Table(("row",), ROWS, joined=True).read(saved, {}, ...)
+        fields = ItemTable(("row",), ROWS, joined=True).read(saved, {}, ...)
         fields["sweep"] = tuple(fields["sweep"].tolist())
         vary = result.model.parameter(str(saved.attributes["vary"]))
         stopped = json.loads(saved.attributes["measurement_stopped"])
@@ -296,16 +297,16 @@ class Fit(Result):
     recorded = ("scatter", "converged", "message", "predicted", "period", "used")
 
     model: Model
-    measurement: Annotated[Measurement, Readings()]
+    measurement: Annotated[Measurement, MeasuredRows()]
     estimates: Annotated[tuple[Estimate, ...], ESTIMATES]
     predicted: Annotated[
-        Array, Field("row quantity", "what the fitted model predicts", more="NaN if not used")
+        Array, Entry("row quantity", "what the fitted model predicts", more="NaN if not used")
     ]
     period: Annotated[
         NDArray[np.int64],
-        Field("row", "of the stable response, in forcing periods, 0: none"),
+        Entry("row", "of the stable response, in forcing periods, 0: none"),
     ]
-    used: Annotated[NDArray[np.bool_], Field("row", "whether the row was used")]
+    used: Annotated[NDArray[np.bool_], Entry("row", "whether the row was used")]
     scatter: Annotated[
         float,
         "Root mean square of the weighted residuals over degrees of freedom: 1 is expected where "

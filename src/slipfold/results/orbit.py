@@ -8,23 +8,23 @@ from typing import Annotated, Any
 
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.results.fields import COMPLEX, Column, Part, Table, axes_of
+from slipfold.results.fields import COMPLEX, Column, ItemTable, ResultPart, axes_of
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
 
-NODES = Table(
+NODES = ItemTable(
     ("node",),
     (Column("nodes", meaning="states that the orbit is computed from", dimensions=("state",)),),
     joined=True,
 )
-MULTIPLIERS = Table(
+MULTIPLIERS = ItemTable(
     ("multiplier",), (Column("multipliers", COMPLEX, "Floquet multipliers", ""),), joined=True
 )
 
 
 @dataclass(frozen=True)
-class Orbit(Part):
+class Orbit(ResultPart):
     """An orbit as an attribute: its samples over one period, its nodes and its multipliers."""
 
     doc = "The orbit."
@@ -43,7 +43,7 @@ class Orbit(Part):
         ]
         time = Column("time", meaning="time", unit="s", get=itemgetter(-1), label=True)
         seconds, values = orbit._outputs(256 * orbit.period)
-        samples = Table(("time",), (*columns, time), joined=True)
+        samples = ItemTable(("time",), (*columns, time), joined=True)
         return {
             **samples.variables([[*values.T, seconds]], axes),
             **NODES.variables([orbit], axes),

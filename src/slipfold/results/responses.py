@@ -15,7 +15,7 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
 from slipfold.results.diagram import Diagram
-from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Field, Items, Labels, Part
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Entry, Items, Labels, ResultPart
 from slipfold.results.records import Provenance, SavedTable, open_table
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, LabeledTable, frame_of
@@ -25,7 +25,7 @@ from slipfold.text.printed_table import PrintedTable
 INTERRUPTED = "interrupted before this case was reached"
 
 
-class Found(NamedTuple):
+class CasePoint(NamedTuple):
     """A special point with its branch and the number of its case, from 0."""
 
     case: int
@@ -34,7 +34,7 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Diagrams(Part):
+class Diagrams(ResultPart):
     """Diagrams of many cases, each in a group of the file."""
 
     doc = "One a case; None where there is none."
@@ -76,8 +76,8 @@ class Responses(Result, Sequence["Diagram | None"]):
     schema = "slipfold.responses/1"
     title = "periodic responses of {0.model.name} over {0.vary}, many cases"
     arrays = MappingProxyType({
-        "branches": Field("case", "number of branches", "", WHOLE),
-        "special": Items("special", Found, (
+        "branches": Entry("case", "number of branches", "", WHOLE),
+        "special": Items("special", CasePoint, (
             Column("case", WHOLE, "case it belongs to, from 0", "", name="case_of_special",
                    label=True),
             Column("point.type", TEXT, "type of special point", name="special_type", head="type"),
@@ -99,7 +99,7 @@ class Responses(Result, Sequence["Diagram | None"]):
     span: tuple[float, float]
     over: Annotated[Mapping[str, NDArray[np.float64]], Labels("case")]
     diagrams: Annotated[tuple[Diagram | None, ...], Diagrams()]
-    reasons: Annotated[tuple[str, ...], Field("case", "why there is no diagram", name="reason")]
+    reasons: Annotated[tuple[str, ...], Entry("case", "why there is no diagram", name="reason")]
     provenance: Provenance
 
     def __len__(self) -> int:
@@ -123,10 +123,10 @@ class Responses(Result, Sequence["Diagram | None"]):
         return [0 if each is None else len(each.branches) for each in self.diagrams]
 
     @property
-    def special(self) -> tuple[Found, ...]:
+    def special(self) -> tuple[CasePoint, ...]:
         """All special points, each with its case and branch, case after case."""
         return tuple(
-            Found(case, branch, point)
+            CasePoint(case, branch, point)
             for case, diagram in enumerate(self.diagrams)
             if diagram is not None
             for branch, point in diagram.special

@@ -19,7 +19,7 @@ from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
 from slipfold.read_only import ReadOnly
 from slipfold.results.checks.checked import Checked
-from slipfold.results.fields import Part, bound, names, parts_of
+from slipfold.results.fields import ResultPart, bound, names, parts_of
 from slipfold.results.records import (
     Provenance,
     SavedTable,
@@ -75,7 +75,7 @@ class Result(OneLine, ReadOnly, ABC):
     schema: ClassVar[str]
     title: ClassVar[str] = ""
     """Title of the file; ``{0}`` is the result."""
-    arrays: ClassVar[Mapping[str, Part]] = {}
+    arrays: ClassVar[Mapping[str, ResultPart]] = {}
     """Attributes that are arrays, besides fields that are declared so."""
     rows: ClassVar[str] = ""
     """Dimensions along which a table has a row for each place, separated by spaces."""

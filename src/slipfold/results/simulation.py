@@ -20,7 +20,17 @@ from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
 from slipfold.results.checks.checked import Checked
-from slipfold.results.fields import REAL, TEXT, WHOLE, Axes, Column, Declared, Field, Part, Table
+from slipfold.results.fields import (
+    REAL,
+    TEXT,
+    WHOLE,
+    Axes,
+    Column,
+    Declared,
+    Entry,
+    ItemTable,
+    ResultPart,
+)
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
@@ -37,11 +47,11 @@ WORDS = {
 TOLD = 4
 """Intervals of stick that a summary lists of each contact."""
 
-CONTACTS = Table(
+CONTACTS = ItemTable(
     ("contact",),
     (Column("name", TEXT, "name of the contact", name="contact", get=str, label=True),),
 )
-MODES = Table(
+MODES = ItemTable(
     ("strobe",),
     (
         Column(
@@ -53,10 +63,10 @@ MODES = Table(
 )  # fmt: skip
 
 
-def _intervals(model: Model) -> Table:
+def _intervals(model: Model) -> ItemTable:
     unit = "" if model.forced else "s"
     since = "forcing periods since the start" if model.forced else "time since the start"
-    return Table(
+    return ItemTable(
         ("interval",),
         (
             Column("contact", TEXT, "contact that does one thing in an interval"),
@@ -71,7 +81,7 @@ def _intervals(model: Model) -> Table:
 
 
 @dataclass(frozen=True)
-class Contacts(Part):
+class Contacts(ResultPart):
     """Sticking contacts as an attribute; None if all contacts slip all the time."""
 
     doc = "What contacts did in a trajectory that sticks; None of one that always slips."
@@ -168,10 +178,10 @@ class Simulation(Trajectory, Result):
     title = "simulation of {0.model.name}"
     rows = "strobe"
     arrays = MappingProxyType({
-        "_count": Field("strobe", "forcing periods, or intervals of the duration, since the start",
+        "_count": Entry("strobe", "forcing periods, or intervals of the duration, since the start",
                         "", WHOLE, "strobe", label=True, head=None),
-        "time": Field("strobe", "time since the start", "s", label=True),
-        "strobe": Field("strobe state", "state, at phase zero of the forcing", name="states",
+        "time": Entry("strobe", "time since the start", "s", label=True),
+        "strobe": Entry("strobe state", "state, at phase zero of the forcing", name="states",
                         head=""),
         "sticking": Contacts(),
     })  # fmt: skip

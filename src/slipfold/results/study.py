@@ -27,7 +27,7 @@ from slipfold.text.one_line import headed, listed
 from slipfold.text.printed_table import PrintedTable
 
 
-class _Deferred(Mapping[str, Variable]):
+class _OnDemand(Mapping[str, Variable]):
     """Variables by name, each made whenever it is read: a study may not fit into memory."""
 
     def __init__(self, made: Mapping[str, Callable[[], Variable]]) -> None:
@@ -348,7 +348,7 @@ class StudyResult(Result):
                 _column(described), label=owner, unit=None if owner else described.unit
             )
             add(name, column, (each,), partial(self.listed.__getitem__, described.name))
-        return _Deferred(made)
+        return _OnDemand(made)
 
     def _given_values(self, place: int) -> Array:
         """Return the values of one parameter, case after case."""

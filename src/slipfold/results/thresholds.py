@@ -14,7 +14,7 @@ from slipfold.models.model import Model
 from slipfold.parameter_space.threshold_map import GridThresholds
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import without_defaults
-from slipfold.results.fields import TEXT, Field, Labels
+from slipfold.results.fields import TEXT, Entry, Labels
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import headed, parameter_text
@@ -57,17 +57,17 @@ class ThresholdMap(GridThresholds, Result):
     gap = "\n\n"
     arrays = MappingProxyType({
         "over": Labels(),
-        "values": Field(GRID, "{threshold}", "{threshold}", name="{threshold}",
+        "values": Entry(GRID, "{threshold}", "{threshold}", name="{threshold}",
                         doc="Thresholds in the unit of the parameter",
                         more="NaN where there is none"),
-        "states": Field(f"{GRID} state", "state at phase zero", head=""),
-        "multipliers": Field(f"{GRID} multiplier", "Floquet multipliers", head="multiplier"),
-        "residuals": Field(GRID, "how far the orbit fails to close, in scaled states",
+        "states": Entry(f"{GRID} state", "state at phase zero", head=""),
+        "multipliers": Entry(f"{GRID} multiplier", "Floquet multipliers", head="multiplier"),
+        "residuals": Entry(GRID, "how far the orbit fails to close, in scaled states",
                            name="residual"),
-        "kinds": Field(GRID, "why there is no threshold, in a few words", name="kind",
+        "kinds": Entry(GRID, "why there is no threshold, in a few words", name="kind",
                        head="no threshold"),
-        "reasons": Field(GRID, "why there is no threshold", name="reason"),
-        "followed": Field(GRID, "whether the whole response was followed here",
+        "reasons": Entry(GRID, "why there is no threshold", name="reason"),
+        "followed": Entry(GRID, "whether the whole response was followed here",
                           more="elsewhere the threshold was corrected from a guess, and the "
                           "response below it checked at four places"),
     })  # fmt: skip
@@ -156,9 +156,9 @@ class Design(Result):
     value: Annotated[float, "The threshold before."]
     period: Annotated[int, "Period of its orbit in forcing periods."]
     names: Annotated[
-        tuple[str, ...], Field("chosen", "parameter to choose", name="chosen", label=True)
+        tuple[str, ...], Entry("chosen", "parameter to choose", name="chosen", label=True)
     ]
-    bounds: Annotated[Array, Field("chosen bound", "least and largest value", name="chosen_bounds")]
+    bounds: Annotated[Array, Entry("chosen bound", "least and largest value", name="chosen_bounds")]
     load: Annotated[float, "Value of `vary` at which the vibration is measured."]
     state: Annotated[str, "The state that vibrates."]
     level: Annotated[float, "Its vibration before, root mean square about its mean."]
@@ -166,28 +166,29 @@ class Design(Result):
     least: Annotated[tuple[float, ...], "What each of these is to stay above."]
     sides: Annotated[
         tuple[str, ...],
-        Field("design", "on which side of what is wanted the threshold is to be", name="side"),
+        Entry("design", "on which side of what is wanted the threshold is to be", name="side"),
     ]
     wanted: Annotated[
         Array,
-        Field(
+        Entry(
             "design", "what the threshold is to be above or below", "{vary}", head="{vary} wanted"
         ),
     ]
     values: Annotated[
-        Array, Field("design chosen", "values chosen", head="", more="NaN: none found")
+        Array, Entry("design chosen", "values chosen", head="", more="NaN: none found")
     ]
     thresholds: Annotated[
-        Array, Field("design kept", "the threshold, then those that are kept", "{vary}", head="")
+        Array,
+        Entry("design kept", "the threshold, then those that are kept", "{vary}", head=""),
     ]
     levels: Annotated[
         Array,
-        Field("design", "vibration of the state, root mean square about its mean", "{state}",
+        Entry("design", "vibration of the state, root mean square about its mean", "{state}",
               name="level", head="rms {state}"),
     ]  # fmt: skip
     confirmed: Annotated[
         NDArray[np.bool_],
-        Field(
+        Entry(
             "design",
             "whether a response followed again meets the threshold first",
             more="of a longer period, whether doublings lead to it, each of them soft",
@@ -195,14 +196,14 @@ class Design(Result):
     ]
     reasons: Annotated[
         NDArray[np.str_],
-        Field("design", "why there is no design", name="reason", head="no design"),
+        Entry("design", "why there is no design", name="reason", head="no design"),
     ]
     interrupted: bool
     provenance: Provenance
 
     arrays = MappingProxyType({
-        "_units": Field("chosen", "unit of the parameter", kind=TEXT, name="chosen_units"),
-        "_named": Field("kept", "name of the threshold", kind=TEXT, name="kept", label=True),
+        "_units": Entry("chosen", "unit of the parameter", kind=TEXT, name="chosen_units"),
+        "_named": Entry("kept", "name of the threshold", kind=TEXT, name="kept", label=True),
     })  # fmt: skip
 
     @property

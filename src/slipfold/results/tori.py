@@ -18,9 +18,9 @@ from slipfold.results.fields import (
     TRUTH,
     WHOLE,
     Column,
+    ItemTable,
     Owners,
-    Part,
-    Table,
+    ResultPart,
     axes_of,
     meaning_of,
 )
@@ -41,9 +41,9 @@ RESONANCE_ENDS = {
 OWNER = ("torus", "branch of tori it lies on")
 
 
-def _tori(vary: str, unit: str, *, forced: bool) -> Table:
+def _tori(vary: str, unit: str, *, forced: bool) -> ItemTable:
     """Table of branches of tori."""
-    return Table(
+    return ItemTable(
         ("torus",),
         (
             Column("id", WHOLE, "number of the branch of tori", name="torus", label=True,
@@ -77,10 +77,10 @@ def _tori(vary: str, unit: str, *, forced: bool) -> Table:
     )  # fmt: skip
 
 
-def _points(model: Model, vary: str) -> Table:
+def _points(model: Model, vary: str) -> ItemTable:
     """Return the table of the tori on a branch."""
     parameter = model.parameter(vary)
-    return Table(
+    return ItemTable(
         ("torus_point",),
         (
             Column("parameter", REAL, meaning_of(parameter), parameter.unit, label=True,
@@ -117,15 +117,15 @@ def _owners(model: Model, vary: str) -> Owners:
     unit = model.parameter(vary).unit
     fold = Column("value", REAL, f"{vary} where tori have a fold", unit, get=float)
     owned = {
-        "folds": Table(("fold",), (fold,), "fold_", OWNER),
+        "folds": ItemTable(("fold",), (fold,), "fold_", OWNER),
         "locked": _resonances(vary, unit),
     }
     return Owners(_tori(vary, unit, forced=model.forced), _points(model, vary), owned)
 
 
-def _resonances(vary: str, unit: str) -> Table:
+def _resonances(vary: str, unit: str) -> ItemTable:
     """Resonances that tori pass."""
-    return Table(
+    return ItemTable(
         ("resonance",),
         (
             Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio), record=True),
@@ -138,7 +138,7 @@ def _resonances(vary: str, unit: str) -> Table:
 
 
 @dataclass(frozen=True)
-class Tori(Part):
+class ToriList(ResultPart):
     """Branches of tori as an attribute of a diagram."""
 
     doc = "Branches of quasi-periodic tori from Neimark-Sacker points, if they were requested."

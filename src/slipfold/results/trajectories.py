@@ -28,7 +28,7 @@ from slipfold.long_term.regimes import NONE, SAME
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
-from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Field, Items, Labels, axis
+from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Entry, Items, Labels, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.text.one_line import capitalized, number_text
@@ -79,8 +79,8 @@ class LyapunovExponents(Result):
         "Its classification: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with "
         "its sentence, and the period, duration, rotation number or resonance.",
     ]
-    start: Annotated[Array, Field("state", "first state of the trajectory")]
-    state: Annotated[Array, Field("state", "last state of the trajectory", name="last")]
+    start: Annotated[Array, Entry("state", "first state of the trajectory")]
+    state: Annotated[Array, Entry("state", "last state of the trajectory", name="last")]
     tolerance: Annotated[float, "Error of the exponents at which the computation ends."]
     asked: int | None
     interrupted: bool
@@ -206,30 +206,31 @@ class RegimeMap(Result):
         "over", "runs", "kinds", "periods", "exponents", "coexist", "transient", "interrupted",
     )  # fmt: skip
     arrays = MappingProxyType({
-        "coexist": Field("{axes[0]} {axes[1]}", "whether different attractors coexist", kind=TRUTH),
+        "coexist": Entry("{axes[0]} {axes[1]}", "whether different attractors coexist", kind=TRUTH),
     })  # fmt: skip
 
     model: Model
     over: Annotated[Mapping[str, Array], Labels()]
     runs: Annotated[
-        tuple[str, ...], Field("run", "where trajectories begin", name="run", label=True, more=RUNS)
+        tuple[str, ...],
+        Entry("run", "where trajectories begin", name="run", label=True, more=RUNS),
     ]
     kinds: Annotated[
         NDArray[np.str_],
-        Field(CELLS, "what the trajectory does", name="kind", head="regime", more=KINDS_OF_MOTION),
+        Entry(CELLS, "what the trajectory does", name="kind", head="regime", more=KINDS_OF_MOTION),
     ]
     periods: Annotated[
-        NDArray[np.int64], Field(CELLS, "period in forcing periods, 0 for none", head="period")
+        NDArray[np.int64], Entry(CELLS, "period in forcing periods, 0 for none", head="period")
     ]
     exponents: Annotated[
         Array,
-        Field(CELLS, "largest Lyapunov exponent, where it was needed", "1/forcing period",
+        Entry(CELLS, "largest Lyapunov exponent, where it was needed", "1/forcing period",
               head="exponent"),
     ]  # fmt: skip
-    states: Annotated[Array, Field(f"{CELLS} state", "last state at phase zero", head="")]
+    states: Annotated[Array, Entry(f"{CELLS} state", "last state at phase zero", head="")]
     means: Annotated[
         Array,
-        Field(f"{CELLS} state", "mean of the states at phase zero of a response that repeats",
+        Entry(f"{CELLS} state", "mean of the states at phase zero of a response that repeats",
               head="mean"),
     ]  # fmt: skip
     transient: int
@@ -380,7 +381,7 @@ class Sweep(Result):
     values: Annotated[Array, axis("{vary}")]
     runs: Annotated[
         tuple[str, ...],
-        Field(
+        Entry(
             "run",
             "sweep or start",
             name="run",
@@ -390,7 +391,7 @@ class Sweep(Result):
     ]
     states: Annotated[
         Array,
-        Field(
+        Entry(
             "run {vary} period state",
             "states at phase zero of successive periods",
             head="",
@@ -398,10 +399,10 @@ class Sweep(Result):
         ),
     ]
     stuck: Annotated[
-        NDArray[np.bool_], Field("run {vary}", "whether a contact stuck in the last period")
+        NDArray[np.bool_], Entry("run {vary}", "whether a contact stuck in the last period")
     ]
     reasons: Annotated[
-        NDArray[np.str_], Field("run {vary}", "why there are no points", name="reason")
+        NDArray[np.str_], Entry("run {vary}", "why there are no points", name="reason")
     ]
     transient: int
     interrupted: bool

@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.parameter_space.sampling import INTERRUPTED, SobolIndices
 from slipfold.parameter_space.scatter import Scatter, scatter_text, scattered_away
-from slipfold.results.fields import REAL, TEXT, Column, Field, Items, Part, Table
+from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable, ResultPart
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
@@ -48,7 +48,7 @@ SCATTERS = Items("scattered", Scatter, (
 
 
 @dataclass(frozen=True)
-class Indices(Part):
+class Indices(ResultPart):
     """Sobol's indices as an attribute, which may be None."""
 
     doc = "Sobol's indices; None if they were not requested or cannot be computed."
@@ -63,7 +63,9 @@ class Indices(Part):
         columns = (
             [] if found is None else [Column(name, REAL, INDICES[name], "") for name in INDICES]
         )
-        return Table(("scattered",), tuple(columns), "scatter_", joined=True).variables([found], {})
+        return ItemTable(("scattered",), tuple(columns), "scatter_", joined=True).variables(
+            [found], {}
+        )
 
     def read(self, saved: SavedTable, result: Any, key: str) -> SobolIndices | None:
         """Return the indices."""
@@ -103,9 +105,9 @@ class ThresholdUncertainty(Result):
     gap = "\n\n"
     recorded = ("type", "vary", "value", "period", "lost", "interrupted", "correlation")
     arrays = MappingProxyType({
-        "_units": Field("scattered", "unit of the parameter", kind=TEXT, name="scattered_units",
+        "_units": Entry("scattered", "unit of the parameter", kind=TEXT, name="scattered_units",
                         label=True),
-        "linear": Field("sample", "threshold from the gradients", "{vary}",
+        "linear": Entry("sample", "threshold from the gradients", "{vary}",
                         name="linear_threshold", head="{vary} by gradients"),
     })  # fmt: skip
 
@@ -117,26 +119,27 @@ class ThresholdUncertainty(Result):
     scatters: Annotated[tuple[Scatter, ...], SCATTERS]
     gradient: Annotated[
         Array,
-        Field("scattered", "derivative of the threshold by it, in units of the threshold over its",
+        Entry("scattered", "derivative of the threshold by it, in units of the threshold over its",
               "see scattered_units", name="scatter_gradient"),
     ]  # fmt: skip
     correlation: Annotated[
         Array,
-        Field("scattered other", "correlation with each of the other parameters", "",
+        Entry("scattered other", "correlation with each of the other parameters", "",
               name="scatter_correlation"),
     ]  # fmt: skip
     samples: Annotated[
-        Array, Field("sample scattered", "values of the parameters", name="sample_values", head="")
+        Array,
+        Entry("sample scattered", "values of the parameters", name="sample_values", head=""),
     ]
     thresholds: Annotated[
         Array,
-        Field("sample", "the same special point, even if another bifurcation comes before it; NaN: "
+        Entry("sample", "the same special point, even if another bifurcation comes before it; NaN: "
               "vanished or not found, left out of probabilities", "{vary}", name="threshold",
               head="{vary}"),
     ]  # fmt: skip
     reasons: Annotated[
         NDArray[np.str_],
-        Field("sample", "why there is no threshold", name="reason", head="no threshold"),
+        Entry("sample", "why there is no threshold", name="reason", head="no threshold"),
     ]
     seed: int
     loads: Annotated[

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.branches.curve import Curve
+from slipfold.branches.solution_curve import SolutionCurve
 from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.extrema import Extrema
@@ -49,7 +49,7 @@ class Locked(OneLine, ReadOnly):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class TorusBranch(Curve):
+class TorusBranch(SolutionCurve):
     """Quasi-periodic tori followed in one parameter; frozen, one row a torus.
 
     The first row is the Neimark-Sacker point from which they emanate: a torus without thickness.

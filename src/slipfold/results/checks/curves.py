@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.curve import OrbitsAlong
 from slipfold.branches.progress import branch_progress
+from slipfold.branches.solution_curve import OrbitSeries
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.flow.flow import flow_of
@@ -108,7 +108,7 @@ def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Check
 
 
 def _check_curves(
-    curves: Sequence[OrbitsAlong],
+    curves: Sequence[OrbitSeries],
     candidates: Iterable[Candidate],
     progress: Callable[[int], Progress],
     observer: Observer | None,
@@ -201,13 +201,13 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
     return 0.0, None
 
 
-def _ranked(curves: Sequence[OrbitsAlong]) -> list[tuple[Any, Any]]:
+def _ranked(curves: Sequence[OrbitSeries]) -> list[tuple[Any, Any]]:
     """Return curves with their special points, those that come first on each first."""
     ranked = [(rank, curve, point) for curve in curves for rank, point in enumerate(curve.special)]
     return [(curve, point) for _, curve, point in sorted(ranked, key=lambda item: item[0])]
 
 
-def _end(curve: OrbitsAlong, index: int, word: str) -> Candidate:
+def _end(curve: OrbitSeries, index: int, word: str) -> Candidate:
     thing = "branch" if isinstance(curve, Branch) else "locus"
     name = f"{word} of {thing} {curve.id} at {_at(curve, curve._values[index])}"
     return Candidate(name, curve.orbit(index), curve.kind == "equilibrium")
@@ -229,7 +229,7 @@ def _special(branch: Branch, point: SpecialPoint) -> Candidate:
     return Candidate(f"orbit beside {name}, at {place},", branch.orbit(index), False)
 
 
-def _at(curve: OrbitsAlong, values: Any) -> str:
+def _at(curve: OrbitSeries, values: Any) -> str:
     names = (curve.vary,) if isinstance(curve.vary, str) else curve.vary
     pairs = zip(names, np.atleast_1d(values).tolist(), strict=True)
     return ", ".join(parameter_text(curve.model.parameter(name), value) for name, value in pairs)

@@ -158,12 +158,16 @@ def orbit_difference(
     return max(states, multipliers, key=lambda difference: difference.excess)
 
 
-def _worst(compared: _Compared) -> float:
+def _worst(compared: _OrbitComparison) -> float:
     return max(compared.states.excess, compared.multipliers.excess)
 
 
 def _along_branch(
-    orbit: PeriodicOrbit, pieces: int, free: Array, compared: _Compared, states_allowed: float
+    orbit: PeriodicOrbit,
+    pieces: int,
+    free: Array,
+    compared: _OrbitComparison,
+    states_allowed: float,
 ) -> Difference:
     """Return the difference of multipliers from those of an orbit as near as errors may make it.
 
@@ -177,7 +181,7 @@ def _along_branch(
     nodes = np.reshape(nodes, orbit.nodes.shape) * orbit.model.state_scales()
     reach = min(compared.along * max(states_allowed - ALLOWED, SMALL), NOT_KNOWN) * compared.size
 
-    def beside(place: float) -> _Compared:
+    def beside(place: float) -> _OrbitComparison:
         model = orbit.model
         if not model.forced:
             longer = model.values[DURATION.name] * (1 + place * duration)
@@ -252,7 +256,7 @@ def _field(model: Model, flow: Flow, constants: Constants) -> Field:
     return Field(flow, constants, model.state_scales(), [], LinearPart())
 
 
-class _Compared(NamedTuple):
+class _OrbitComparison(NamedTuple):
     """An orbit compared with polynomials in pieces."""
 
     states: Difference  # of states and duration
@@ -264,23 +268,23 @@ class _Compared(NamedTuple):
     open_direction: Array | None = None
 
 
-def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> _Compared:
+def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> _OrbitComparison:
     """Compare states, duration and multipliers."""
     flow = flow_of(orbit.model)
     solution = solution_of(orbit, flow, pieces, slopes=True)
     retraced = retrace(flow, orbit.model.state_scales(), solution)
     if not (retraced.complete and np.isfinite(retraced.stages).all()):
-        return _Compared(Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED))
+        return _OrbitComparison(Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED))
     field = _field(orbit.model, flow, solution.constants)
     try:
         return _newton_step(orbit, solution.phases, field, retraced, free)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
-        return _Compared(Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED))
+        return _OrbitComparison(Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED))
 
 
 def _newton_step(
     orbit: PeriodicOrbit, phases: Array, field: Field, retraced: Retraced, free: Array
-) -> _Compared:
+) -> _OrbitComparison:
     forced, anchors = orbit.model.forced, np.searchsorted(retraced.edges, phases[:-1])
     turns = orbit.model.angle_periods / field.scales
     condensed = _condensed(field, retraced, turns, autonomous=not forced)
@@ -306,7 +310,7 @@ def _newton_step(
     allowed = np.maximum(np.maximum(max(ALLOWED, along * errors), free / size), sensitive)
     # Where all agree the largest difference counts.
     worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
-    return _Compared(
+    return _OrbitComparison(
         Difference(float(_finite(step / retraced.size)), max(ALLOWED, growth * errors)),
         Difference(float(apart[worst]), float(allowed[worst]), what="multipliers"),
         retraced.size,
@@ -356,7 +360,7 @@ def _between(anchors: NDArray[np.intp], single: Array) -> tuple[Array, Array, Ar
     return result[:, :, :n], result[:, :, n], result[:, :, n + 1]
 
 
-class _Solved(NamedTuple):
+class _SolvedStep(NamedTuple):
     """Newton's step, and how much longer steps are than the defects that they remove."""
 
     step: float  # length
@@ -367,7 +371,7 @@ class _Solved(NamedTuple):
 
 def _solved(
     matrices: Array, pulls: Array, defects: Array, rates: Array | None, off: float | None
-) -> _Solved:
+) -> _SolvedStep:
     """Solve for the step that leads to the orbit.
 
     At a fold or branch point the equations see its place along the branch as far off, in the
@@ -405,7 +409,7 @@ def _solved(
     unsolved = abs(wanted[-1]) if is_open else 0.0
     length = np.max([np.abs(step).max(), unsolved])
     direction = across[-1] if is_open else None
-    return _Solved(float(length), float(1 / values.min()), float(1 / least), direction)
+    return _SolvedStep(float(length), float(1 / values.min()), float(1 / least), direction)
 
 
 def _multipliers(matrices: Array, rates: Array | None) -> tuple[Complex, Array]:

@@ -25,7 +25,7 @@ STUCK += "slip in one direction all the time{}."
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class CurvePoint(OneLine, ReadOnly):
+class LocatedPoint(OneLine, ReadOnly):
     """A located point of a curve of orbits."""
 
     type: str
@@ -92,7 +92,7 @@ class CurvePoint(OneLine, ReadOnly):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Curve(OneLine, ReadOnly):
+class SolutionCurve(OneLine, ReadOnly):
     """Solutions followed in one parameter or two, one row a point."""
 
     id: Annotated[int, "Number within the result, from 1."]
@@ -132,7 +132,7 @@ class Curve(OneLine, ReadOnly):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class OrbitsAlong(Curve):
+class OrbitSeries(SolutionCurve):
     """Periodic orbits or equilibria followed in parameters."""
 
     kind: Annotated[str, '``"periodic"`` or ``"equilibrium"``.'] = "periodic"
