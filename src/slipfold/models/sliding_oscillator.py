@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import heyoka as hy
@@ -41,6 +41,7 @@ class PaperFriction(FrictionLaw):
     """Coulomb's law with one coefficient."""
 
     title: ClassVar[str] = "Coulomb"
+    rate_independent: ClassVar[bool] = True
 
     mu: float = described(nonnegative("mu", 0.5, "", "friction coefficient", r"$\mu$"))
 
@@ -254,8 +255,11 @@ class SlidingOscillator(MechanicalModel):
             "stiffness2": w2 * w2,
             "spring1": p["kext"] / m1,
             "spring2": p["kext"] / m2,
-            "push1": 1.0 / (m1 * p["L"]),
-            "push2": 1.0 / (m2 * p["L"]),
+            "push_static": p["Ns"] / (m2 * p["L"]),
+            "push_pulsing": p["Nd"] / (m2 * p["L"]),
+            "mass_ratio": m2 / m1,
+            "drive_x": p["Vd"] * cos(p["alpha"]) / p["L"],
+            "drive_y": p["Vd"] * sin(p["alpha"]) / p["L"],
             "plate_x": p["Vd"] * cos(p["alpha"]),
             "plate_y": p["Vd"] * sin(p["alpha"]),
             **{name: p[name] for name in ("Vd", "Ns", "Nd", "f")},
@@ -265,21 +269,35 @@ class SlidingOscillator(MechanicalModel):
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Equations of motion (1)-(2) of the source paper, divided by mass and L."""
         tip = self._tip(q, c, phase)
-        force_x, force_y = tip.force
+        push_x, push_y = self._pushed(tip, q, c, phase)
         stretch = 1.0 - spring_length_squared(q) ** -0.5
         memory = zip(self._law.memory(2), tip.memory_rates, strict=True)
         return {
             "x": q["vx"],
             "y": q["vy"],
-            "vx": c["push2"] * force_x
+            "vx": push_x
             - c["damping2"] * q["vx"]
             - (c["stiffness2"] + c["spring2"] * stretch) * q["x"],
-            "vy": c["push1"] * force_y
+            "vy": push_y
             - c["damping1"] * q["vy"]
             - c["stiffness1"] * q["y"]
             - c["spring1"] * stretch * (1.0 + q["y"]),
             **{state.name: rate for state, rate in memory},
         }
+
+    def _pushed(
+        self, tip: Contact, q: Symbols, c: Symbols, phase: Expression
+    ) -> tuple[Expression, Expression]:
+        """Return the accelerations over L by friction, with as few products as there may be."""
+        if tip.given:
+            x, y = (part / (c["m2"] * c["L"]) for part in tip.given)
+            return x, c["mass_ratio"] * y
+        load = {"Ns": c["push_static"], "Nd": c["push_pulsing"]}
+        tip = replace(tip, normal=LOAD.force(LocalState(q, load, phase, u=(), v=())))
+        if self._law.rate_independent:
+            tip = replace(tip, slip=(c["drive_x"] - q["vx"], c["drive_y"] - q["vy"]))
+        x, y = tip.force
+        return x, c["mass_ratio"] * y
 
     def _tip(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
         """Return the contact of tip and plate."""

@@ -91,6 +91,9 @@ class FrictionLaw(Parametric, ABC):
     sticks: ClassVar[bool] = True
     """Whether the force at rest may have any value up to a limit, so that the contact can stick."""
 
+    rate_independent: ClassVar[bool] = False
+    """Whether the friction force in slip depends on the direction of the slip alone."""
+
     # -- what a subclass gives -----------------------------------------------------------------
 
     @abstractmethod
@@ -152,8 +155,11 @@ class FrictionLaw(Parametric, ABC):
         p
             The parameters by name.
         """
-        inverse = contact.square**-0.5
-        drag = contact.normal * (self.formula(contact.square * inverse, p) * inverse)
+        if self.rate_independent:
+            drag = contact.normal * self.formula(1.0, p) * contact.square**-0.5
+        else:
+            speed = sqrt(contact.square)
+            drag = contact.normal * self.formula(speed, p) / speed
         return tuple(drag * component for component in contact.slip)
 
     # -- memory: none unless a subclass says so --------------------------------------------------

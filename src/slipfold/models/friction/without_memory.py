@@ -47,6 +47,7 @@ class Coulomb(FrictionLaw):
     """
 
     title: ClassVar[str] = "Coulomb"
+    rate_independent: ClassVar[bool] = True
 
     mu_s: float = described(STATIC)
     mu_k: float = described(replace(KINETIC, default=0.5))
