@@ -7,9 +7,13 @@ from slipfold import SlidingOscillator
 
 
 def rows(locus, inside):
-    """Values, nodes and multipliers of every fourth point of a locus, if it lies in a window."""
+    """Values, nodes and multipliers of every fourth point of a locus, if it lies in a window.
+
+    Points on its edge do up to rounding, and their images may lie just outside.
+    """
     for index, values in list(enumerate(locus.values))[::4]:
-        if all(low < value < high for value, (low, high) in zip(values, inside, strict=True)):
+        pairs = zip(values, inside, strict=True)
+        if all(low + 1e-9 < value < high - 1e-9 for value, (low, high) in pairs):
             yield values, locus.nodes[index], locus.multipliers[index]
 
 

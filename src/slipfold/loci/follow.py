@@ -24,7 +24,7 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_equations import LocusEquations, begins_or_ends_at, lies_on, mirrors
 from slipfold.loci.make_locus import as_loci, pair_of, plane_of
-from slipfold.loci.special_points import SpecialPoints, tests_of
+from slipfold.loci.special_points import SpecialPoints, tests_of, without_repeats
 from slipfold.loci.start import (
     CROSSED,
     FIRST,
@@ -317,6 +317,11 @@ class _Loci(CurveSet[OrbitPoint]):
         if start.crosses and point is start.points[0]:
             traced.found[:0] = _crossed(traced, start.crosses)
         return traced
+
+    def _follow(self, start: Start[OrbitPoint]) -> FollowedCurve[OrbitPoint]:
+        followed = super()._follow(start)
+        followed.traced.found[:] = without_repeats(followed.traced.found)
+        return followed
 
     def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
         """Return the loci that begin or pass at points of codimension two, in their order."""

@@ -16,6 +16,8 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.flow.modes import MET
 from slipfold.orbits.critical import Critical
+from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
@@ -170,6 +172,10 @@ loci differ by more."""
 SAME_PLACE = 1e-7
 """Critical orbits whose parameters agree to this in windows may be symmetric images."""
 
+SAME_DIRECTION = 1e-4
+"""Sine of the angle in the plane between tangents of a locus and its image: both are as well known
+as critical orbits."""
+
 SAMPLES = 16
 """Places between neighboring points that are looked at first."""
 
@@ -184,17 +190,22 @@ def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
 
 
 def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
-    """Whether an orbit is the symmetric image of one on a locus.
+    """Whether an orbit is the symmetric image of one on a locus, with all that lie beside it.
 
-    At the same values of both parameters it has the same multipliers.
+    At the same values of both parameters it has the same multipliers, and its locus leads in the
+    same direction: where a symmetry changes a parameter too, loci only cross their images.
     """
-    values = floquet_multipliers(orbits.linearize(z).monodromy)
+    values, condition = _spectrum(orbits, z), points[0].curve.condition
+    along = np.linalg.svd(LocusEquations(orbits, condition).linearize(z).jacobian)[2][-1, -2:]
     for curve, run in _runs(points):
         target = curve.orbits.adopt(orbits, z)[-2:]
         for a, b in pairwise(run):
             length = float(np.linalg.norm(b.z[-2:] - a.z[-2:]))
             gap = min(float(np.linalg.norm(item.z[-2:] - target)) for item in (a, b))
-            if gap < length + ABREAST and _same_spectrum(_beside(curve, a, b, target), values):
+            if gap >= length + ABREAST:
+                continue
+            point = _beside(curve, a, b, target)
+            if point is not None and _same_spectrum(point, values) and _parallel(point, along):
                 return True
     return False
 
@@ -221,10 +232,25 @@ def _beside(
     return None
 
 
-def _same_spectrum(point: OrbitPoint | None, values: Multipliers) -> bool:
-    if point is None or len(point.multipliers) != len(values):
+def _spectrum(orbits: Orbits, z: Array) -> Multipliers:
+    """Return multipliers; of an equilibrium, whose unit of time is its own, eigenvalues."""
+    if isinstance(orbits, Equilibria):
+        return np.asarray(eigenvalues_of(orbits.jacobian(z)) / orbits.unit(z))
+    return floquet_multipliers(orbits.linearize(z).monodromy)
+
+
+def _parallel(point: OrbitPoint, along: Array) -> bool:
+    """Whether a locus leads in a direction of the plane. Shapes: along (2,)."""
+    own = point.tangent[-2:]
+    sine = own[0] * along[1] - own[1] * along[0]
+    return bool(abs(sine) < SAME_DIRECTION * np.linalg.norm(own) * np.linalg.norm(along))
+
+
+def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
+    own = _spectrum(point.curve.orbits, point.z)
+    if len(own) != len(values):
         return False
-    apart = np.abs(point.multipliers[:, None] - values) / np.maximum(1.0, np.abs(values))
+    apart = np.abs(own[:, None] - values) / np.maximum(1.0, np.abs(values))
     return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < SAME_CRITICAL)
 
 

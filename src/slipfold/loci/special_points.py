@@ -170,7 +170,10 @@ class SpecialPoints(Zeros[OrbitPoint]):
     ) -> MonitorResult[OrbitPoint]:
         """Record the points; a pair is real beyond R1 and R2, so that there a torus locus ends."""
         curve = self._curve
-        found = self._each_once([*found], interval)
+        found = without_repeats(self._joined([*found]))
+        found = [
+            item for item in found if not any(_are_one(old, item) for old in interval.traced.found)
+        ]
         turns = [item for item in found if item.type == "DP"]
         if curve.condition == "LP" and turns:
             turn, last = degenerate_pitchfork(turns[0], curve), turns[0].point
@@ -208,26 +211,6 @@ class SpecialPoints(Zeros[OrbitPoint]):
         if self._curve.condition == "LP":
             result = _merged(result, "DP", self._is_symmetric, SAME_PITCHFORK)
         return self._joined([self._named(item) for item in result])
-
-    def _each_once(
-        self, found: list[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]
-    ) -> list[Found[OrbitPoint]]:
-        """Return what was found in parts of a step without what rounding repeats.
-
-        Next to each other, several extrema of a parameter are as many changes of its direction as
-        they are more than an even number; where both parameters stand they are one point.
-        """
-        found = self._joined(found)
-        result: list[Found[OrbitPoint]] = []
-        for item in found:
-            near = next((old for old in result if _are_one(old, item)), None)
-            if near is None:
-                result.append(item)
-            elif near.slope * item.slope < 0:
-                result.remove(near)
-        return [
-            item for item in result if not any(_are_one(old, item) for old in interval.traced.found)
-        ]
 
     def _joined(self, found: list[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
         """Return extrema in both parameters as what stands there."""
@@ -370,10 +353,25 @@ def _turns_back(interval: StepInterval[OrbitPoint]) -> bool:
     return bool(changing) and all(a * b < 0 for a, b in changing)
 
 
+def without_repeats(found: Sequence[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
+    """Return what was found in parts of a step, or in both directions, but for rounding's repeats.
+
+    Next to each other, several zeros of a function are one if their number is odd, else none.
+    """
+    result: list[Found[OrbitPoint]] = []
+    for item in found:
+        near = next((old for old in result if _are_one(old, item)), None)
+        if near is None:
+            result.append(item)
+        elif near.slope * item.slope < 0:
+            result.remove(near)
+    return result
+
+
 def _are_one(first: Found[OrbitPoint], second: Found[OrbitPoint]) -> bool:
-    """Whether two extrema of a parameter are so near to each other that rounding parts them."""
+    """Whether two zeros of a function are so near to each other that rounding parts them."""
     gap = abs(first.point.arclength - second.point.arclength)
-    return first.type == second.type and first.type in STANDING_STILL and gap < SAME_CUSP
+    return first.type == second.type and gap < SAME_CUSP
 
 
 INDEPENDENT = 1e-2

@@ -9,6 +9,7 @@ Eigenvectors have unit length.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -71,15 +72,30 @@ def double_form(map_: MapDerivatives, singular: Array) -> dict[str, float]:
 
 
 def _second_resonance(map_: MapDerivatives, matrix: Array) -> dict[str, float]:
-    q0, q1, p0, p1 = _chain(matrix + np.eye(len(matrix)))
-    still = np.eye(len(q0)) - matrix
+    identity = np.eye(len(matrix))
+    return _odd_double_form(map_, matrix + identity, partial(np.linalg.solve, identity - matrix), 1)
+
+
+def _odd_double_form(
+    map_: MapDerivatives, singular: Array, solve: Callable[[Vector], Vector], sign: int
+) -> dict[str, float]:
+    """Return c and d of a double multiplier without quadratic terms.
+
+    `solve` solves with what is not singular. Along a chain of a map an h20 is added, of a field
+    subtracted. Shapes: singular (n, n).
+    """
+    q0, q1, p0, p1 = _chain(singular)
     b00, b01 = map_.second([(q0, q0), (q0, q1)])
-    h20 = np.linalg.solve(still, b00)
-    h11 = np.linalg.solve(still, b01 + h20)
+    h20 = solve(b00)
+    h11 = solve(b01 + sign * h20)
     with_h20, with_h11, other_h20 = map_.second([(q0, h20), (q0, h11), (q1, h20)])
     c000 = third_form(map_, q0, q0, q0) + 3 * with_h20
     c001 = third_form(map_, q0, q0, q1) + 2 * with_h11 + other_h20
     return {"c": float((p0 @ c000).real / 6), "d": float((p0 @ c001 + p1 @ c000).real / 2)}
+
+
+def _least_squares(matrix: Array, side: Vector) -> Vector:
+    return np.asarray(np.linalg.lstsq(matrix, side)[0])
 
 
 # -- a pair ----------------------------------------------------------------------------------------
@@ -192,7 +208,11 @@ def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
 
 
 def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
+    """Return the quadratic coefficients; where a symmetry leaves none, the cubic ones."""
     found = double_form(field, field.jacobian)
+    if max(map(abs, found.values())) <= SYMMETRIC:
+        # x' = y and y' = c x^3 + d x^2 y; minimum-norm solutions have the symmetry.
+        return _odd_double_form(field, field.jacobian, partial(_least_squares, -field.jacobian), -1)
     sign = -1.0 if found["a"] < 0 else 1.0
     return {name: sign * value for name, value in found.items()}
 
