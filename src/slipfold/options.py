@@ -573,6 +573,16 @@ def resolved(function: Callable[..., Any]) -> inspect.Signature:
     return signature.replace(parameters=parameters)
 
 
+def default_of(function: Callable[..., Any], name: str) -> Any:
+    """Return the default of a parameter.
+
+    >>> def demo(seed: int = 7): ...
+    >>> default_of(demo, "seed")
+    7
+    """
+    return inspect.signature(function).parameters[name].default
+
+
 def declared(annotation: Any) -> Option | None:
     """Return the declaration of a parameter by its type, None if there is none."""
     return next((item for item in get_args(annotation) if isinstance(item, Option)), None)

@@ -95,5 +95,5 @@ def test_what_cannot_be_measured(change, words):
 
 
 def test_a_model_without_forcing_has_no_response():
-    with pytest.raises(sf.InputError, match="vanderpol-free has no forcing"):
+    with pytest.raises(sf.InputError, match="nothing forces vanderpol-free"):
         sf.measure(sf.built_in_models()["vanderpol-free"](), "mu", [1.0], ["max x"])

@@ -28,13 +28,13 @@ def checked_model(model: Any) -> Model:
     return model
 
 
-def checked_forced(model: Model) -> Model:
+NO_PHASE = "there is no phase at which to sample its solutions; use attractors"
+
+
+def checked_forced(model: Model, consequence: str = NO_PHASE) -> Model:
     """Return a model that is forced, or raise."""
     if not model.forced:
-        raise InputError(
-            f"nothing forces {model.name}, so there is no phase at which to sample its solutions; "
-            "use attractors"
-        )
+        raise InputError(f"nothing forces {model.name}, so {consequence}")
     return model
 
 

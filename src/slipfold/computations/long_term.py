@@ -412,8 +412,7 @@ def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int])
 
 
 def _phases(model: Model, given: Any) -> tuple[float, float]:
-    if not model.forced:
-        raise InputError(f"nothing forces {model.name}, so its starts have no phase; give states")
+    checked_forced(model, "its starts have no phase; give states")
     sentence = f"the phases {given!r} are not two numbers; give e.g. (0, 1)"
     try:
         low, high = map(float, pair(given, sentence))

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from slipfold.computations.arguments import Values, checked_model, interval, parse_values
+from slipfold.computations.arguments import (
+    Values,
+    checked_forced,
+    checked_model,
+    interval,
+    parse_values,
+)
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.parameter import Parameter
@@ -73,12 +79,9 @@ def measure(
     """
     from slipfold.parameter_space.stand import swept
 
-    changed = checked_model(model).replace(**parameters)
-    if not changed.forced:
-        raise InputError(
-            f"{changed.name} has no forcing, so that no response is measured over a parameter; "
-            "simulate it instead"
-        )
+    changed = checked_forced(
+        checked_model(model).replace(**parameters), "it has no response to measure; use simulate"
+    )
     parameter = changed.variable_parameter(vary)
     rising = np.unique(checked_values(parameter, values)).tolist()
     if sweep not in DIRECTIONS:

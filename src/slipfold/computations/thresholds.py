@@ -13,6 +13,7 @@ from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.computations.arguments import (
     checked_count,
+    checked_forced,
     checked_model,
     checked_point,
     interval,
@@ -58,6 +59,8 @@ if TYPE_CHECKING:
 
 STARTS = 4
 """Further starts from which the minimum of the level is sought: there may be several minima."""
+
+NO_VIBRATION = "it does not vibrate below its threshold; give a threshold of a forced model"
 
 INTERRUPTED = "interrupted before this was reached"
 
@@ -315,12 +318,7 @@ def design(
     from slipfold.results.thresholds import Design
 
     point = checked_point(point)
-    model, vary = point.model, point.vary
-    if not model.forced:
-        raise InputError(
-            f"{model.name} is not forced, so that it does not vibrate below its threshold; "
-            "design is for forced models"
-        )
+    model, vary = checked_forced(point.model, NO_VIBRATION), point.vary
     bounds = _bounds(point, choose)
     names, parameter = tuple(bounds), model.parameter(vary)
     sides = _demands(parameter, above, outside)

@@ -37,9 +37,6 @@ from slipfold.parameter_space.measurement import parse_measurement
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
 """Codes with which a WebSocket is closed (RFC 6455)."""
 
-MAX_REFUSED = 500
-"""Refused requests after which a client that asks too often is let go."""
-
 
 class Session:
     """Talks with one client until it leaves."""
@@ -83,7 +80,7 @@ class Session:
         """Take one request; False if the client is to be let go."""
         if not self._allowance.take():
             self._refused += 1
-            if self._refused > MAX_REFUSED:
+            if self._refused > self._limits.refused:
                 self._unsent.put_nowait(None)
                 return True
             sentence = f"more than {self._limits.requests_per_second:g} requests a second; wait"

@@ -11,7 +11,7 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
 from slipfold.errors import InputError
-from slipfold.explorer.plain import BETWEEN, Emit, axis_of, number, short
+from slipfold.explorer.plain import BETWEEN, DRAWN, Emit, axis_of, number, short
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
@@ -246,18 +246,14 @@ def readings_view(measurement: Measurement) -> dict[str, Any]:
     }
 
 
-MAX_CASES = 20_000
-"""Cases that a browser draws and searches without delay."""
-
-
 def study_view(result: StudyResult, name: str) -> dict[str, Any]:
     """Return a study of the model with this name on the page; None where there is no value.
 
     Raises `InputError` if it is too large to be shown.
     """
-    if len(result) > MAX_CASES:
+    if len(result) > DRAWN:
         raise InputError(
-            f"the study has {len(result)} cases and the page shows {MAX_CASES} at most; open a "
+            f"the study has {len(result)} cases and the page shows {DRAWN} at most; open a "
             "smaller one, or draw it with slipfold plot"
         )
     model, cases = result.model, result.cases

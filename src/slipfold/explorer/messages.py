@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
 from pydantic import (
@@ -27,8 +28,6 @@ MAX_NAME = 200
 UNNAMED = r"/\\\x00-\x1f\x7f-\x9f"
 """Characters, as in a class of a regular expression, that no model's name in a request has."""
 
-MAX_SLOT = 8
-
 Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME, pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
 """A parameter, state or output."""
 
@@ -40,7 +39,9 @@ FileName = Annotated[str, Field(min_length=1, max_length=255, pattern=r"^[^\x00-
 
 Number = Annotated[float, Field(ge=-MAX_NUMBER, le=MAX_NUMBER, allow_inf_nan=False, strict=True)]
 
-Slot = Annotated[str, Field(pattern=r"^(live|pin:[0-9]{1,3})$")]
+SLOT = r"^(live|pin:[0-9]{1,3})$"
+
+Slot = Annotated[str, Field(pattern=SLOT)]
 """Where the page shows an answer; the newest request of each kind and slot wins."""
 
 Values = Annotated[dict[Name, Number], Field(max_length=MAX_NAMES)]
@@ -288,7 +289,7 @@ def refusal_of(text: str | bytes, error: ValidationError | None = None) -> dict[
     return {
         "kind": kind if kind in (*KINDS, "cancel") else "error",
         "id": number if isinstance(number, int) and abs(number) <= 2**53 else None,
-        "slot": slot if isinstance(slot, str) and len(slot) <= MAX_SLOT else "live",
+        "slot": slot if isinstance(slot, str) and re.match(SLOT, slot) else "live",
         "done": True,
         "error": "" if error is None else _sentence(error),
     }

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.computations.long_term import basins
+from slipfold.computations.arguments import checked_forced
+from slipfold.computations.long_term import basins, regimes
 from slipfold.errors import InputError
 from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
 from slipfold.explorer.plain import Check, Emit, axis_of, now_and_then, number, short
@@ -15,6 +16,7 @@ from slipfold.loci.region_votes import model_exists
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import NOT_DONE, PERIODIC, TrajectoryGrid
 from slipfold.models.model import Model
+from slipfold.options import default_of
 from slipfold.progress import Progress
 from slipfold.results.attractors import Basins, in_words
 
@@ -58,11 +60,10 @@ def _character(item: Attractor) -> tuple[Any, ...]:
     return item.kind, item.period or 0, np.round(item.maximum, 6).tolist()
 
 
+TRANSIENT = default_of(regimes, "transient")
+
 REGIME_CELLS = ((12, 9), (36, 27), (72, 54))
 """Cells along both parameters, one pair a picture."""
-
-REGIME_TRANSIENT = 400
-"""Forcing periods before the test whether a solution repeats."""
 
 
 def send_regimes(
@@ -75,16 +76,12 @@ def send_regimes(
 
     The first one is sent when periodic solutions are known; others are followed for longer.
     """
-    if not model.forced:
-        raise InputError(
-            f"nothing forces {model.name}, so there is no phase at which to sample its solutions; "
-            "classify single ones by their exponents"
-        )
+    checked_forced(model, "it has no regimes; classify single solutions by their exponents")
     watch = now_and_then(send, check, _far)
     for points in REGIME_CELLS:
         picture = _Picture(model, (request.x, request.y), points)
         work = TrajectoryGrid(
-            model, picture.values, 1, np.asarray(model.start, dtype=float), REGIME_TRANSIENT, watch
+            model, picture.values, 1, np.asarray(model.start, dtype=float), TRANSIENT, watch
         )
         work.from_rest(0)
         if points == REGIME_CELLS[0]:

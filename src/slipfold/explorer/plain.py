@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 import unicodedata
 from collections.abc import Callable
 from time import perf_counter
@@ -111,9 +112,6 @@ def _axis(name: str, label: str, unit: str, doc: str) -> dict[str, Any]:
 DIGITS = 7
 """Significant digits of what is drawn: a screen shows four, a zoom a hundredfold six."""
 
-SMALLEST = 1e-290
-"""Below this rounding would overflow; no drawn value is so small."""
-
 
 def short(values: ArrayLike) -> list[float]:
     """Round an array for drawing, relative to its largest value.
@@ -125,9 +123,10 @@ def short(values: ArrayLike) -> list[float]:
     """
     array = np.asarray(values, dtype=float)
     largest = float(np.abs(array).max(initial=0.0))
-    if largest < SMALLEST:
+    if largest == 0.0:
         return [0.0] * len(array)
     decimals = DIGITS - 1 - math.floor(math.log10(largest))
+    decimals = min(decimals, sys.float_info.max_10_exp)  # of more, rounding would overflow
     rounded: list[float] = (np.round(array, decimals) + 0.0).tolist()
     return rounded
 
@@ -140,6 +139,9 @@ def number(value: float | None) -> float | None:
     """
     return float(value) if value is not None and math.isfinite(value) else None
 
+
+DRAWN = 20_000
+"""Points that a browser draws and searches without delay."""
 
 BETWEEN = 0.1
 """Minimum time between two notes of progress, in s."""

@@ -19,7 +19,10 @@ class ServerLimits:
     # Requests of one client, in the long run; a slider that is dragged makes sixty
     requests_per_second: float = 120.0
     burst: int = 240  # requests of one client at once
+    refused: int = 500  # requests too many, after which a client is let go
     clients: int = 64  # open pages
+    # Workers in a row that end before they are ready, after which no more are started
+    failed_starts: int = 3
     unsent_bytes: int = 64 * 2**20  # answers that wait for a slow client; beyond that it is let go
     # Time in s that a worker may take over a request, by kind, where not its own
     seconds: Mapping[str, float] = field(default_factory=dict)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.computations.long_term import lyapunov
+from slipfold.computations.long_term import lyapunov, simulate
 from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, SimulationRequest, TrajectoryRequest
-from slipfold.explorer.plain import Check, Emit, now_and_then, number, short
+from slipfold.explorer.plain import DRAWN, Check, Emit, now_and_then, number, short
 from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import Flow, flow_of
@@ -31,6 +31,7 @@ from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.options import default_of
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress
@@ -53,14 +54,11 @@ def timed(model: Model, request: TrajectoryRequest) -> Model:
     return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
 
 
-ORBIT_SAMPLES = 256
-"""Samples a forcing period: enough for smooth curves on a large screen."""
+SAMPLES = 64
+"""Samples a forcing period for spectra and extrema; four times as many make smooth curves."""
 
 MAX_SAMPLES = 4096
 """Maximum number of samples of one orbit."""
-
-PER_PERIOD = 64
-"""Samples a forcing period that the spectrum is taken from."""
 
 ORDERS = 8
 """Highest frequency contacts, in forcing frequencies."""
@@ -70,7 +68,7 @@ def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
     """Return an orbit as plain data."""
     model = orbit.model
     flow = flow_of(model)
-    time, states = orbit.sample(min(ORBIT_SAMPLES * orbit.period, MAX_SAMPLES))
+    time, states = orbit.sample(min(4 * SAMPLES * orbit.period, MAX_SAMPLES))
     time = np.append(time, orbit.duration)
     turned = [REVOLUTION * orbit.turns.get(state.name, 0) for state in model.states]
     states = np.concatenate([states, states[:1] + turned])
@@ -109,7 +107,7 @@ def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
 
 
 def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
-    spectrum = find_spectrum(orbit, per_period=PER_PERIOD)
+    spectrum = find_spectrum(orbit, per_period=SAMPLES)
     contacts = spectrum.order <= ORDERS
     return {
         "frequency": short(spectrum.frequency[contacts]),
@@ -120,14 +118,7 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
 PERIODS = 2 * CHUNK
 """Periods in a piece: those of the flow, so that a solution is that of simulate."""
 
-SAMPLES = 64
-"""Samples a forcing period that maxima and minima are taken from."""
-
-DRAWN = 20_000
-"""Maximum number of drawn times; a longer run is drawn more coarsely."""
-
-TOLERANCE = 1e-9
-"""Distance from a periodic response that counts as steady, as in `slipfold.simulate`."""
+TOLERANCE = default_of(simulate, "tolerance")
 
 
 def stream_simulation(
@@ -239,9 +230,6 @@ def _classification(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-CONTACT_SAMPLES = 128
-"""Samples a period, or a round of a cycle, and at most what makes MAX_SAMPLES of all."""
-
 WORDS = {Status.STICK: "stick", Status.FORTH: "forth", Status.BACK: "back", Status.OPEN: "open"}
 
 
@@ -250,13 +238,13 @@ def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
     if not contacts_of(trajectory.model) or trajectory.periods == 0:
         return None
     try:
-        contacts = find_contacts(trajectory, per_period=CONTACT_SAMPLES)
+        contacts = find_contacts(trajectory, per_period=2 * SAMPLES)
     except InputError:
         return None
     model, flow = contacts.model, flow_of(trajectory.model)
     length = contacts.contacts[0].end
     count = max(round(length), 1)
-    each = min(2 * CONTACT_SAMPLES, MAX_SAMPLES // count)
+    each = min(4 * SAMPLES, MAX_SAMPLES // count)
     values = trajectory.steady_outputs(count, each)
     last = values[:1] if contacts.repeats else values[-1:]
     values = np.concatenate([values, last])

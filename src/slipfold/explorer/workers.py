@@ -147,9 +147,6 @@ class WorkerProcess:
             loop.call_soon_threadsafe(self.ended, self)
 
 
-FAILED_STARTS = 3
-"""Workers in a row that end before they are ready, after which no more are started."""
-
 KILLED = (
     "the worker process that computed this was ended from outside ({code}), perhaps for lack of "
     "memory; a fresh one takes its place, so ask again"
@@ -200,7 +197,7 @@ class Workers:
         job.position = instead_of.position if waiting and instead_of is not None else job.number
         if instead_of is not None:
             self.cancel(instead_of)
-        if self._failed_starts >= FAILED_STARTS:
+        if self._failed_starts >= self._limits.failed_starts:
             job.fail("no worker process can be started; the terminal of slipfold explore says why")
             return
         self._pending.append(job)
@@ -283,7 +280,7 @@ class Workers:
         job, code = worker.job, worker.process.exitcode
         worker.finish()
         self._failed_starts += not worker.ready
-        lasting = self._failed_starts >= FAILED_STARTS
+        lasting = self._failed_starts >= self._limits.failed_starts
         if not lasting:
             self._workers[worker.index] = self._started(worker.index)
         if job is not None and not job.cancelled:
