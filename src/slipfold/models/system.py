@@ -15,7 +15,6 @@ from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model
 from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.parameter import State
 
 if TYPE_CHECKING:
     from slipfold.models.definitions.equations import SystemEquations
@@ -140,10 +139,7 @@ class System(Model):
             _equations=equations,
             name=system.name,
             title=system.title,
-            states=tuple(
-                State(key, item.unit, item.doc, item.label, item.angle)
-                for key, item in system.states.items()
-            ),
+            states=equations.states,
             parameters=equations.parameters,
             limits=equations.limits,
             forcing_amplitude=system.forcing.amplitude if system.forcing else None,

@@ -34,6 +34,7 @@ def build_system(source: Source, default_name: str = "system") -> SystemEquation
     if result is not None:
         raise source.error(*result)
     _check_contacts(equations, source)
+    equations.repeats = _always_repeats(equations)
     return equations
 
 
@@ -62,7 +63,7 @@ def check_values(equations: SystemEquations, values: Mapping[str, float]) -> Non
                 f"{format_tree(tree)} is not a finite number{_at(values, tree)}; change "
                 "the parameters in it"
             )
-    if not _always_repeats(equations):
+    if not equations.repeats:
         result = _why_not_repeated(equations, values, _at(values))
         if result is not None:
             raise InputError(result[1])
@@ -216,7 +217,6 @@ def _changed(
     return None
 
 
-@lru_cache(maxsize=256)
 def _always_repeats(equations: SystemEquations) -> bool:
     """Whether it repeats for other parameter values than the defaults as well."""
     chance = random.Random(1)

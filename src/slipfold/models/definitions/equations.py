@@ -23,7 +23,7 @@ from slipfold.models.formulas.values import PHASE, CoefficientFinder, as_symbol,
 from slipfold.models.friction.contact import Contact, friction_name, normal_name
 from slipfold.models.friction.law import ContactState, FrictionLaw
 from slipfold.models.output import STICK, Expression, Limit, Output, Symbols
-from slipfold.models.parameter import DURATION, Parameter
+from slipfold.models.parameter import DURATION, Parameter, State
 from slipfold.models.suggestion import suggest
 from slipfold.text.one_line import listed
 
@@ -220,11 +220,21 @@ class SystemEquations:
         self.output_trees = {name: remainder(("outputs", name)) for name in definition.outputs}
         self.contacts = tuple(contact(name, table) for name, table in definition.contacts.items())
         self.terms = finder.coefficients  # by key
+        # Whether forcing and angles repeat whatever the parameters; else each set is to be checked
+        self.repeats = False
 
     @cached_property
     def text(self) -> str:
         """The definition as TOML, always the same for the same definition."""
         return write_system(self.definition)
+
+    @cached_property
+    def states(self) -> tuple[State, ...]:
+        """The states."""
+        return tuple(
+            State(name, item.unit, item.doc, item.label, item.angle)
+            for name, item in self.definition.states.items()
+        )
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -318,6 +328,8 @@ class SystemEquations:
 
     def _needed(self, tree: Tree) -> set[str]:
         """Named formulas behind a tree; those that use others come later in the table."""
+        if not self.named:
+            return set()
         needed = set(names_in(tree)) & self.named.keys()
         for name in reversed(list(self.named)):
             if name in needed:
