@@ -51,6 +51,30 @@ def test_extrema_of_part_of_a_round_are_not_said(touched, monkeypatch):
     assert np.isnan([extrema.minimum, extrema.maximum]).all()
 
 
+@pytest.mark.parametrize("span", [(0.56, 0.53), (0.53, 0.56)])
+def test_an_orbit_that_grazes_twice_by_symmetry_grazes_once(span):
+    # Shaken across the belt, it comes nearest to the belt's speed twice in a period.
+    law = sf.Coulomb(mu_s=0.8, mu_k=0.8)
+    model = sf.Structure(
+        np.eye(2),
+        0.02 * np.eye(2),
+        np.diag([4.4 * (0.2 * np.pi) ** 2, 1.0]),
+        names="x y",
+        contacts=sf.FrictionContact(("x", "y"), law, load=1.0, Vd=span[0]),
+        forcing=sf.HarmonicForce("y", F=0.6),
+        f=0.1,
+    )
+    alone = sf.Settings(largest_period=1)
+    (branch,) = sf.response(model, vary="Vd", span=span, settings=alone).branches
+    assert branch.stopped.kind == "span"
+    (graze,) = branch.special
+    assert graze.type == "GRAZE"
+    assert graze.value == pytest.approx(0.5482601953589, abs=1e-11)
+    assert graze.uncertainty < 1e-9
+    extrema = graze.orbit.extrema
+    assert np.isfinite([extrema.minimum, extrema.maximum]).all()
+
+
 def graze_over_speed(pulsation, span):
     """Where the response begins to stick."""
     return [item.point for item in over_speed(pulsation, span).special]
