@@ -53,6 +53,7 @@ class Option:
     kind: Kind = "text"
     metavar: str | None = None
     minimum: int = 1  # of a whole number
+    maximum: int | None = None
     flags: tuple[str, ...] = ()  # names on the command line, if not that of the parameter
     command_help: str = ""  # what a command says instead
     choices: Mapping[str, Any] | None = None  # values by the words of a command
@@ -61,8 +62,8 @@ class Option:
         """Give a whole number in a file its bound."""
         from pydantic import Field
 
-        bounded = Annotated[source, Field(ge=self.minimum)] if self.kind == "whole" else source
-        return handler(bounded)
+        bounds = Field(ge=self.minimum, le=self.maximum)
+        return handler(Annotated[source, bounds] if self.kind == "whole" else source)
 
 
 # -- where solutions start ---------------------------------------------------------------------

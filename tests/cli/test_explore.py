@@ -38,9 +38,12 @@ def test_a_public_address_is_said_to_be_one(started):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--port", "70000"], "--port 70000 cannot be used; give a whole number from 0 to 65535"),
-        (["--port", "x"], "--port x cannot be used"),
-        (["--workers", "0"], "--workers 0 cannot be used; give a whole number from 1"),
+        (
+            ["--port", "70000"],
+            "--port 70000 is not a whole number from 0 to 65535; give e.g. --port 4",
+        ),
+        (["--port", "x"], "--port x is not a whole number"),
+        (["--workers", "0"], "--workers 0 is not a whole number from 1 to 64"),
         (["missing.toml"], "missing.toml cannot be read"),
         (["nothing"], "there is no model 'nothing'"),
     ],

@@ -165,7 +165,9 @@ PARSERS: Mapping[str, Callable[[Any, str, Option, Values], Any]] = {
     "texts": lambda texts, flag, declared, values: texts,
     "spans": lambda texts, flag, declared, values: texts,
     "flag": lambda given, flag, declared, values: given,
-    "whole": lambda text, flag, declared, values: parse_whole(text, flag, declared.minimum),
+    "whole": lambda text, flag, declared, values: parse_whole(
+        text, flag, declared.minimum, declared.maximum
+    ),
     "wholes": lambda texts, flag, declared, values: [parse_whole(text, flag) for text in texts],
     "number": lambda text, flag, declared, values: parse_number(text, flag),
     "numbers": _numbers,

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 NEEDED = ("fastapi", "uvicorn", "websockets", "plotly")
 
-MAX_WORKERS = 64
-
 READERS = {
     "file": given_text(
         argument(
@@ -28,10 +26,14 @@ READERS = {
         )
     )
 }
-Port = Annotated[str, Option("Port to listen on; 0 is any free one.", metavar="N")]
+Port = Annotated[
+    int,
+    Option("Port to listen on; 0 is any free one.", "whole", "N", minimum=0, maximum=2**16 - 1),
+]
 Browser = Annotated[bool, Option("Do not open the page.", "flag")]
 Workers = Annotated[
-    str | None, Option("Processes that compute; one a core, 2 to 4, by default.", metavar="N")
+    int | None,
+    Option("Processes that compute; one a core, 2 to 4, by default.", "whole", "N", maximum=64),
 ]
 Public = Annotated[
     str | None,
@@ -46,7 +48,7 @@ Public = Annotated[
 
 def explore(
     file: str | None,
-    port: Port = "0",
+    port: Port = 0,
     no_browser: Browser = False,
     workers: Workers = None,
     public_bind: Public = None,
@@ -71,11 +73,9 @@ def explore(
         given,
         None if file is None else equations_file(file),
         study=study,
-        port=_whole_number(port, "--port", 0, 2**16 - 1),
+        port=port,
         public=public_bind,
-        workers=default_workers()
-        if workers is None
-        else _whole_number(workers, "--workers", 1, MAX_WORKERS),
+        workers=workers or default_workers(),
         browser=not no_browser,
         say=say,
     )
@@ -91,11 +91,3 @@ def _study(file: str) -> StudyResult:
             f"{file} holds a result of one case; give one of slipfold study, or a case file"
         )
     return result
-
-
-def _whole_number(text: str, option: str, lower: int, upper: int) -> int:
-    if not (text.isdecimal() and lower <= int(text) <= upper):
-        raise InputError(
-            f"{option} {text} cannot be used; give a whole number from {lower} to {upper}"
-        )
-    return int(text)

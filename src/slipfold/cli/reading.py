@@ -159,8 +159,8 @@ def parse_number(text: str, option: str) -> float:
     return value
 
 
-def parse_whole(text: str, option: str, minimum: int = 1) -> int:
-    """Read a whole number of at least 1, or of another minimum.
+def parse_whole(text: str, option: str, minimum: int = 1, maximum: int | None = None) -> int:
+    """Read a whole number of at least 1, or within other bounds.
 
     >>> parse_whole("2000", "--periods")
     2000
@@ -169,10 +169,9 @@ def parse_whole(text: str, option: str, minimum: int = 1) -> int:
         value = int(text)
     except ValueError:
         value = minimum - 1
-    if value < minimum:
-        raise InputError(
-            f"{option} {text} is not a whole number of at least {minimum}; give e.g. {option} 4"
-        )
+    if value < minimum or (maximum is not None and value > maximum):
+        bounds = f"of at least {minimum}" if maximum is None else f"from {minimum} to {maximum}"
+        raise InputError(f"{option} {text} is not a whole number {bounds}; give e.g. {option} 4")
     return value
 
 
