@@ -306,7 +306,7 @@ class SlidingOscillator(MechanicalModel):
         local = LocalState(q, c, phase, u=(), v=())
         start = len(LAW_PREFIX)
         return Contact(
-            slip=(plate[0] - c["L"] * q["vx"], plate[1] - c["L"] * q["vy"]),
+            slip=(c["L"] * (c["drive_x"] - q["vx"]), c["L"] * (c["drive_y"] - q["vy"])),
             memory=memory,
             normal=LOAD.force(local),
             normal_rate=LOAD.rate(local) if memory else 0.0,
