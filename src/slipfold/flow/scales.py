@@ -244,14 +244,18 @@ class _Look:
     start: Array  # state from which trajectories start
 
     @cached_property
+    def constants(self) -> Constants:
+        """Coefficients of the model, in unit scales."""
+        return self.flow.constants(self.model.vector)
+
+    @cached_property
     def rest(self) -> Array:
         """State of rest under the mean of the forcing, or the start if there is none."""
         start = self.start
         result, slopes = self._around(start)
         ratios = self._balanced(slopes)
         guess = _largest(np.abs(result).max(axis=0) / ratios) / self._rate(slopes, ratios)
-        constants = self.flow.constants(self.model.vector)
-        state = mean_state(self.flow, constants, ratios * (guess or 1.0), start)
+        state = mean_state(self.flow, self.constants, ratios * (guess or 1.0), start)
         if np.isnan(state).any() and not self.model.forced:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium
@@ -313,10 +317,9 @@ class _Look:
 
     def _around(self, state: Array) -> tuple[Array, Array]:
         """Return rates over a period at a state, (p, n), and mean moduli of their derivatives."""
-        constants = self.flow.constants(self.model.vector)
         states = np.tile(state, (len(PHASES), 1))
-        rates = self.flow.rates(states, PHASES, constants)
-        jacobians = self.flow.jacobians(states, PHASES, constants)
+        rates = self.flow.rates(states, PHASES, self.constants)
+        jacobians = self.flow.jacobians(states, PHASES, self.constants)
         if self.slow is not None:
             rates, jacobians = rates @ self.slow.T, self.slow @ jacobians
         return rates, np.asarray(np.abs(jacobians).mean(axis=0))
@@ -324,9 +327,8 @@ class _Look:
     @cached_property
     def slow(self) -> Array | None:
         """Projection of rates onto slow motion, shape (n, n); None if all motion is slow."""
-        constants = self.flow.constants(self.model.vector)
         states = np.tile(self.start, (len(PHASES), 1))
-        mean = self.flow.jacobians(states, PHASES, constants).mean(axis=0)
+        mean = self.flow.jacobians(states, PHASES, self.constants).mean(axis=0)
         return followed_at_once(mean, 2 * np.pi if self.model.forced else 0.0)
 
     def _balanced(self, slopes: Array) -> Array:
@@ -352,8 +354,7 @@ class _Look:
         sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
         sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
         if self.slow is not None:  # a trajectory would take very many steps
-            constants = self.flow.constants(self.model.vector)
-            nodes = linear_response(self.flow, constants, self.ratios, SAMPLES, self.start)
+            nodes = linear_response(self.flow, self.constants, self.ratios, SAMPLES, self.start)
             return np.asarray(np.ptp(nodes, axis=0) / 2)
         constants = self.flow.constants(self.model.vector, power_of_two(sizes))
         grid = np.linspace(0.0, PERIODS, PERIODS * SAMPLES + 1)
@@ -367,10 +368,9 @@ class _Look:
 
     def _bent_distance(self, group: NDArray[np.bool_]) -> float:
         """Return the distance from rest, in balanced states, at which rates bend, or NaN."""
-        constants = self.flow.constants(self.model.vector)
         phase, ratios = PHASES[5:6], self.ratios[group]
-        still = self.flow.rates(self.rest[None], phase, constants)
-        matrix = self.flow.jacobians(self.rest[None], phase, constants)[0]
+        still = self.flow.rates(self.rest[None], phase, self.constants)
+        matrix = self.flow.jacobians(self.rest[None], phase, self.constants)[0]
         # At a degenerate state of rest no rate is linear: the start shows how large they are.
         moduli = np.abs(matrix if self.slow is None else self.slow @ matrix)
         slopes = np.fmax(moduli, self._around(self.start)[1])[np.ix_(group, group)]
@@ -387,7 +387,7 @@ class _Look:
         directions[:, group] = DIRECTIONS[:, pattern] * ratios
         steps = distances[:, None, None] * directions
         states = (self.rest + steps).reshape(-1, len(group))
-        rates = self.flow.rates(states, np.repeat(phase, len(states)), constants)
+        rates = self.flow.rates(states, np.repeat(phase, len(states)), self.constants)
         with np.errstate(invalid="ignore", over="ignore"):
             others = (rates - still).reshape(steps.shape) - steps @ matrix.T
             others = np.abs(others if self.slow is None else others @ self.slow.T)
