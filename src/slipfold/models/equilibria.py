@@ -59,7 +59,7 @@ def damped_newton(
     >>> damped_newton(lambda x: (x**2 - 2, 2 * x[:, None]), starts, np.ones(1)).round(9).ravel()
     array([ 1.41421356, -1.41421356])
     """
-    states, found = starts.copy(), np.full_like(starts, np.nan)
+    states, roots = starts.copy(), np.full_like(starts, np.nan)
     rates, jacobians = linear(states)
     active, before = np.arange(len(starts)), np.full(len(starts), np.inf)
     for _ in range(iterations):
@@ -72,7 +72,7 @@ def damped_newton(
         # With fast modes rounding alone may make a longer step: then it does not shrink.
         done = (lengths <= tolerance) | (full & (lengths > 0.5 * before[active]))
         before[active] = lengths
-        found[active[done]] = (at + steps)[done]
+        roots[active[done]] = (at + steps)[done]
         trying = np.flatnonzero(~done & np.isfinite(lengths))
         accepted = []
         for fractions in np.split(0.5 ** np.arange(halvings), [1]):  # mostly the first is enough
@@ -90,7 +90,7 @@ def damped_newton(
             accepted.append(rows[good])
             trying = trying[~good]
         active = np.sort(np.concatenate(accepted))
-    return found
+    return roots
 
 
 def _on_each(linear: Callable[[Array], tuple[Array, Array]], states: Array) -> tuple[Array, Array]:
@@ -153,9 +153,9 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     1.0
     """
     linear, scales = evaluation_of(model).linear_of(model), model.state_scales()
-    found = damped_newton(linear, start[None], scales)[0]
-    if not np.isnan(found).any():
-        return wrap_angles(found, model.angle_periods)
+    root = damped_newton(linear, start[None], scales)[0]
+    if not np.isnan(root).any():
+        return wrap_angles(root, model.angle_periods)
     around = np.random.default_rng(0)
     for reach in (0.1, 1.0, 10.0, 100.0):  # in scaled states
         starts = start + reach * scales * around.uniform(-1.0, 1.0, (24, len(start)))
