@@ -59,11 +59,14 @@ class Option:
     choices: Mapping[str, Any] | None = None  # values by the words of a command
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
-        """Give a whole number in a file its bound."""
+        """Give numbers in a file their bounds: tolerances are positive."""
         from pydantic import Field
 
-        bounds = Field(ge=self.minimum, le=self.maximum)
-        return handler(Annotated[source, bounds] if self.kind == "whole" else source)
+        if self.kind not in ("whole", "number"):
+            return handler(source)
+        whole = self.kind == "whole"
+        bounds = Field(ge=self.minimum, le=self.maximum) if whole else Field(gt=0)
+        return handler(Annotated[source, bounds])
 
 
 # -- where solutions start ---------------------------------------------------------------------

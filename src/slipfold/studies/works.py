@@ -27,7 +27,15 @@ from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import DURATION, State
 from slipfold.models.quantity import parse_quantity
-from slipfold.options import ExponentPeriods, Periods, SearchPeriods, Seed, Starts
+from slipfold.options import (
+    ExponentPeriods,
+    ExponentTolerance,
+    Periods,
+    SearchPeriods,
+    Seed,
+    Starts,
+    SteadyTolerance,
+)
 from slipfold.orbits.extrema import steady_extrema
 from slipfold.parameter_space.batch import first_doublings
 from slipfold.parameter_space.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
@@ -356,7 +364,7 @@ class SimulationWork(TrajectoryWork):
 
     what: Literal["simulation"]
     periods: Periods = None
-    tolerance: float = Field(1e-9, gt=0)
+    tolerance: SteadyTolerance = 1e-9
 
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
@@ -415,7 +423,7 @@ class LyapunovWork(TrajectoryWork):
 
     what: Literal["lyapunov"]
     periods: ExponentPeriods = None
-    tolerance: float = Field(1e-8, gt=0)
+    tolerance: ExponentTolerance = 1e-8
 
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
