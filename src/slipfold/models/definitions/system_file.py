@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import (
@@ -178,13 +178,19 @@ def _law(given: Any) -> LawFormulas:
             "law",
         )
     law = laws[name]
-    values = {item.name: (Formula, repr(item.default)) for item in declared(law)}
-    others = {item.name: (Any, None) for item in dataclasses.fields(law) if item.name not in values}
-    fields: dict[str, Any] = {"law": (str, name), **values, **others}
-    schema = create_model(name, __base__=Table, **fields)
-    read = validate(schema.model_validate, table)
-    made = law(**{key: table[key] for key in others if key in table})
-    return LawFormulas(made, {key: getattr(read, key) for key in values})
+    read = validate(_law_table(law).model_validate, table)
+    values = {item.name: getattr(read, item.name) for item in declared(law)}
+    own = [item.name for item in dataclasses.fields(law)]
+    made = law(**{key: table[key] for key in own if key in table and key not in values})
+    return LawFormulas(made, values)
+
+
+@cache
+def _law_table(law: type[FrictionLaw]) -> type[Table]:
+    """Return the table of a law: formulas for its parameters, its other fields as they are."""
+    fields: dict[str, Any] = {item.name: (Any, None) for item in dataclasses.fields(law)}
+    fields |= {item.name: (Formula, repr(item.default)) for item in declared(law)}
+    return create_model(law.__name__, __base__=Table, law=(str, law.__name__), **fields)
 
 
 def _components(given: Any) -> Any:
