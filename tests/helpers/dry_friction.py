@@ -78,3 +78,22 @@ def highest_after_a_touch(speed, kinetic):
     first = solve_ivp(rates, (0, 1), start, **exact)
     motion = solve_ivp(rates, (1, 20), first.y[:, -1], events=turns, **exact)
     return motion.y[1, -1] - speed
+
+
+def shaken_across(load, stiffness, damping, *, force, frequency):
+    """A mass shaken across its belt: it swings linearly about Ns/(k + kn), and slips along."""
+    contact = sf.FrictionContact(
+        "x",
+        sf.Coulomb(mu_s=0.5, mu_k=0.5),
+        load=sf.ContactLoad("y", Ns=load, kn=stiffness),
+        Vd=0.3,
+    )
+    return sf.Structure(
+        np.eye(2),
+        damping * np.eye(2),
+        np.eye(2),
+        names="x y",
+        contacts=contact,
+        forcing=sf.HarmonicForce("y", F=force),
+        f=frequency,
+    )

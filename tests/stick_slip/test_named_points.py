@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq, fsolve
 
 import slipfold as sf
-from helpers.dry_friction import den_hartog
+from helpers.dry_friction import den_hartog, shaken_across
 
 SINGLE = sf.Settings(largest_period=1)
 MU = 0.2
@@ -201,21 +201,8 @@ def test_a_mass_shaken_across_its_belt_lifts():
     swing = load / (stiffness * (1 + stiffness))
     force = swing * math.hypot(1 + stiffness - rate**2, damping * rate)
     for span in ((0.8 * force, 1.2 * force), (1.2 * force, 0.8 * force)):
-        contact = sf.FrictionContact(
-            "x",
-            sf.Coulomb(mu_s=0.5, mu_k=0.5),
-            load=sf.ContactLoad("y", Ns=load, kn=stiffness),
-            Vd=0.3,
-        )
-        model = sf.Structure(
-            np.eye(2),
-            damping * np.eye(2),
-            np.eye(2),
-            names="x y",
-            contacts=contact,
-            forcing=sf.HarmonicForce("y", F=span[0]),
-            f=rate / (2 * math.pi),
-        )
+        frequency = rate / (2 * math.pi)
+        model = shaken_across(load, stiffness, damping, force=span[0], frequency=frequency)
         point, _ = named(model, "F", span)
         assert point.type == "LIFT"
         assert point.value == pytest.approx(force, abs=point.uncertainty)

@@ -5,7 +5,7 @@ import pytest
 
 import slipfold as sf
 from helpers.by_hand.sticking import duffing_on_belt
-from helpers.dry_friction import DUFFING_ON_BELT
+from helpers.dry_friction import DUFFING_ON_BELT, shaken_across
 from helpers.moreau import march
 
 PLANE, WINDOW = ("W", "A"), ((1.2, 1.5), (0.55, 0.9))
@@ -49,21 +49,7 @@ def test_regions_between_folds_of_what_sticks_are_as_motions_by_hand(model):
 def test_a_mass_shaken_across_its_belt_lifts_on_its_curve():
     # It slips along the belt; across, a linear oscillator swings about Ns/(k + kn).
     load, stiffness, damping = 0.5, 4.0, 0.1
-    contact = sf.FrictionContact(
-        "x",
-        sf.Coulomb(mu_s=0.5, mu_k=0.5),
-        load=sf.ContactLoad("y", Ns=load, kn=stiffness),
-        Vd=0.3,
-    )
-    model = sf.Structure(
-        np.eye(2),
-        damping * np.eye(2),
-        np.eye(2),
-        names="x y",
-        contacts=contact,
-        forcing=sf.HarmonicForce("y", F=0.05),
-        f=0.2,
-    )
+    model = shaken_across(load, stiffness, damping, force=0.05, frequency=0.2)
     window = {"f": (0.17, 0.2), "F": (0.08, 0.1)}
     found = sf.bifurcation_set(model, ("f", "F"), window, types="LIFT", periods=1, regions=False)
     first = found.loci[0]
