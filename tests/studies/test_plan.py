@@ -99,7 +99,7 @@ def test_a_normal_distribution_may_be_cut_off():
         ({**THRESHOLD, "vary": "nd"}, GRID, "did you mean Nd?"),
         ({**THRESHOLD, "vary": "Nd"}, {"grid": {"Vd": [0.5], "V": [1]}}, "has no parameter 'V'"),
         ({"what": "simulation", "periods": 0}, GRID, "compute.periods = 0 cannot be used: input"),
-        ({"what": "lyapunov", "tolerance": 0}, GRID, "compute.tolerance = 0 cannot be used: input"),
+        ({"what": "lyapunov", "tolerance": 0}, GRID, "compute.tolerance = 0 is not > 0"),
         ({"what": "simulation", "start": {"z": 1}}, GRID, "sliding has no state 'z'"),
         (THRESHOLD, {}, "cases has none of grid, list and sample"),
         (THRESHOLD, {**GRID, "list": []}, "cases has grid and list; give one of"),
