@@ -24,9 +24,8 @@ from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.locus_equations import LocusEquations, begins_or_ends_at, lies_on, mirrors
 from slipfold.loci.make_locus import as_loci, pair_of, plane_of
-from slipfold.loci.special_points import SpecialPoints, tests_of, without_repeats
+from slipfold.loci.special_points import VANISHES, SpecialPoints, tests_of, without_repeats
 from slipfold.loci.start import (
-    CROSSED,
     FIRST,
     EndsAtParent,
     LocusStart,
@@ -198,7 +197,7 @@ def follow_found(
                 raise
             remarks.append(_without_locus(point, vary, error))
             continue
-        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > CROSSED:
+        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > VANISHES:
             remarks.append(_isolated(curve, z))
             curve = LocusEquations(curve.orbits, "LP")
         if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:

@@ -11,7 +11,8 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive_to
 from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
-from slipfold.loci.start import CROSSED, MOVED, as_unknown, on_a_mesh
+from slipfold.loci.special_points import VANISHES
+from slipfold.loci.start import MOVED, as_unknown, on_a_mesh
 from slipfold.orbits.critical import Critical, crossing_gap
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
@@ -92,7 +93,7 @@ def _crossing_weights(orbits: Orbits, z: Array) -> Array:
     """Return the solution for one parameter, NaN where that parts the branches that cross."""
     curve = Critical(orbits, "BP")
     linearization = curve.linearize(z)
-    if crossing_gap(orbits, z) > CROSSED:
+    if crossing_gap(orbits, z) > VANISHES:
         return np.full(len(linearization.defect), np.nan)
     return _weights(linearization.bordered(_unit(len(z), OTHER)), len(z))
 

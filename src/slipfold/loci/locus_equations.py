@@ -167,14 +167,10 @@ ABREAST = 0.02
 
 SAME_CRITICAL = 1e-4
 """Two critical orbits this close are one: beside multipliers of 1e4 they are known to 1e-6, and two
-loci differ by more."""
+loci differ by more, in their directions too."""
 
 SAME_PLACE = 1e-7
 """Critical orbits whose parameters agree to this in windows may be symmetric images."""
-
-SAME_DIRECTION = 1e-4
-"""Sine of the angle in the plane between tangents of a locus and its image: both are as well known
-as critical orbits."""
 
 SAMPLES = 16
 """Places between neighboring points that are looked at first."""
@@ -243,7 +239,7 @@ def _parallel(point: OrbitPoint, along: Array) -> bool:
     """Whether a locus leads in a direction of the plane. Shapes: along (2,)."""
     own = point.tangent[-2:]
     sine = own[0] * along[1] - own[1] * along[0]
-    return bool(abs(sine) < SAME_DIRECTION * np.linalg.norm(own) * np.linalg.norm(along))
+    return bool(abs(sine) < SAME_CRITICAL * np.linalg.norm(own) * np.linalg.norm(along))
 
 
 def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:

@@ -92,20 +92,23 @@ DOUBLED = ("R1", "R2", "BT")
 TWO_PAIRS = ("HH", "NSNS")
 """Where two pairs are critical: two loci of the same type cross."""
 
-STANDING = 1e-6
-"""A tangent whose components along both parameters are below this belongs to a cusp."""
+VANISHES = 1e-6
+"""A test function below this, of order one, vanishes where another one was located, as do both
+components of a tangent at a cusp; a branch point is no farther from a crossing of branches."""
 
 PARALLEL = 1e-9
 """A locus whose tangent stays below this along a parameter is parallel to the other's axis."""
 
 DOUBLE = 1e-3
-"""Distance of a second critical multiplier at R1 and R2: a double one parts as a square root."""
+"""Distance of a second critical multiplier at R1 and R2: a double one parts as a square root. As
+well known is the tangent where the equations are nearly singular, beside orbits of a symmetry."""
 
 SAME_CUSP = 1e-7
 """Arclength within which two extrema found are one cusp."""
 
-SAME_PITCHFORK = 1e-2
-"""The same at a degenerate pitchfork, where one parameter stands still to the third order."""
+PITCHFORK = 1e-2
+"""The same at a degenerate pitchfork, where one parameter stands still to the third order, and the
+distance to a crossing within which it is looked for."""
 
 MIRRORED = "the folds end where a pitchfork turns soft, DP: beyond are their mirror images"
 
@@ -124,19 +127,9 @@ symmetry there, which have another critical multiplier."""
 LEFT_AT = {"HB": ("ZH", "BT", "LPBP"), "PD": ("BPPD",), "NS": ("BPNS", "R1", "LPBP")}
 """The same where a critical pair may be one there too."""
 
-LEAVING = 1e-3
-"""A tangent whose components along both parameters are below this may belong to such a point: next
-to it the equations are nearly singular, and the tangent is known to the root of rounding."""
-
-CROSSES = 1e-6
-"""A test function below this vanishes, where another was located that has it as a factor."""
-
 NEAR_PARENT = 0.02
-"""Distance between the halves of an orbit, in scaled states, that is next to none."""
-
-PITCHFORK = 1e-2
-"""Near to a crossing as this it is worth looking for: extrema there are located to the root of
-rounding."""
+"""Distance between the halves of an orbit, in scaled states, below which its parent is looked at:
+there a locus is a parabola, and the last digits of its equations are lost."""
 
 
 def tests_of(kind: str, tests: Mapping[str, float]) -> tuple[str, ...]:
@@ -209,7 +202,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """Return the special points where a test function changes sign between two points."""
         result = super().located(known, a, b)
         if self._curve.condition == "LP":
-            result = _merged(result, "DP", self._is_symmetric, SAME_PITCHFORK)
+            result = _merged(result, "DP", self._is_symmetric, PITCHFORK)
         return self._joined([self._named(item) for item in result])
 
     def _joined(self, found: list[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
@@ -218,7 +211,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return found
         if self._curve.condition in STANDS:
             name = STANDS[self._curve.condition]
-            found = _merged(found, name, self._leaves_symmetry, SAME_PITCHFORK)
+            found = _merged(found, name, self._leaves_symmetry, PITCHFORK)
             return [self._doubled(item) if item.type == name else item for item in found]
         resting = self._curve.orbits.kind == "equilibrium"
         return _merged(found, "CP" if resting else "CPC", _stands, SAME_CUSP)
@@ -234,14 +227,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
     def _doubled(self, found: Found) -> Found:
         """Rename what is met where the critical pair is one as well, so that no other one is."""
         test = "BT" if self._curve.orbits.kind == "equilibrium" else "R1"
-        if self._curve.condition not in PAIRED or found.point.tests[test] > CROSSES:
+        if self._curve.condition not in PAIRED or found.point.tests[test] > VANISHES:
             return found
         return replace(found, type="LPBP" if _two_vectors(found.point) else test)
 
     def _leaves_symmetry(self, point: OrbitPoint) -> bool:
         """Whether a locus of other orbits leaves those of a symmetry, with the square of both."""
         slopes = abs(point.tests["first"]), abs(point.tests["second"])
-        return max(slopes) < LEAVING and self._is_symmetric(point)
+        return max(slopes) < DOUBLE and self._is_symmetric(point)
 
     def _is_pole_alone(self, point: OrbitPoint) -> bool:
         """Whether a coefficient's zero is that of what is zero where other points have its pole.
@@ -250,9 +243,9 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """
         condition, resting = self._curve.condition, self._curve.orbits.kind == "equilibrium"
         if condition == "BP":
-            return abs(point.tests["BT" if resting else "R1"]) < CROSSES
+            return abs(point.tests["BT" if resting else "R1"]) < VANISHES
         fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(condition)
-        beside = fold is not None and abs(point.tests[fold]) < CROSSES
+        beside = fold is not None and abs(point.tests[fold]) < VANISHES
         return beside and self._is_symmetric(point)
 
     def _turns_at_parent(self, point: OrbitPoint) -> bool:
@@ -387,4 +380,4 @@ def _two_vectors(point: OrbitPoint) -> bool:
 
 
 def _stands(point: OrbitPoint) -> bool:
-    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= STANDING
+    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= VANISHES

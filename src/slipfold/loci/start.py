@@ -23,7 +23,7 @@ from slipfold.flow.modes import GRAZED
 from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import plane_of
-from slipfold.loci.special_points import DOUBLED, TWO_PAIRS, SpecialPoints
+from slipfold.loci.special_points import DOUBLED, NEAR_PARENT, TWO_PAIRS, VANISHES, SpecialPoints
 from slipfold.models.model import Model
 from slipfold.orbits.check import rests
 from slipfold.orbits.continued import on_mesh
@@ -205,19 +205,12 @@ BORN = {
 """Types of the loci of cycles that are born at an equilibrium or of orbits of twice the period, by
 type of the point of codimension two; of cycles also the number of the critical pair."""
 
-CROSSED = 1e-6
-"""A branch point at which the other parameter parts the branches is farther from a crossing."""
-
 FIRST_STEPS = (BIRTH, 4 * BIRTH, 16 * BIRTH, 64 * BIRTH)
 """First steps that are tried: equations of folds vanish with the third power of the amplitude."""
 
 RESOLVED = 0.1
 """Fraction of the first step's change of parameters that a second computation may differ by: with
 a smaller amplitude that change, of fourth order, is rounding."""
-
-NEAR = 0.02
-"""Distance between the halves of an orbit, in scaled states, below which its parent is looked at:
-there a locus is a parabola, and the last digits of its equations are lost."""
 
 REACH = 4.0
 """Values of the parameters within so many times that distance may be those of its parent."""
@@ -245,7 +238,7 @@ def starts_at(
     if found.type in TWO_PAIRS:
         yield from of_each_pair(curve, point.z, settings)
     yield from passing(curve, found, types, settings)
-    crossed = crossing_gap(orbits, point.z) < CROSSED
+    crossed = crossing_gap(orbits, point.z) < VANISHES
     if found.type == "ZH" and crossed and "HB" in types:
         yield from _leaving_along(orbits, "HB", point, "", settings)
     born = [] if (found.type, condition) == ("R2", "NS") else [*BORN.get(found.type, ())]
@@ -424,7 +417,7 @@ class EndsAtParent:
             float(np.linalg.norm(asymmetry(orbits, item.z)))
             for item in (interval.before, interval.point)
         )
-        if here < min(before, NEAR):
+        if here < min(before, NEAR_PARENT):
             stop = ends_beside_parent(self._curve, interval.point, self._settings)
             if stop is not None:
                 return MonitorResult(stop=stop)
@@ -497,7 +490,7 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
     point = _leaving(
         curve, adopted[nearest], last.tangent, firsts[nearest].monodromy, found.point.residual
     )
-    if point is None or not gaps[nearest] < REACH * NEAR:
+    if point is None or not gaps[nearest] < REACH * NEAR_PARENT:
         return None
     beyond = replace(point, arclength=last.arclength + gaps[nearest])
     name = CODIMENSION_TWO[found.type]
