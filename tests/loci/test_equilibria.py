@@ -192,29 +192,6 @@ def test_cusp():
     assert cusp.coefficients == pytest.approx({"c": -1}, abs=1e-9)
 
 
-def test_zero_hopf():
-    # Fold at b = 0; beside it the pair a + z +- i, with z = +-sqrt(b): Hopf at b = a^2.
-    model = sf.System(
-        name="zero-hopf",
-        parameters={"a": -0.5, "b": 0.5},
-        states={
-            "z": {"rate": "b - z^2", "start": 0.7},
-            "x": "(a + z)*x - y",
-            "y": "x + (a + z)*y - y*(x^2 + y^2)",
-        },
-    )
-    point = point_of(model, "b", (0.5, -0.5), "LP")
-    folds, hopf = sf.locus(point, ("a", "b"), ((-1, 1), (-1, 1))).loci
-    assert folds.values[:, 1] == pytest.approx(0, abs=1e-13)
-    assert hopf.values[:, 1] == pytest.approx(hopf.values[:, 0] ** 2, abs=1e-12)
-    assert np.ptp(hopf.values[:, 0]) == pytest.approx(2)
-    for locus in (folds, hopf):
-        (double,) = specials(locus, "ZH")
-        assert double.values == pytest.approx([0, 0], abs=1e-10)
-        assert abs(double.coefficients["a"]) == pytest.approx(1)
-        assert abs(double.coefficients["e"]) == pytest.approx(1)
-
-
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_units_of_time_and_state_do_not_matter(scale):
     # The Lur'e system in another unit of time, its states in another unit each.
