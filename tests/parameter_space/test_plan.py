@@ -48,7 +48,7 @@ def test_the_best_points_are_those_of_all_that_could_be_chosen(planned):
         ({"fitted": ["W"]}, "W is varied, so it cannot be fitted"),
         ({"fitted": ["k", "k"]}, "is named twice"),
         ({"fitted": ["g"]}, "g = 0 has no size"),
-        ({"errors": 0.0}, "would tell everything exactly"),
+        ({"errors": 0.0}, "leave nothing uncertain"),
         ({"quantities": ["max z"]}, "duffing has no output 'z'"),
     ],
 )

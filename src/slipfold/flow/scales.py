@@ -259,6 +259,9 @@ class _Look:
         if np.isnan(state).any() and not self.model.forced:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium
+            # Beside a line of equilibria it may be the start but for rounding.
+            same = np.abs(state - start) < ROUNDING * self.model.state_scales()
+            state = np.where(same, start, state)
         # Newton's method and the mean of a forcing leave rounding errors of zero.
         zero = 1e-15 * np.maximum(np.abs(start), ratios * guess)
         state = np.where(np.abs(state) < zero, 0.0, state)

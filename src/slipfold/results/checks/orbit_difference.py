@@ -436,5 +436,5 @@ def _sensitive_eigenvalues(matrices: Array) -> tuple[Complex, Array]:
     for matrix in matrices[:0:-1]:
         rows.append(rows[-1] @ matrix)
     lengths = np.linalg.norm(rows[::-1], axis=2) * np.linalg.norm(columns, axis=1)
-    norms = np.linalg.svd(matrices, compute_uv=False)[:, 0]
+    norms = np.linalg.svd(matrices, compute_uv=False).max(axis=1, initial=0.0)
     return values.astype(complex), np.asarray(norms @ lengths)
