@@ -373,12 +373,16 @@ def test_tori_begin_at_a_zero_hopf_point_of_a_symmetry():
     ]
 
 
-@pytest.mark.parametrize("kind", ["LP", "BP"])
-def test_a_fold_that_meets_a_pitchfork_is_no_bogdanov_takens_point(kind):
-    # Folds at m = 0, pitchforks at m = -b^2: both kinds of vectors are null at the origin.
+@pytest.mark.parametrize(("kind", "back", "own"), [("LP", 1, 0), ("BP", 1, 0), ("BP", 0, 1)])
+def test_a_fold_that_meets_a_pitchfork_is_no_bogdanov_takens_point(kind, back, own):
+    # Folds at m = 0, pitchforks at m = -b^2: both kinds of vectors are null at the origin. Nor is
+    # it a degenerate pitchfork where the cubic coefficient, of y^3 alone, has no pole.
     model = sf.System(
         parameters={"m": -0.2, "b": -0.1},
-        states={"x": {"rate": "m + x^2 + y^2", "start": -0.4}, "y": "y*(b - x)"},
+        states={
+            "x": {"rate": f"m + x^2 + {back}*y^2", "start": -0.4},
+            "y": f"y*(b - x - {own}*y^2)",
+        },
     )
     start, *_ = points_of(model, "m", (-0.2, 0.1), kind, sf.Settings(largest_period=0))
     (locus,) = sf.locus(start, ("m", "b"), ((-0.5, 0.5), (-0.5, 0.5)), switch=False).loci

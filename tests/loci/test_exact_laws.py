@@ -7,12 +7,9 @@ from slipfold import SlidingOscillator
 
 
 def rows(locus, inside):
-    """Values, nodes and multipliers of every fourth point of a locus, if it lies in a window.
-
-    Points on its edge do up to rounding, and their images may lie just outside.
-    """
+    """Values, nodes and multipliers of every fourth point of a locus inside a window."""
     for index, values in list(enumerate(locus.values))[::4]:
-        pairs = zip(values, inside, strict=True)
+        pairs = zip(values, inside, strict=True)  # the image of a point on the edge may be outside
         if all(low + 1e-9 < value < high - 1e-9 for value, (low, high) in pairs):
             yield values, locus.nodes[index], locus.multipliers[index]
 
