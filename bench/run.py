@@ -26,7 +26,7 @@ from processes import Absent, Usage
 PAGE = processes.BENCH.parent / "docs" / "reference" / "benchmarks.md"
 
 STUDY_CASES = 512
-"""Responses of the study where no number is asked for."""
+"""Responses of the study where no number is requested."""
 
 WHOLE_STUDY = 2000
 """Responses of the study that the aims are about, for which memory is measured to 100,000 cases."""
@@ -152,7 +152,7 @@ def commands(rounds: int) -> dict[str, list[Usage]]:
 
 
 def measure(parts: Collection[str], rounds: int | None, cases: int = STUDY_CASES) -> Measured:
-    """Measure the parts that are asked for; one that fails leaves the others."""
+    """Measure the parts that are requested; one that fails leaves the others."""
     records: dict[str, Records] = {}
     usages: dict[str, list[Usage]] = {}
     absent: dict[tuple[str, str], str] = {}

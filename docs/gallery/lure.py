@@ -7,7 +7,8 @@ Lur'e's control system: Hopf, then a doubled cycle
     x''' + a x'' + b x' + x - x^2 = 0
 
 The tutorial of MatCont, which BifurcationKit.jl repeats. From the equilibrium at large :math:`a`
-one command finds the Hopf point, the cycle born there, its period doubling, and the doubled cycle.
+one command finds the Hopf point, the cycle that emanates there, its period doubling, and the
+doubled cycle.
 """
 
 from comparison import Comparison

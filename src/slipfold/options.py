@@ -533,7 +533,7 @@ USUAL = {
     "settings": "Options of continuation; the defaults of `slipfold.Settings` if None.",
     "events": "Values of outputs or of the parameter to locate.",
     "on_progress": "Receives a `slipfold.Progress` now and then. If it raises "
-    "`KeyboardInterrupt`, or the user does, what is finished is returned.",
+    "`KeyboardInterrupt`, or the user does, finished results are returned.",
     "**parameters": "Parameters of the model to change first: numbers in SI units, or text with a "
     "unit.",
 }

@@ -19,7 +19,7 @@ def run(monkeypatch):
 
 @pytest.fixture
 def asked(run, monkeypatch):
-    """Scripts that are asked for, none of which runs."""
+    """Scripts that are requested, none of which runs."""
     scripts = []
 
     def ask(script, *_, **__):

@@ -141,7 +141,7 @@ def test_a_cycle_that_comes_to_a_singularity_says_so():
     diagram = sf.response(sf.periodic_orbit(model), "A", (3.0, 1.5))
     (branch,) = diagram.branches
     assert branch.stopped.kind == "failed"
-    assert "the orbit comes to where the equations have no value" in branch.stopped.reason
+    assert "the orbit reaches states where the equations have no value" in branch.stopped.reason
     assert "duration" not in diagram.summary().splitlines()[0]
 
 

@@ -104,13 +104,13 @@ def test_failure_is_status_3_after_the_results_are_written(tmp_path, monkeypatch
 
 
 def test_interruption_is_status_130_after_the_results_are_written(tmp_path, monkeypatch):
-    stopped = End("interrupted", "interrupted at Nd = 0.1; what was found before is kept", 0.1)
+    stopped = End("interrupted", "interrupted at Nd = 0.1; results up to there are kept", 0.1)
     replace_result(monkeypatch, made_diagram(branches=(response_branch(stopped=stopped),)))
     path = tmp_path / "x.nc"
     result = run(*SMALL, "--out", str(path))
     assert result.exit_code == 130
     assert result.stderr == (
-        f"slipfold: interrupted on branch 1 after 3 points in all; what was finished is in {path}\n"
+        f"slipfold: interrupted on branch 1 after 3 points in all; finished results are in {path}\n"
     )
     assert load(path).interrupted
 

@@ -117,7 +117,7 @@ def test_interrupt_keeps_what_is_finished(tmp_path):
     status, output = terminal.finish()
     assert status == 130
     assert "slipfold: interrupted on branch 1 after " in terminal.text
-    assert f"what was finished is in {path}" in " ".join(terminal.text.split())
+    assert f"finished results are in {path}" in " ".join(terminal.text.split())
     assert "Traceback" not in terminal.text
     record = json.loads(output)
     assert record["branches"][-1]["stopped"]["kind"] == "interrupted"
@@ -202,7 +202,7 @@ def test_interrupt_keeps_the_loci_that_there_are(stage, tmp_path):
     status, output = terminal.finish()
     assert status == 130
     assert "slipfold: interrupted after " in terminal.text
-    assert f"what was finished is in {path}" in " ".join(terminal.text.split())
+    assert f"finished results are in {path}" in " ".join(terminal.text.split())
     assert "Traceback" not in terminal.text
     diagram = load(path)
     assert diagram.interrupted
@@ -236,7 +236,7 @@ def test_interrupt_keeps_a_motion_as_far_as_it_came(which, tmp_path):
     said = " ".join(terminal.text.split())
     record = json.loads(output)
     assert f"slipfold: interrupted after {record['periods']} {each}" in said
-    assert f"what was finished is in {path}" in said
+    assert f"finished results are in {path}" in said
     assert "Traceback" not in said
     motion = load(path)
     assert (motion.interrupted, motion.stopped.kind) == (True, "interrupted")

@@ -93,7 +93,7 @@ def test_a_start_on_an_unstable_equilibrium_is_left(model, kind):
 def test_a_motion_that_comes_to_a_saddle_is_pushed_off_it():
     found = said(system((0.0, 1.0), x="x - x^3", y="-y"))
     assert found.kind == "equilibrium"
-    assert "it had come to an unstable equilibrium" in found.message.replace("At", "at")
+    assert "it had reached an unstable equilibrium" in found.message.replace("At", "at")
 
 
 def test_a_slow_focus_says_how_long_it_takes():

@@ -97,7 +97,7 @@ class ExplorerPage:
         return held
 
     def open(self, fragment="model=sliding", plane=False):
-        """Open a link to a view, without its plane unless it is asked for, and wait for the curve.
+        """Open a link to a view, without its plane unless it is requested, and wait for the curve.
 
         A page that is open takes the link over, as if it were pasted.
         """

@@ -1,4 +1,4 @@
-"""What ``import slipfold`` imports, and when: nothing before it is asked for."""
+"""What ``import slipfold`` imports, and when: nothing before it is requested."""
 
 import ast
 import os

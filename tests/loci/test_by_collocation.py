@@ -49,7 +49,7 @@ def test_branches_have_their_folds_on_it(folds, eps):
     (locus,) = folds.loci
     index = int(np.abs(locus.values[:, 1] - eps).argmin())
     current, eps = locus.values[index].tolist()
-    v = -np.sqrt(1 - 0.8 * eps)  # where cycles are born: the trace of the Jacobian is zero
+    v = -np.sqrt(1 - 0.8 * eps)  # where cycles emanate: the trace of the Jacobian is zero
     hopf = (v + 0.7) / 0.8 - v + v**3 / 3
     point = fold(neuron(eps), (current - 0.01, hopf + 0.002))
     assert point.value == pytest.approx(current, abs=1e-10)

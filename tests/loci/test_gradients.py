@@ -24,7 +24,7 @@ def differenced(located, step):
 
 
 def check_by_differences(model, vary, found, names, step=2e-4, width=0.05):
-    """Thresholds located anew, beside the point, give its gradients."""
+    """Thresholds located again, beside the point, give its gradients."""
     for name in names:
         value = found.model.values[name]
 

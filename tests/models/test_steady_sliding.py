@@ -1,4 +1,4 @@
-"""Steady sliding as an equilibrium: eigenvalues, onset of squeal, the cycles born there."""
+"""Steady sliding as an equilibrium: eigenvalues, onset of squeal, the cycles that emanate there."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_onset_of_squeal_by_falling_friction():
     found = eigenvalues(SlidingOscillator(friction=FALLING, Vd=hopf.value).steady())
     turn = np.abs(found[np.abs(found.real).argmin()])
     assert hopf.duration == pytest.approx(2 * np.pi / turn, rel=1e-9)
-    # The cycle born there, closed by an integrator and equations that share no code.
+    # The cycle that emanates there, closed by an integrator and equations that share no code.
     cycles = diagram.branches[1]
     orbit = cycles.orbit(-1)
     p = {**BASE, **orbit.model.values}

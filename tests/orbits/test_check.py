@@ -41,7 +41,7 @@ BRANCHES = [  # with the cycles of every kind and what bifurcates on them
 def assert_same(orbit):
     check = orbit.check()
     assert check.passed, check
-    # What is asked for is 1e-8; both methods can do better than that.
+    # What is requested is 1e-8; both methods can do better than that.
     assert check.states < 1e-10
     assert check.duration < 1e-10
 

@@ -47,7 +47,7 @@ def test_what_is_written_is_read_back_to_the_last_digit(tmp_path):
     [
         ("", "holds no readings; give a head"),
         ("f [Hz],max y\n", "holds no readings"),
-        ("f [Hz]\n1\n", "holds no readings beside f"),
+        ("f [Hz]\n1\n", "holds no readings besides f"),
         ("q [Hz],max y\n1,2\n", "sliding has no parameter 'q'"),
         ("f,max y\n1,2\n", "'f' has no unit; write f .Hz., or one of Hz, kHz, mHz"),
         ("f [rpm],max y\n1,2\n", "has the unit 'rpm'"),

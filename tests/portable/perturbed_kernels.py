@@ -150,7 +150,7 @@ class Perturbed:
             matrix = self.off(matrix)
             if not compute_uv:
                 return function(matrix, compute_uv=False)
-            # Null vectors beside those that are asked for are as good.
+            # Null vectors beside those that are requested are as good.
             left, values, right = answer = function(matrix)
             left, right = left.copy(), right.copy()
             for i in np.ndindex(matrix.shape[:-2]):

@@ -99,7 +99,7 @@ def test_damaged_input(tmp_path, text):
     path = saved(tmp_path, made_diagram())
     with h5netcdf.File(path, "r+") as file:
         file.attrs["input"] = text
-    with pytest.raises(InputError, match=r"result\.nc is damaged.*compute it anew"):
+    with pytest.raises(InputError, match=r"result\.nc is damaged.*compute it again"):
         load(path)
 
 

@@ -90,7 +90,7 @@ def test_a_response_goes_on_through_stick_by_itself():
     model = sf.SlidingOscillator(f=12.5, Nd=0.3)
     diagram = sf.response(model, vary="Vd", span=(0.06, 0.05), settings=ALONE)
     (branch,) = diagram.branches
-    assert diagram.checked.checks[0].name.startswith("orbit beside GRAZE")
+    assert diagram.checked.checks[0].name.startswith("orbit near GRAZE")
     assert all(check.agrees for check in diagram.checked.checks)
     assert branch.stopped.kind == "span"
     (point,) = branch.special

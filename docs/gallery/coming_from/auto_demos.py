@@ -108,7 +108,7 @@ table.add("frc: largest v at a period of 1", ours, f"{theirs:.10g}", "AUTO-07p, 
 # %%
 # All branches of each demo in one run on one machine. AUTO's time is its own clock, slipfold's is
 # with normal forms, uncertainties and checks, and of all branches, which in ``tor``, ``chu`` and
-# ``pen`` are more than AUTO was asked for. A point of AUTO's that is not ours is a Hopf point or a
+# ``pen`` are more than AUTO was requested. A point of AUTO's that is not ours is a Hopf point or a
 # homoclinic orbit that AUTO takes for another point.
 
 print(demos.machine())

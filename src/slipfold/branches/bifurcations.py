@@ -310,7 +310,7 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether the sign of the parameter's change is rounding at both points, or an error at one.
 
     So it is along a family, and through a canard explosion, in which there may be a fold, and
-    beside a place of birth. A fold then is where a multiplier passes one.
+    near a bifurcation that cycles emanate from. A fold then is where a multiplier passes one.
     """
     slopes = [abs(point.tests["LP"]) for point in (a, b)]
     if max(slopes) <= TEST_NOISE:

@@ -26,7 +26,7 @@ NEARER = 12
 """Times that an orbit nearer to the meeting is looked for, until it is."""
 
 NEAR_BIRTH = 0.05
-"""Distance within which the end of a closing branch is matched with a place of birth, in scaled
+"""Distance within which the end of a closing branch is matched with a bifurcation, in scaled
 states and spans: the meeting is interpolated over one step."""
 
 SMALL = 0.1
@@ -108,9 +108,9 @@ def asymmetry(orbits: Orbits, z: Array) -> Array:
 def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
     """Return what errors make of multipliers, and of the tangent along the parameter.
 
-    Beside a place of birth cycles do not change with the parameter to first order: that component
-    of the tangent vanishes with the amplitude, by which errors of the orbit are divided. Elsewhere
-    zeros are returned.
+    Near the equilibrium that cycles emanate from, they do not change with the parameter to first
+    order: that component of the tangent vanishes with the amplitude, by which errors of the orbit
+    are divided. Elsewhere zeros are returned.
     """
     orbits = point.curve.orbits
     amplitude = float(np.linalg.norm(asymmetry(orbits, point.z))) if orbits.free_phase else np.inf
@@ -251,7 +251,7 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
 
 
 def _matching(orbits: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth | None:
-    """Return the place of birth whose orbit is the one where the branch met its copy."""
+    """Return the bifurcation whose orbit is the one where the branch met its copy."""
 
     def distance(birth: Birth) -> float:
         return orbits.distance(birth.in_terms_of(orbits), meeting)
@@ -262,7 +262,7 @@ def _matching(orbits: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth 
 
 
 def _birth_point(orbits: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
-    """Return the place of birth that a branch closed on as its last point."""
+    """Return the bifurcation that a branch closed on as its last point."""
     start = birth.start
     z = orbits.in_phase(birth.in_terms_of(orbits), last.z)
     place = last.arclength + float(np.linalg.norm(z - last.z))

@@ -43,7 +43,7 @@ SEVERAL = (
 
 UNSOLVED = (
     "the motion turns so sharply that on an interval of the mesh no polynomials were found that "
-    "meet the equations; simulate goes on in implicit steps of any length"
+    "meet the equations; simulate continues in implicit steps of any length"
 )
 
 NO_VALUE = (
@@ -52,8 +52,8 @@ NO_VALUE = (
 )
 
 LOST = (
-    f"motions beyond are lost: they come to {NO_VALUE}, or turn more sharply than explicit steps "
-    "follow, where simulate goes on in implicit ones"
+    f"trajectories beyond could not be computed: they reach states {NO_VALUE}, or turn more "
+    "sharply than explicit steps follow, where simulate continues in implicit ones"
 )
 
 CLOSE_TO_LIMIT = 5.0
@@ -122,7 +122,7 @@ class BranchEndings(Endings[OrbitPoint]):
     def interrupted(self, traced: TracedCurve[OrbitPoint]) -> End:
         """Return the end of a branch that was interrupted."""
         value = traced.curve.value(traced.points[-1].z)
-        reason = f"interrupted at {traced.curve.vary} = {value:.6g}; what was found before is kept"
+        reason = f"interrupted at {traced.curve.vary} = {value:.6g}; results up to there are kept"
         return End("interrupted", reason, (value,))
 
 
@@ -168,7 +168,7 @@ def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[
         return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
     if singular:
         # Whether Newton's method or the step failed first is rounding.
-        return failure.kind, f"the orbit comes to {NO_VALUE}, and no orbit was found beyond"
+        return failure.kind, f"the orbit reaches states {NO_VALUE}, and no orbit was found beyond"
     limits = ", ".join(
         f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
         for limit, margin in zip(orbits.model.limits, margins, strict=True)

@@ -88,7 +88,7 @@ class Events(Zeros[OrbitPoint]):
         for item in found:
             event = item.event if isinstance(item, Happened) else None
             if event is not None and event.stop:
-                reason = f"stopped as asked: {event.measure} of {event.name} is {event.value:g}"
+                reason = f"stopped as requested: {event.measure} of {event.name} is {event.value:g}"
                 end = End("event", reason, self._orbits.place(item.point.z))
                 return MonitorResult(found, Stop(item.point, end))
         return MonitorResult(found)

@@ -81,7 +81,7 @@ class Homoclinic:
             end = End(
                 "duration",
                 f"the duration grew past {self._largest:g} times that at first, as it does towards "
-                "a homoclinic orbit and in slow relaxation; allow a larger duration to go on",
+                "a homoclinic orbit and in slow relaxation; allow a larger duration to continue",
                 (value,),
             )
         else:

@@ -109,7 +109,7 @@ class SpecialPoint(LocatedPoint):
 
     @property
     def duration(self) -> float:
-        """Period of the orbit in seconds; at a Hopf point, that of the cycle born there."""
+        """Period of the orbit in seconds; at a Hopf point, that of the emanating cycle."""
         if self.type == "HB" and self.critical_multiplier is not None:
             return self.orbit.duration * 2 * np.pi / float(np.angle(self.critical_multiplier))
         return self.orbit.duration

@@ -215,7 +215,7 @@ def equilibrium_start(
     if np.linalg.cond(correction.bordered.matrix) > WORST:
         raise InputError(
             f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
-            "branch point; start the span beside it"
+            "branch point; start the span near it"
         )
     return orbits, _first_point(orbits, correction, first)
 
@@ -249,7 +249,7 @@ def _first_point(orbits: Orbits, correction: Correction, value: float) -> OrbitP
 
 
 STIFF = 200.0
-"""Turns of the fastest vibration within a period from which on collocation is quicker: forty masses
+"""Turns of the fastest vibration within a period at which collocation becomes quicker: forty masses
 in a chain make fifty; beams of three, four and five elements 190, 300 and 500, where shooting takes
 half, four times and ten times as long. Fast decay does not count: friction that is steep at rest is
 so for moments only."""

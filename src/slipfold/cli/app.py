@@ -20,7 +20,7 @@ UsageError: Any = typer.BadParameter.__mro__[1]
 
 KEEPS = "Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, "
 
-STATUS = "Exit status: 0 done, 2 bad input, 130 interrupted; what was known by then is kept."
+STATUS = "Exit status: 0 done, 2 bad input, 130 interrupted; results so far are kept."
 
 COMMANDS = {
     "response": Command(
@@ -42,7 +42,7 @@ COMMANDS = {
     ),
     "lyapunov": Command(
         "slipfold.computations.long_term:lyapunov",
-        "Tell periodic, quasi-periodic and chaotic solutions apart by their Lyapunov exponents."
+        "Distinguish periodic, quasi-periodic and chaotic solutions by their Lyapunov exponents."
         f"\n\n{STATUS}",
     ),
     "attractors": Command(

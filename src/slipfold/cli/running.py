@@ -114,8 +114,8 @@ class Outputs:
         """Where to find what an interrupted computation had finished."""
         files = [path for path in (self.out, self.csv, self.json) if path not in (None, "-")]
         if not files:
-            return "what was finished is printed; --out FILE.nc would keep it"
-        return f"what was finished is in {' and '.join(map(str, files))}"
+            return "finished results are printed; --out FILE.nc would keep it"
+        return f"finished results are in {' and '.join(map(str, files))}"
 
     def checked(self) -> Self:
         """Return them, made sure before computing that all files can be written."""

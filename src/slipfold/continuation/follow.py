@@ -41,7 +41,7 @@ class Endings(Generic[P]):
 
     def interrupted(self, traced: TracedCurve[P]) -> End:
         """Return the end of a curve that was interrupted."""
-        return self._end(traced, "interrupted", "interrupted; what was found before is kept")
+        return self._end(traced, "interrupted", "interrupted; results up to there are kept")
 
     def contradicted(self, traced: TracedCurve[P], extremum: P) -> End:
         """Return the end of a curve on which a parameter turns without a special point."""

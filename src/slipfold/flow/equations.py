@@ -133,7 +133,7 @@ class Constants:
     def rates(self) -> Array:
         """Derivative of the coefficients with respect to each parameter, (n_c, n_p) or (m, ...).
 
-        Computed where they are asked for: most trajectories are integrated without derivatives.
+        Computed where they are requested: most trajectories are integrated without derivatives.
         """
         assert self.differentiate is not None
         return self.differentiate()

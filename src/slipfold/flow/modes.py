@@ -252,7 +252,7 @@ def _holding(
 REST, SLOW = 1e-13, 0.05
 """Slip in the plane, over its scale, below which it ends, and below which it is slow."""
 
-PHASE, END = hy.expression("phase in slow slip"), hy.expression("phase asked for")
+PHASE, END = hy.expression("phase in slow slip"), hy.expression("requested phase")
 """In slow slip the phase is a state, and an event ends the integration."""
 
 
@@ -262,7 +262,7 @@ class Ending(Enum):
     STOPS = "slip comes to an end"
     SLOWS = "slip in the plane becomes slow"
     QUICKENS = "it becomes fast again"
-    ARRIVES = "the phase that was asked for"
+    ARRIVES = "the requested phase"
     YIELDS = "friction cannot hold any more"
     PARTS = "the normal force vanishes"
     MEETS = "the contact closes"

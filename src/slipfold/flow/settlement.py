@@ -176,7 +176,7 @@ def judge_settlement(
     if len(strobe) <= FEW:
         count = len(strobe) - 1
         return not_converged(
-            f"not settled: {count} forcing periods are too few to tell; simulate {5 * SHORT}"
+            f"not settled: {count} forcing periods are too few to decide; simulate {5 * SHORT}"
         )
     trends = trends_of(strobe / scales, turns / scales)
     for trend in trends:
@@ -249,10 +249,10 @@ def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlemen
 
 def _advice(periods: int) -> str:
     if periods < SHORT:
-        return f"so short a run cannot tell a transient from a torus: simulate {5 * SHORT}"
+        return f"so short a run cannot distinguish a transient from a torus: simulate {5 * SHORT}"
     return (
-        "a torus, chaos, a period above 8 or a very slow transient: look at the strobe states, or "
-        f"simulate {10 * periods}"
+        "a torus, chaos, a period above 8 or a very slow transient: look at the stroboscopic "
+        f"states, or simulate {10 * periods}"
     )
 
 
@@ -501,7 +501,7 @@ def _on_cycle(
     if multiplier > 1 + NEUTRAL:
         message = (
             f"not settled: it follows an unstable cycle of {duration:.9g} s, from which a "
-            f"disturbance grows by the factor {multiplier:.4g} a round; start beside it"
+            f"disturbance grows by the factor {multiplier:.4g} a round; start near it"
         )
     else:
         message = (
@@ -538,7 +538,7 @@ def _few(count: int, seen: float) -> str:
     if count == 0:
         return f"{lately} not come back to where it was"
     times = "once" if count == 1 else f"{count} times"
-    return f"{lately} come back to where it was {times} only, too seldom to tell"
+    return f"{lately} come back to where it was {times} only, too seldom to decide"
 
 
 def _approaches(end: _End, rest: Equilibrium) -> bool:

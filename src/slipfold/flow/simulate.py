@@ -357,7 +357,7 @@ class SmoothIntegration(Integration):
             where = "it began on an unstable equilibrium"
         else:
             time = self._pushed[0] * self.constants.period
-            where = f"at {time:.6g} s it had come to an unstable equilibrium"
+            where = f"at {time:.6g} s it had reached an unstable equilibrium"
         return f". {where[:1].upper()}{where[1:]} and was pushed off it by {PUSH:g} (scaled)"
 
 

@@ -58,7 +58,7 @@ class Trajectory(OneLine):
 
     Of an autonomous model these are intervals of its ``duration``. It keeps the state at the start
     of every forcing period. What lies between is integrated again
-    when asked for, so that a long run takes little memory and is known everywhere.
+    when requested, so that a long run takes little memory and is known everywhere.
 
     Parameters
     ----------
@@ -98,7 +98,8 @@ class Trajectory(OneLine):
     def _rows(self) -> PrintedTable:
         last = zip(self.model.states, self.strobe[-1], strict=True)
         return PrintedTable(
-            ["", "last strobe state"], [[headed(item), number_text(v, 10)] for item, v in last]
+            ["", "last stroboscopic state"],
+            [[headed(item), number_text(v, 10)] for item, v in last],
         )
 
     @property

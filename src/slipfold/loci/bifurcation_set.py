@@ -203,7 +203,7 @@ def possible_types(model: Model) -> tuple[str, ...]:
 def check_asked(
     model: Model, types: Sequence[str] | None, periods: Sequence[int]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """Return the types and periods of a set that is asked for, each once, in their order."""
+    """Return the types and periods of a set that is requested, each once, in their order."""
     possible = possible_types(model)
     types = possible if types is None else types
     for kind in types:

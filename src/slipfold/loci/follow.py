@@ -179,7 +179,7 @@ def follow_found(
     *,
     through_stick: bool = False,
 ) -> tuple[Locus, ...]:
-    """Follow the loci of special points, each before the next point is asked for.
+    """Follow the loci of special points, each before the next point is requested.
 
     A branch point whose branches cross in one parameter only is a point of a locus of folds. Loci
     in slip may end where contacts begin to stick, or go on through stick.
@@ -418,7 +418,7 @@ def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
     pairs = zip(curve.orbits.varied, curve.place(z), strict=True)
     at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
     return (
-        f"the branch point at {at} is isolated in the plane: beside it no branches cross, and it "
+        f"the branch point at {at} is isolated in the plane: near it no branches cross, and it "
         "has no locus; it lies on a locus of folds, where that turns"
     )
 

@@ -95,7 +95,7 @@ class LocusPoint(LocatedPoint):
 
     @property
     def duration(self) -> float:
-        """Period of the orbit in seconds; at a Hopf point, that of the cycles born there."""
+        """Period of the orbit in seconds; at a Hopf point, that of the emanating cycles."""
         return self.orbit.duration if self.eigenvalues is None else hopf_duration(self.eigenvalues)
 
     @cached_property

@@ -113,7 +113,7 @@ class Region(OneLine):
         motions were looked at; zero where they turn round without stick.
     motions
         What motions do in it, where none of its responses of period 1 and 2 is known to be stable
-        and that was asked for.
+        and that was requested.
     """
 
     id: int

@@ -262,7 +262,7 @@ def check_region(
         found = orbits.get(period, ())
         checks += [_from_orbit(at, region, period, nodes[0]) for nodes in found]
         for _ in range(region.slipping.count(period) - len(found)):
-            note = "the orbit could not be carried to this place"
+            note = "the orbit could not be continued to this point"
             checks.append(RegionCheck(region.place, f"period {period}", 0, False, note))
     for orbit in other_orbits(at, orbits, states):
         note = f"settled on a response of period {orbit.period} that none across the region has"

@@ -41,7 +41,7 @@ SMALLEST = 2e-4
 beside it."""
 
 CHECKED = 2e-3
-"""Share of the window from which on a region is checked by simulation."""
+"""Share of the window at and above which a region is checked by simulation."""
 
 CLEARANCE = 2.5
 """Distance from a boundary, in cells, at which a response says what region it is in."""

@@ -202,7 +202,7 @@ BORN = {
     "GPD": (("LP", 0),),
     "R2": (("NS", 0),),
 }
-"""Types of the loci of cycles that are born at an equilibrium or of orbits of twice the period, by
+"""Types of the loci of cycles that emanate at an equilibrium or of orbits of twice the period, by
 type of the point of codimension two; of cycles also the number of the critical pair."""
 
 FIRST_STEPS = (BIRTH, 4 * BIRTH, 16 * BIRTH, 64 * BIRTH)
@@ -225,7 +225,7 @@ def starts_at(
     """Return the loci of some types that begin or pass at a point of codimension two, but its own.
 
     Through LPPD, LPNS, PDNS, BT, ZH, R1 and R2 pass loci of two types, of which that of pairs ends
-    at BT, R1 and R2; through HH and NSNS two of the same type. Folds of cycles are born at GH, of
+    at BT, R1 and R2; through HH and NSNS two of the same type. Folds of cycles emanate at GH, of
     doubled orbits at GPD; tori of cycles at HH, one locus for each pair, and at ZH, where other
     cycles branch off of symmetric ones as well; tori of doubled orbits at R2.
     """
@@ -286,7 +286,7 @@ def _mixed(orbits: Orbits, z: Array, cycle: Emanating) -> Emanating | None:
 def _born(
     first: Emanating, condition: str, parent: OrbitPoint, settings: Settings
 ) -> Iterator[LocusStart]:
-    """Return the locus of orbits that are born at a point, unless it leads to their parents."""
+    """Return the locus of orbits that emanate at a point, unless it leads to their parents."""
     curve = LocusEquations(first.orbits, condition)
     start = _leaving(curve, first.z, first.tangent, first.monodromy, parent.residual)
     if start is None:
@@ -362,7 +362,7 @@ def _leaving(
 def parents_of(curve: LocusEquations, reached: OrbitPoint, settings: Settings) -> LocusStart | None:
     """Return the locus of the parents at which a locus ends, from what it ended on.
 
-    That is one of its own orbits, or the point of theirs that those are born at.
+    That is one of its own orbits, or the point of theirs that those emanate at.
     """
     own, other = curve.orbits, reached.curve.orbits
     if (own.kind, own.period) == (other.kind, other.period):
@@ -397,7 +397,7 @@ def _parent_start(
 
 
 class EndsAtParent:
-    """Ends a locus where its orbits shrink to those that they are born at.
+    """Ends a locus where its orbits shrink to those that they emanate at.
 
     Newton's method is singular there, the more so the higher the order to which equations vanish:
     the point of codimension two at which they are born is looked for on the locus of the parents.
@@ -442,7 +442,7 @@ def _shrinking(orbits: Orbits) -> str:
 def ends_beside_parent(
     curve: LocusEquations, last: OrbitPoint, settings: Settings
 ) -> Stop[OrbitPoint] | None:
-    """Return the end of a locus at the point of codimension two that its orbits are born at.
+    """Return the end of a locus at the point of codimension two that its orbits emanate at.
 
     None if there is no such point near its last orbit.
     """

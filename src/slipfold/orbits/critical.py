@@ -206,7 +206,7 @@ class Critical(OrbitCurve):
 
 @dataclass(frozen=True, eq=False)
 class Emanating:
-    """The first of the orbits that are born at another."""
+    """The first of the orbits that emanate at another."""
 
     orbits: Orbits  # what they are
     z: Array  # the first of them as an unknown
@@ -244,7 +244,7 @@ def hopf_cycle(
     *,
     pair: int = 0,
 ) -> Emanating:
-    """Return an equilibrium at a Hopf point as a cycle, with the direction of those born there.
+    """Return an equilibrium at a Hopf point as a cycle, with the direction of emanating cycles.
 
     That is the critical eigenvector turning once. `method` says how the cycle is cut, from the
     derivatives of the rates a round. Pairs are numbered by their distance from the imaginary axis.

@@ -215,8 +215,8 @@ class _Search:
         settlement = motion.settlement
         if not forced and settlement.kind != "cycle":
             raise InputError(
-                f"the motion of {model.name} comes to no cycle: {settlement.message}; give a state "
-                "near one"
+                f"the motion of {model.name} converges to no cycle: {settlement.message}; give a "
+                "state near one"
             )
         last = motion.periods
         for item in motion.sticking.intervals if forced and motion.sticking is not None else ():

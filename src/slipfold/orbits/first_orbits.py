@@ -322,7 +322,7 @@ def _first_return(paced: Model, state: Array) -> float:
             return found
         state = states[-1]
     raise InputError(
-        f"the motion of {paced.name} comes to rest or does not come back to where it was; give a "
+        f"the motion of {paced.name} comes to rest or does not return to where it was; give a "
         "state near a cycle and its duration"
     )
 

@@ -136,8 +136,7 @@ matrix is quicker than so many small operations (measured: 76 us instead of 165 
 same at 80), and no threads are started for it."""
 
 STATES = 8
-"""States from which on elimination along a mesh is quicker than sparse factors: eight times at 32
-states."""
+"""States from which elimination along a mesh is quicker than sparse factors, eight times at 32."""
 
 GROWN = 1e5
 """Growth along a mesh beyond which elimination loses digits."""

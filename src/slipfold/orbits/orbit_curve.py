@@ -52,7 +52,7 @@ class OrbitPoint(Point):
     def growth(self) -> float:
         """Upper bound of the logarithms of the multipliers' moduli, if all are inside the circle.
 
-        Computed where it is asked for: that takes as long as the multipliers.
+        Computed where it is requested: that takes as long as the multipliers.
         """
         if self.linearization is None or not (np.abs(self.multipliers) < 1).all():
             return np.inf
@@ -65,7 +65,7 @@ class OrbitPoint(Point):
 
 
 SEVERAL = 8
-"""Multipliers from which on their functions are worth foreseeing: with the four of the base case
+"""Multipliers from which their functions are worth extrapolating: with the four of the base case
 there are a tenth fewer points, in no less time; with the twenty of a chain a third."""
 
 

@@ -307,7 +307,8 @@ def _check_columns(columns: Sequence[_Column], path: str | Path) -> None:
     measured = [item.quantity for item in columns if item.quantity and not item.is_error]
     if not measured:
         raise InputError(
-            f"{path} holds no readings beside {columns[0].name}; give a column such as 'max y [mm]'"
+            f"{path} holds no readings besides {columns[0].name}; give a column such as "
+            "'max y [mm]'"
         )
     for item in columns:
         same = [other for other in columns if other.name == item.name]

@@ -14,7 +14,7 @@ from slipfold.results.thresholds import Design
 from slipfold.results.uncertainty import WAYS, ThresholdUncertainty
 
 NOTHING = {UNDECIDED: ("0.65", "undecided"), ENDED: ("0.35", "ended")}
-"""Colors and names of what came to no attractor."""
+"""Colors and names of what converged to no attractor."""
 
 STYLES = {"samples": ("black", "-"), "gradients": ("tab:orange", "--")}
 

@@ -63,7 +63,7 @@ NO_ATTRACTOR = {
     ENDED: ("0.35", "ended"),
     UNDECIDED: ("0.75", "undecided"),
 }
-"""Colors and names of starts that came to no attractor."""
+"""Colors and names of starts that converged to no attractor."""
 
 UNCERTAIN = {
     WITHIN_CELL: ((1.0, 1.0, 1.0, 0.6), "changes within the cell"),
@@ -155,7 +155,7 @@ def _draw_contours(
 
 
 def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -> Axes:
-    """Draw each start in the color of the attractor that its motion came to.
+    """Draw each start in the color of the attractor that its trajectory converged to.
 
     Cells within which the label changes are paler, those where it changes within the error of the
     integration are gray.

@@ -158,7 +158,7 @@ def settle(ax: Axes) -> None:
     # A layout moves when it is drawn; a place holder stands for one that no longer does.
     if engine is not None and not isinstance(engine, PlaceHolderLayoutEngine):
         figure.draw_without_rendering()
-    # Limits are computed when they are asked for, and not when a transform uses them.
+    # Limits are computed when they are requested, and not when a transform uses them.
     ax.set_xlim(ax.get_xlim())
     ax.set_ylim(ax.get_ylim())
 

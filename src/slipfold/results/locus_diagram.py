@@ -150,8 +150,8 @@ class Regions(ResultPart):
 
 
 FROM_A_CYCLE = (
-    "The equilibria found were followed across it, and cycles born on them there; for loci of "
-    "another cycle save a response that has it (--settled) and give that file."
+    "The equilibria found were followed across it, and the cycles that emanate from them there; "
+    "for loci of another cycle save a response that has it (--settled) and give that file."
 )
 """Advice for an autonomous model without loci."""
 

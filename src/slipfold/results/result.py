@@ -412,7 +412,7 @@ def load(path: str | Path, *, kind: type[Model] | None = None) -> Result | Perio
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             raise InputError(
                 f"{path} is damaged: it says it is {schema} but lacks parts of it "
-                f"({type(error).__name__}: {error}); compute it anew"
+                f"({type(error).__name__}: {error}); compute it again"
             ) from error
     if schema.startswith("slipfold."):
         raise InputError(

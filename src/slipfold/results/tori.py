@@ -50,7 +50,7 @@ def _tori(vary: str, unit: str, *, forced: bool) -> ItemTable:
                    record=True),
             Column("kind", get=lambda tori: "torus", record=True),
             Column("period", WHOLE, "in forcing periods", "", record=True),
-            Column("parent", WHOLE, "branch that they were born from", record=True),
+            Column("parent", WHOLE, "branch that they emanate from", record=True),
             Column("points", get=len, record=True),
             Column("values", get=lambda tori: tori.parameter, record=True),
             *(

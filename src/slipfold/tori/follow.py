@@ -39,7 +39,7 @@ RECENT, STANDSTILL, SLOWER = 3, 1e-6, 0.95
 """Beside a homoclinic orbit the parameter, in spans, stands still along some circles, and they turn
 this much more slowly."""
 
-SLOWS = "turns ever more slowly at one value of the parameter, as beside a homoclinic orbit"
+SLOWS = "turns ever more slowly at one value of the parameter, as near a homoclinic orbit"
 
 NEAR_STRONG = 1e-2
 """Distance of a rotation number from a strong resonance at which circles may break by it."""
@@ -140,7 +140,7 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
     if found.type == "size":
         return End("birth", SHRINKS, place)
     if found.type != "LP" and Fraction(found.type).denominator <= STRONG:
-        reason = f"comes to the strong resonance {found.type} and is not followed past it"
+        reason = f"reaches the strong resonance {found.type} and is not followed past it"
         return End("resonance", reason, place)
     return None
 
@@ -307,7 +307,7 @@ def _tori_from(
     start = first_circle(model, vary, abs(span[1] - span[0]), point.state, point.period)
     if start is None:
         reason = (
-            "no circle was found beside the Neimark-Sacker point, which turns by "
+            "no circle was found near the Neimark-Sacker point, which turns by "
             f"{first_row.rotation:.6g} of a turn; look whether it is at a strong resonance"
         )
         return _branch_of([first_row], origin, End("failed", reason, point.value))
@@ -343,7 +343,7 @@ def _followed(
         if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
             end = End(end.kind, end.reason, rows[-1].value)
     except KeyboardInterrupt:
-        end = End("interrupted", "interrupted; what was found before is kept", rows[-1].value)
+        end = End("interrupted", "interrupted; results up to there are kept", rows[-1].value)
     return _branch_of(rows, origin, end, tori)
 
 

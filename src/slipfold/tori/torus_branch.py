@@ -136,7 +136,7 @@ class TorusBranch(SolutionCurve):
         if not self.parent:
             reason = "begins at the torus that a trajectory converges to"
             return End("settled", reason, float(self.parameter[0]))
-        reason = f"born at a Neimark-Sacker point of branch {self.parent}"
+        reason = f"emanates from a Neimark-Sacker point of branch {self.parent}"
         return End("born", reason, float(self.parameter[0]))
 
     @property

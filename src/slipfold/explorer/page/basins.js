@@ -10,7 +10,7 @@ import { basinsRequest } from "./view.js";
 /** Colors of attractors: the first two differ most in lightness. */
 const TINTS = ["region-2", "live", ...Array.from({ length: 12 }, (_, i) => `region-other-${i + 1}`)];
 
-/** What starts came to that came to no attractor, from the least label on. */
+/** What starts came to that converged to no attractor, from the least label on. */
 const NOTHING = [
   { label: -2, name: "not finished", tint: "panel" },
   { label: -1, name: "ended", tint: "axis" },

@@ -156,7 +156,7 @@ export class Requests {
     else sent.receiver.onAnswer(message);
   }
 
-  /** What was under way when the connection was lost is asked for once more. */
+  /** What was under way when the connection was lost is requested once more. */
   #sendAgain() {
     for (const line of this.#lines.values()) {
       if (line.waiting === null && line.sent !== null) line.waiting = line.sent;

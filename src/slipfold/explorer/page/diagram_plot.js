@@ -40,7 +40,7 @@ export class DiagramPlot {
   #simulated = null;
   #isDrawnFaint = false;
   #frame = 0;
-  /** Numbers of the drawings that were asked for, and that are on the screen. */
+  /** Numbers of the drawings that were requested, and that are on the screen. */
   #asked = 0;
   #painted = 0;
   #pressed = null;

@@ -246,7 +246,7 @@ export class PlaneControls {
     else if (stale && !this.#session.store.isLive) this.#working(COMPUTING);
   }
 
-  /** Nothing is computed without a server; with one, what was asked for is asked for again. */
+  /** Nothing is computed without a server; with one, what was requested is requested again. */
   #connected() {
     const { connection, requests } = this.#session;
     if (!requests.isBusy("plane")) return;

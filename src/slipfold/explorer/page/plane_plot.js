@@ -323,7 +323,7 @@ export class PlanePlot {
   #regimes;
   /** What is drawn: the server's answer, or as much of it as has come. */
   #shown = null;
-  /** Whether it is of what was asked for last, and not of what was before. */
+  /** Whether it is of what was requested last, and not of what was before. */
   #isOfAsked = false;
   #lines = new Map();
   #map = null;
@@ -388,7 +388,7 @@ export class PlanePlot {
     if (id !== this.#lines.of) this.#lines = Object.assign(new Map(), { of: id });
     for (const line of lines) this.#lines.set(line.number, line);
     const shown = answer ?? (loci ? { loci, regions: null } : lines.length > 0 && draftOf([...this.#lines.values()]));
-    // What belongs to other values is pale, and gives way to the first lines of what is asked for.
+    // What belongs to other values is pale, and gives way to the first lines of what is requested.
     if (shown || stale) this.node.classList.toggle("stale", stale);
     if (!shown) return;
     this.#isOfAsked = true;

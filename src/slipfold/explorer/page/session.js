@@ -46,19 +46,19 @@ const KEPT_ORBITS = 60;
 export class Session {
   /** The live diagram: `{answer, view}`. */
   diagramArrived = new Signal();
-  /** How far the live diagram has come: `{progress, value}`, or null when another is asked for. */
+  /** How far the live diagram has come: `{progress, value}`, or null when another is requested. */
   progressed = new Signal();
   /** Pinned diagrams: a map from pin id to answer. */
   pinsChanged = new Signal();
   /** The place of the orbit shown, or null where there is none. */
   placeChanged = new Signal();
-  /** Nothing: an orbit is asked for. */
+  /** Nothing: an orbit is requested. */
   orbitAwaited = new Signal();
   /** An orbit: `{answer, place, view}`. */
   orbitArrived = new Signal();
   /**
    * The plane: `{answer}` or `{progress}` with what has come, and `stale` if it is of other values;
-   * `{isSame}` where the values are those that were asked for.
+   * `{isSame}` where the values are those that were requested.
    */
   planeChanged = new Signal();
   /**

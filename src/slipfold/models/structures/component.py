@@ -191,7 +191,7 @@ class Component(Parametric, ABC):
     """Whether forces act with the masses along the direction, as those of a moving base do."""
 
     name: Any = structural(
-        "name that tells components of one kind apart; empty if there is only one",
+        "name that distinguishes components of one kind; empty if there is only one",
         "",
         _checked_name,
         kw_only=True,

@@ -353,7 +353,7 @@ def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[floa
 
 
 def first_lyapunov_coefficient(field: FieldMap) -> float:
-    """Return l1 of a Hopf point: below zero stable cycles are born, above it unstable ones."""
+    """Return l1 of a Hopf point: below zero stable cycles emanate, above it unstable ones."""
     matrix = field.jacobian
     q, p, value = hopf_vectors(matrix)
     identity = np.eye(len(q))

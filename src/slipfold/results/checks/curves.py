@@ -226,7 +226,7 @@ def _special(branch: Branch, point: SpecialPoint) -> Candidate:
         away[branch.stuck_fraction > 0] = np.inf
     index = int(away.argmin())
     place = _at(branch, branch.parameter[index])
-    return Candidate(f"orbit beside {name}, at {place},", branch.orbit(index), False)
+    return Candidate(f"orbit near {name}, at {place},", branch.orbit(index), False)
 
 
 def _at(curve: OrbitSeries, values: Any) -> str:
