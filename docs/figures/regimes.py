@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.paper.cases import Curve, MotionFigure, motion_figures, read_cases
+from slipfold.paper.cases import CurveCase, MotionFigure, motion_figures, read_cases
 from slipfold.paper.drawing import draw_motions
 from slipfold.plots.style import COLUMN, figure_style
 
@@ -46,7 +46,7 @@ def completed(figure: MotionFigure) -> Figure:
     """Draw a figure of the paper with tori and motions, or basins beside two responses."""
     found = {
         case: sf.response(case.model, case.vary, case.span, tori=True)
-        if isinstance(case, Curve)
+        if isinstance(case, CurveCase)
         else case.compute()
         for case in figure.needs
     }

@@ -15,7 +15,7 @@ import numpy as np
 
 import slipfold as sf
 from slipfold.long_term.spectrum import find_spectrum
-from slipfold.paper.cases import Curve, Row, Steady, read_cases
+from slipfold.paper.cases import CurveCase, Row, Steady, read_cases
 from slipfold.paper.claims import CLAIMS, Findings, first, judge_claims, on_branches
 from slipfold.paper.tables import table
 
@@ -78,7 +78,7 @@ def variant(model: sf.SlidingOscillator, setting: Setting) -> sf.SlidingOscillat
     return sf.SlidingOscillator(sf.Stribeck(mu_s=STATIC * mu, mu_k=mu, vs=WITHIN), **values)
 
 
-def computed(case: Curve | Steady, setting: Setting) -> Any:
+def computed(case: CurveCase | Steady, setting: Setting) -> Any:
     """Return a response diagram, or the spectrum of a motion from rest."""
     model = variant(case.model, setting)
     if isinstance(case, Steady):
@@ -89,14 +89,14 @@ def computed(case: Curve | Steady, setting: Setting) -> Any:
 def findings(setting: Setting) -> Findings:
     """Compute all that the claims ask for; it stands in the place of the paper's cases."""
     cases = read_cases()
-    kinds = Curve | Steady if setting[1] == 1.0 else Curve  # spectra are judged, not told
+    kinds = CurveCase | Steady if setting[1] == 1.0 else CurveCase  # spectra are judged, not told
     needed = [case for case in cases.needs if isinstance(case, kinds)]
     with ProcessPoolExecutor(2) as executor:
         results = list(executor.map(partial(computed, setting=setting), needed))
     pairs = list(zip(needed, results, strict=True))
     return Findings(
         cases,
-        {case: result for case, result in pairs if isinstance(case, Curve)},
+        {case: result for case, result in pairs if isinstance(case, CurveCase)},
         {case: result for case, result in pairs if isinstance(case, Steady)},
     )
 

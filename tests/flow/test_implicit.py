@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
+from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
 
 FORCE, DAMPING, SPRING = 300.0, 0.1, 100.0
 
@@ -120,7 +120,7 @@ def test_it_ends_where_a_limit_is_met(follower):
         return np.stack([states[:, 0] + 2.0, states[:, 0] - 0.5], axis=1)
 
     motion = implicit_trajectory(follower.field, np.array([1.0]), 0.0, 1.0, watch=watch)
-    assert (motion.end, motion.limit) == (End.MET, 1)
+    assert (motion.end, motion.limit) == (StepsEnd.MET, 1)
     assert motion.phase == pytest.approx(1 / 6, abs=1e-11)
     assert motion.polynomials.times[-1] == motion.phase
 

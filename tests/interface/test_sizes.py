@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 75_500, "tests": 33_800}
+TOTAL = {"src": 72_900, "tests": 33_800}
 """Lines of Python. A budget that falls: lower it whenever code is deleted, never raise it."""
 
 FILE_LINES = 600
@@ -54,6 +54,20 @@ def test_no_function_is_long(files):
                 if node.end_lineno - begin > FUNCTION_LINES:
                     long[f"{path}:{node.name}"] = node.end_lineno - begin
     assert long == {}
+
+
+def test_a_class_name_stands_for_one_thing(files):
+    trees = [
+        ast.parse(path.read_text())
+        for path in files
+        if path.is_relative_to(ROOT / "src") and path.suffix == ".py"
+    ]
+    names = Counter(
+        node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef)
+    )
+    assert {
+        name for name, count in names.items() if count > 1 and not name.startswith("_")
+    } == set()
 
 
 def test_no_folder_is_full(files):

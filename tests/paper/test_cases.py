@@ -3,7 +3,7 @@ import math
 import pytest
 
 from slipfold import SlidingOscillator
-from slipfold.paper.cases import Curve, read_cases
+from slipfold.paper.cases import CurveCase, read_cases
 
 CASES = read_cases()
 
@@ -41,9 +41,9 @@ def test_what_is_set_besides():
 
 def test_equal_curves_are_computed_once():
     assert len(CASES.needs) == 24 + len(CASES.planes)
-    base = Curve(SlidingOscillator(), "Nd", (0.0, 0.98))
+    base = CurveCase(SlidingOscillator(), "Nd", (0.0, 0.98))
     assert CASES.shown_in(base) == (2, 4, 7)
-    fast = Curve(SlidingOscillator(Vd=1.0), "Nd", (0.0, 0.98))
+    fast = CurveCase(SlidingOscillator(Vd=1.0), "Nd", (0.0, 0.98))
     assert CASES.shown_in(fast) == (4, 5, 6, 7)
 
 

@@ -12,7 +12,7 @@ from slipfold.paper.cases import (
     BasinCase,
     Cases,
     CompletedFigure,
-    Curve,
+    CurveCase,
     HysteresisFigure,
     SweepCase,
     motion_figures,
@@ -22,7 +22,7 @@ from slipfold.paper.drawing import draw_motions
 from slipfold.plots import figure_style
 
 MODULE = sys.modules[reproduce.__module__]
-CURVE = Curve(SlidingOscillator(f=12.2), "Nd", (0.06, 0.16))
+CURVE = CurveCase(SlidingOscillator(f=12.2), "Nd", (0.06, 0.16))
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import slipfold as sf
 from helpers.hand_drawn_loci_plots import drawn_locus, locus_diagram
 from slipfold import SlidingOscillator
 from slipfold.paper import reproduce
-from slipfold.paper.cases import Cases, Plane, PlaneFigure, read_cases
+from slipfold.paper.cases import Cases, PlaneCase, PlaneFigure, read_cases
 from slipfold.paper.drawing import draw_plane
 from slipfold.paper.tables import planes_markdown
 from slipfold.plots import figure_style
@@ -20,7 +20,7 @@ from slipfold.plots import figure_style
 MODULE = sys.modules[reproduce.__module__]
 PLANES = read_cases().planes
 SMALL = PlaneFigure(
-    Plane(SlidingOscillator(), ("f", "Nd"), ((12.40, 12.48), (0.0, 0.06))),
+    PlaneCase(SlidingOscillator(), ("f", "Nd"), ((12.40, 12.48), (0.0, 0.06))),
     "A small window",
     ((12.42, 12.45), (0.03, 0.05)),
 )

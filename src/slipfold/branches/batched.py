@@ -43,7 +43,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.first_orbits import NEAR
 from slipfold.orbits.kinds import ForcedOrbits
-from slipfold.orbits.orbit_batch import ITERATIONS, OrbitBatch, Settled
+from slipfold.orbits.orbit_batch import ITERATIONS, Converged, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -328,7 +328,7 @@ def _last_before(
 
 
 def _complete(
-    branch: BatchedBranch, inner: Settled, arclengths: Sequence[float], limit: AtLimit | None
+    branch: BatchedBranch, inner: Converged, arclengths: Sequence[float], limit: AtLimit | None
 ) -> None:
     """Add the points of a branch and its end."""
     orbits = branch.orbits
@@ -344,7 +344,7 @@ def _complete(
 
 
 def _points(
-    orbits: Orbits, found: Settled, arclengths: Sequence[float], *, derived: bool = False
+    orbits: Orbits, found: Converged, arclengths: Sequence[float], *, derived: bool = False
 ) -> list[OrbitPoint]:
     """Return orbits as points of a branch, with test functions if they are derived."""
     points = []

@@ -13,7 +13,7 @@ from slipfold.branches.stops import LIMIT_CLOSE
 from slipfold.continuation.interpolation import hermite_each
 from slipfold.continuation.locate import CLOSE, BracketedZero
 from slipfold.continuation.newton import EXACT
-from slipfold.orbits.orbit_batch import EXACTLY, TESTS, OrbitBatch, Settled, Solutions
+from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Converged, OrbitBatch, Solutions
 
 LAST_STEP = 1e-6
 """A correction shorter than this is the last: the next one would be as long as its square."""
@@ -102,13 +102,13 @@ def refine_zeros(
     tolerance: float,
     function: Function = critical_values,
     close: float = CLOSE,
-) -> list[tuple[Settled, float] | None]:
+) -> list[tuple[Converged, float] | None]:
     """Return zeros by the flow itself, each with its remaining value; None where that fails.
 
     Secant steps along the branch end within an arclength `close` of the zero. The remaining value
     is rounding.
     """
-    result: list[tuple[Settled, float] | None] = [None] * len(items)
+    result: list[tuple[Converged, float] | None] = [None] * len(items)
     cases = np.array([item.bracket.case for item in items])
     slopes = np.array([item.slope for item in items])
     z = np.array([item.z for item in items])
@@ -121,7 +121,7 @@ def refine_zeros(
         own = cases[active]
         now = orbits.correct(own, z[active], rows[active], EXACT, np.inf, EXACTLY)
         residuals = orbits.residuals(own, now.z)
-        here = Settled(now.z, now.tangents, now.monodromies, residuals)
+        here = Converged(now.z, now.tangents, now.monodromies, residuals)
         value = function([items[i].bracket for i in active.tolist()], here)
         fails = ~(np.isfinite(value) & (residuals <= tolerance))
         # The last step gives the slope again, unless rounding is left.
@@ -145,7 +145,7 @@ def refine_zeros(
 class AtLimit:
     """The last orbit of a branch, at a limit of the model."""
 
-    orbit: Settled  # this one alone
+    orbit: Converged  # this one alone
     arclength: float
     limit: int  # index of the limit
     margin: float  # zero to rounding

@@ -162,7 +162,7 @@ def lyapunov(
     >>> result.verdict.kind, result.exponents[1:].round(6).tolist()
     ('torus', [-0.005012, -0.117078, -0.269766])
     """
-    from slipfold.long_term.exponents import Estimate, find_exponents
+    from slipfold.long_term.exponents import ExponentEstimate, find_exponents
     from slipfold.results.trajectories import LyapunovExponents
 
     changed = checked_model(model).replace(**parameters)
@@ -175,7 +175,7 @@ def lyapunov(
     return LyapunovExponents(
         model=result.model,
         estimates=tuple(
-            Estimate(each.periods, each.exponents / unit, each.errors / unit)
+            ExponentEstimate(each.periods, each.exponents / unit, each.errors / unit)
             for each in result.estimates
         ),
         verdict=result.verdict,

@@ -64,7 +64,7 @@ class Linearized(Protocol):
         """Return the Jacobian with one more row."""
 
 
-class Equations(Protocol):
+class NewtonEquations(Protocol):
     """Smooth equations, one less than there are unknowns."""
 
     def defect(self, z: Array) -> Array:
@@ -97,7 +97,7 @@ class Correction:
 
 
 def correct(
-    equations: Equations,
+    equations: NewtonEquations,
     guess: Array,
     row: Array,
     tolerance: float = 1e-10,
@@ -165,7 +165,7 @@ def correct(
     )
 
 
-def _linearized(equations: Equations, z: Array) -> Linearized | None:
+def _linearized(equations: NewtonEquations, z: Array) -> Linearized | None:
     """Return the derivatives at an unknown, None where they are not finite."""
     try:
         with np.errstate(all="ignore"):  # rates may overflow where a step went too far
@@ -176,7 +176,7 @@ def _linearized(equations: Equations, z: Array) -> Linearized | None:
 
 
 def _chord_steps(
-    equations: Equations,
+    equations: NewtonEquations,
     bordered: SquareMatrix,
     z: Array,
     constraint: float,

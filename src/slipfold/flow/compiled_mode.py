@@ -24,10 +24,10 @@ from slipfold.flow.modes import (
     SLOW,
     STUCK,
     Ending,
-    Event,
     Mode,
     ModeEquations,
     Status,
+    SwitchingEvent,
     events_of,
     is_zero,
 )
@@ -119,7 +119,7 @@ class CompiledMode:
         speed, needed, most = self._holding(known).tolist()
         return speed, abs(needed) < most * (1 - SLACK)
 
-    def slopes_of(self, event: Event) -> tuple[Slopes, int]:
+    def slopes_of(self, event: SwitchingEvent) -> tuple[Slopes, int]:
         """Return the derivatives of events in a mode without slow slip, and the row of an event."""
         same = [
             (item.ending, item.which, item.towards) == (event.ending, event.which, event.towards)
@@ -197,7 +197,7 @@ class CompiledMode:
             nt_events=turns_sharply.passed(known, batch=False),
         )
 
-    def _watched(self, event: Event, count: int) -> Expression:
+    def _watched(self, event: SwitchingEvent, count: int) -> Expression:
         """Return the scaled function of an event, with its root slightly shifted."""
         if event.scaled:
             return event.expression
@@ -209,7 +209,7 @@ class CompiledMode:
         return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
 
 
-def _follows(events: Sequence[Event]) -> dict[int, Mode]:
+def _follows(events: Sequence[SwitchingEvent]) -> dict[int, Mode]:
     after = {Ending.STOPS: STUCK}
     after_each = {
         -1 - place: (event.towards,) if event.ending is Ending.YIELDS else after.get(event.ending)
@@ -284,20 +284,20 @@ class ReadyMode:
             self.integrator.reset_cooldowns()
         self.integrator.time = phase
 
-    def propagate(self, until: float) -> tuple[Event | None, float]:
+    def propagate(self, until: float) -> tuple[SwitchingEvent | None, float]:
         """Integrate up to a time; return the event that ended it, and when."""
         # A keyword argument would take as long as a step.
         outcome = int(self.integrator.propagate_until(until, STEPS)[0])
         return self.ending(outcome), self.integrator.time
 
-    def ending(self, outcome: int) -> Event | None:
+    def ending(self, outcome: int) -> SwitchingEvent | None:
         """Return the event that ended the integration; None at the requested end."""
         if outcome == ARRIVED:
             return None
         if -len(self.compiled.events) <= outcome < 0:
             event = self.compiled.events[-1 - outcome]
             return None if event.ending is Ending.ARRIVES else event
-        return Event(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
+        return SwitchingEvent(Ending.STIFF if outcome == STEP_LIMIT else Ending.SINGULAR, 0, None)
 
     def arrived(self) -> tuple[Array, Array]:
         """Return state and energies, shapes (n,) and (2 k,)."""

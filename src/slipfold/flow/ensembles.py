@@ -15,7 +15,7 @@ from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
 from slipfold.flow.explicit_steps import ORDER, STEPS_PER_CALL, explicit_steps_of
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import GuardedFlow, Stop
+from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.modes import Status, shown
@@ -150,7 +150,7 @@ class SingleTrajectory:
 
     def __init__(self, model: Model, constants: Constants, start: Array) -> None:
         self.model = model
-        self.stopped: Stop | None = None
+        self.stopped: GuardStop | None = None
         self.stuck = False
         self._constants = constants
         # Without defined limits contacts may stick at any time.
@@ -202,19 +202,19 @@ class SingleTrajectory:
         return [motion.strobe[-1]]
 
 
-def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, Stop]]:
+def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, GuardStop]]:
     """Return the states at the end of the period, and stops of trajectories by index.
 
     States of stopped trajectories are NaN. Contacts may stick. Shapes: starts (k, n); phases (k,),
     from 0 to 1; returns (k, n).
     """
-    result, stops = starts.copy(), dict[int, Stop]()
+    result, stops = starts.copy(), dict[int, GuardStop]()
     constants = flow_of(model).constants_of(model)
     # Without defined limits contacts may stick at any time.
     sticks = not limits_are_defined(model, starts, constants)
     for place in np.flatnonzero((phases > 0) & (phases < 1)):
         state, phase = starts[place], float(phases[place])
-        stop: Stop | None = None
+        stop: GuardStop | None = None
         if not sticks:
             flow = GuardedFlow(model, constants, state)
             states, stop, _ = flow.to_period_end(state, phase)
@@ -275,7 +275,7 @@ class Ensemble:
         return np.concatenate([group.stuck for group in self._groups])
 
     @property
-    def stopped(self) -> tuple[Stop | None, ...]:
+    def stopped(self) -> tuple[GuardStop | None, ...]:
         """Why and when each trajectory ended early."""
         return tuple(stop for group in self._groups for stop in group.stopped)
 
@@ -309,7 +309,7 @@ class _Batch:
     def __init__(self, models: list[Model], starts: Array) -> None:
         self.models = models
         self.states = starts.T.copy()
-        self.stopped: list[Stop | None] = [None] * len(models)
+        self.stopped: list[GuardStop | None] = [None] * len(models)
         self.stuck = np.zeros(len(models), bool)
         self.left = np.zeros(len(models), bool)
         self._over = np.zeros(len(models), bool)  # which have stopped
@@ -367,7 +367,7 @@ class StroboscopicSamples:
     states: (
         Array  # shape (k, periods + 1, n); NaN from where a trajectory stopped or was interrupted
     )
-    stopped: tuple[Stop | None, ...]  # why and when each trajectory ended early, length k
+    stopped: tuple[GuardStop | None, ...]  # why and when each trajectory ended early, length k
     # Whether a contact stuck or was open in the period before each point, shape (k, periods + 1)
     stuck: NDArray[np.bool_]
     interrupted: bool = False

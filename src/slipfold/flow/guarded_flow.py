@@ -20,7 +20,7 @@ from slipfold.flow.batches import (
 )
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import MOST, End, StiffFallback
+from slipfold.flow.implicit_steps import MOST, StepsEnd, StiffFallback
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 
@@ -29,7 +29,7 @@ CHUNK = 16
 
 
 @dataclass(frozen=True)
-class Stop:
+class GuardStop:
     """Why and when a trajectory ended early.
 
     Parameters
@@ -54,7 +54,7 @@ class Strobe(NamedTuple):
     """
 
     states: Array
-    stop: Stop | None = None
+    stop: GuardStop | None = None
     implicit: int = 0
 
 
@@ -147,12 +147,14 @@ class GuardedFlow:
         """Continue to the end of a period in implicit steps."""
         motion = fallback.motion(integrator, 1.0, watch=self._margins if self._limits else None)
         state = motion.state * self._constants.scales
-        if motion.end is End.ARRIVED:
+        if motion.end is StepsEnd.ARRIVED:
             return Strobe(state[None], implicit=1)
         if motion.limit is not None:
             stop = self._limit_stop(motion.limit, state, motion.phase, done)
         else:
-            stop = self._failed(MOST if motion.end is End.MANY else None, done, 0, motion.phase)
+            stop = self._failed(
+                MOST if motion.end is StepsEnd.MANY else None, done, 0, motion.phase
+            )
         return Strobe(np.empty((0, len(state))), stop)
 
     def _margins(self, phases: Array, states: Array) -> Array:
@@ -160,7 +162,7 @@ class GuardedFlow:
         values = self._flow.outputs(states * self._constants.scales, phases, self._constants)
         return np.asarray(values[:, self._watched] - self._bounds)
 
-    def _failed(self, steps: int | None, done: float, periods: int, phase: float) -> Stop:
+    def _failed(self, steps: int | None, done: float, periods: int, phase: float) -> GuardStop:
         """Return that a trajectory takes too many steps, or became singular."""
         forced, period = self._model.forced, self._constants.period
         time = (done + phase) * period
@@ -172,21 +174,21 @@ class GuardedFlow:
             place += f", in forcing period {math.ceil(done) + periods + 1}"
         if steps is None:
             advice = "start nearer to rest or lower the forcing" if forced else "start elsewhere"
-            return Stop("singular", f"the motion became singular {place}; {advice}", time)
+            return GuardStop("singular", f"the motion became singular {place}; {advice}", time)
         piece = "a forcing period" if forced else f"{period:g} s"
         reason = (
             f"the motion would need more than {steps} steps in {piece} {place}; make what is steep "
             "or fast in the model less so"
         )
-        return Stop("stiff", reason, time)
+        return GuardStop("stiff", reason, time)
 
-    def _limit_stop(self, which: int, state: Array, phase: float, done: float) -> Stop:
+    def _limit_stop(self, which: int, state: Array, phase: float, done: float) -> GuardStop:
         limit = self._limits[which]
         values = self._flow.outputs(np.array([state]), np.array([phase]), self._constants)
         reason = limit.reason.format(value=float(values[0, self._watched[which]]))
-        return Stop(limit.name, reason, (done + phase) * self._constants.period)
+        return GuardStop(limit.name, reason, (done + phase) * self._constants.period)
 
-    def _stop_at_start(self, state: Array, phase: float, before: int) -> Stop | None:
+    def _stop_at_start(self, state: Array, phase: float, before: int) -> GuardStop | None:
         margins = self._margins(np.full(1, phase), state[None] / self._constants.scales)[0]
         # An event fires where the output crosses its bound, so not if it begins below.
         (below,) = np.nonzero(~(margins > 0))

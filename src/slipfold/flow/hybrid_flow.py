@@ -20,9 +20,9 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.modes import (
     REST,
     STUCK,
-    Event,
     Mode,
     Status,
+    SwitchingEvent,
     contacts_of,
     mode_equations,
     shown,
@@ -52,7 +52,7 @@ class SmoothPhase:
     end: float
     state: Array  # at its end, shape (n,)
     energies: Array  # put into the structure by each contact, then heat, in J, shape (2 k,)
-    event: Event | None  # what ended it; None at the requested phase
+    event: SwitchingEvent | None  # what ended it; None at the requested phase
     released: bool = False  # whether it is the onset of slip in the plane
     onset: SlipOnset | None = None  # the solution of a slow onset
     # Maps phases to scaled states, if asked for

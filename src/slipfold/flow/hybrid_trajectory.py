@@ -15,16 +15,16 @@ from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, ROUNDING
 from slipfold.flow.compiled_mode import STEPS
 from slipfold.flow.contact_state import Instant, Numbers, Undecided
-from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
     SLOW,
     STUCK,
     Ending,
-    Event,
     Mode,
     Status,
-    Undetermined,
+    SwitchingEvent,
+    UndeterminedMode,
     shown,
     status_name,
 )
@@ -57,7 +57,7 @@ class Interval(NamedTuple):
 
 
 @dataclass(eq=False, slots=True)  # frozen ones take three times as long to make
-class Change:
+class ModeChange:
     """An instant at which the mode changes."""
 
     time: float  # in phases since the start
@@ -88,9 +88,9 @@ class Recorder:
         self._legs.append(len(self._energies))
 
     @property
-    def changes(self) -> list[Change]:
+    def changes(self) -> list[ModeChange]:
         """All changes so far."""
-        return list(map(Change, self._times[1:], self._states, self.modes[1:]))
+        return list(map(ModeChange, self._times[1:], self._states, self.modes[1:]))
 
     @property
     def last_time(self) -> float:
@@ -181,7 +181,7 @@ MAX_CHANGES = 10_000
 class Broken(Exception):
     """A trajectory that cannot continue, and why."""
 
-    def __init__(self, stop: Stop, part: SmoothPhase | None = None) -> None:
+    def __init__(self, stop: GuardStop, part: SmoothPhase | None = None) -> None:
         super().__init__(stop.reason)
         self.stop, self.part = stop, part
 
@@ -241,12 +241,12 @@ def smooth_phases(
                     onset = new.phases(part.state, part.end, end, dense=dense)
         except Undecided as error:
             raise Broken(_undecided(error, part.end), part) from None
-        except Undetermined as error:
+        except UndeterminedMode as error:
             reason = (
                 f"{error} stick together and hold one motion twice, so what each of them bears is "
                 "not determined; join them to one contact, or put a spring between them"
             )
-            raise Broken(Stop("undetermined", reason, phase), part) from None
+            raise Broken(GuardStop("undetermined", reason, phase), part) from None
         state = part.state
         yield part, after
         mode, phase = after, part.end
@@ -259,7 +259,7 @@ def smooth_phases(
         f"contacts change between slip and stick more than {MAX_CHANGES} times in a period; look "
         "at the last states, or make the model less stiff"
     )
-    raise Broken(Stop("chattering", reason, phase))
+    raise Broken(GuardStop("chattering", reason, phase))
 
 
 def _first_phases(
@@ -272,7 +272,7 @@ def _first_phases(
         if slips != mode:
             contact = next(i for i, status in enumerate(slips) if status is not mode[i])
             slips = _one_slow(slips, [contact])
-            event = Event(Ending.YIELDS, contact, None, towards=slips[contact])
+            event = SwitchingEvent(Ending.YIELDS, contact, None, towards=slips[contact])
             first.append(
                 (SmoothPhase(mode, phase, phase, state, system.flow.no_energies(), event), slips)
             )
@@ -286,8 +286,8 @@ def _first_phases(
     return slips, first
 
 
-def _undecided(error: Undecided, phase: float) -> Stop:
-    return Stop("undecided", f"{error}; start elsewhere", phase)
+def _undecided(error: Undecided, phase: float) -> GuardStop:
+    return GuardStop("undecided", f"{error}; start elsewhere", phase)
 
 
 def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
@@ -344,7 +344,7 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
     return after, resting
 
 
-def _alone(system: HybridSystem, part: SmoothPhase, event: Event) -> Mode | None:
+def _alone(system: HybridSystem, part: SmoothPhase, event: SwitchingEvent) -> Mode | None:
     """Return the mode after an event of a single contact; None if that is unclear."""
     if event.ending is Ending.YIELDS:
         return (event.towards,)
@@ -397,15 +397,15 @@ def _slipping(slip: Numbers) -> Status:
     return Status.FORTH if len(slip) == 2 or slip[0] > 0 else Status.BACK
 
 
-def _stop(system: HybridSystem, part: SmoothPhase, event: Event) -> Stop:
+def _stop(system: HybridSystem, part: SmoothPhase, event: SwitchingEvent) -> GuardStop:
     if event.ending is Ending.LIMIT:
         limit, mode = system.flow.limits[event.which], system.flow.of(part.mode)
         values = mode.outputs(part.state[None], np.array([part.end]), system.constants)
         value = float(values[0, mode.output_index(limit.output)])
-        return Stop(limit.name, limit.reason.format(value=value), part.end)
+        return GuardStop(limit.name, limit.reason.format(value=value), part.end)
     if event.ending is Ending.STIFF:
         reason = (
             "the motion would need too many steps; make what is steep or fast in the model less so"
         )
-        return Stop("stiff", reason, part.end)
-    return Stop("singular", "the motion became singular; start elsewhere", part.end)
+        return GuardStop("stiff", reason, part.end)
+    return GuardStop("singular", "the motion became singular; start elsewhere", part.end)

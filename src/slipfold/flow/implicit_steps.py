@@ -17,7 +17,7 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, radau_points
 from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
-from slipfold.flow.intervals import Field, Solved, solve_intervals
+from slipfold.flow.intervals import Field, Stages, solve_intervals
 from slipfold.flow.polynomials import DenseTrajectory, StepPolynomials
 from slipfold.flow.stage_equations import LinearPart
 
@@ -41,7 +41,7 @@ PLACES = np.linspace(0.0, 1.0, 17)[1:]
 thousandth of the change of the output in the step."""
 
 
-class End(Enum):
+class StepsEnd(Enum):
     """The end of a trajectory."""
 
     ARRIVED = auto()
@@ -55,7 +55,7 @@ class ImplicitTrajectory:
     """A trajectory in scaled states, up to its end."""
 
     polynomials: StepPolynomials | None  # None without a step
-    end: End
+    end: StepsEnd
     phase: float  # where it ended
     state: Array  # and in which state, shape (n,)
     limit: int | None = None  # index of the limit it met
@@ -79,14 +79,14 @@ def implicit_trajectory(
     times, coefficients = [start], list[Array]()
     order, whole = len(points.points), end - start
     length, before, tried = _first_length(field, state, start, end), None, 0
-    outcome, limit = End.ARRIVED, None
+    outcome, limit = StepsEnd.ARRIVED, None
     while times[-1] < end:
         length, tried = min(length, end - times[-1]), tried + 1
         if length < 1e-14 * whole or not np.isfinite(state).all():  # a singularity
-            outcome = End.LOST
+            outcome = StepsEnd.LOST
             break
         if tried > most:
-            outcome = End.MANY
+            outcome = StepsEnd.MANY
             break
         solved = _step(field, points, state, times[-1], length, before)
         error = _last_term(solved, points)
@@ -103,7 +103,7 @@ def implicit_trajectory(
         coefficients.append((powers / length ** np.arange(order + 1)[:, None]).T)
         times.append(end if last and limit is None else times[-1] + through)
         if limit is not None:
-            state, outcome = _at(powers, np.array([place]))[0], End.MET
+            state, outcome = _at(powers, np.array([place]))[0], StepsEnd.MET
             break
         state, before = solved.ends[0], solved
         length *= min(GROWS, SAFETY * (tolerance / max(error, 1e-30)) ** (1 / order))
@@ -124,8 +124,8 @@ def _step(
     state: Array,
     start: float,
     length: float,
-    before: Solved | None,
-) -> Solved:
+    before: Stages | None,
+) -> Stages:
     """Solve an interval from the extrapolated previous one."""
     guess = np.broadcast_to(state, (1, len(points.points), len(state)))
     if before is not None:
@@ -135,7 +135,7 @@ def _step(
     return solve_intervals(field, points, state[None], begin, lengths, guess, derived=False)
 
 
-def _last_term(solved: Solved, points: CollocationPoints) -> float:
+def _last_term(solved: Stages, points: CollocationPoints) -> float:
     """Return the last Legendre coefficient of a step's polynomial, over the states."""
     m = len(points.points)
     last = points.transform[-1] @ solved.slopes[0] * solved.lengths[0] / (2 * (2 * m - 1))
@@ -201,7 +201,7 @@ class StiffFallback:
         Shapes: state (n,).
         """
         known = implicit_trajectory(self.field, state / self.field.scales, 0.0, 1.0)
-        if known.end is not End.ARRIVED or known.polynomials is None:
+        if known.end is not StepsEnd.ARRIVED or known.polynomials is None:
             return None
         times = known.polynomials.times
         return DenseTrajectory(times, known.polynomials, self.field.scales, implicit=True)

@@ -94,7 +94,7 @@ class Field:
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class Stages:
     r"""Polynomials that meet the equations at some points, and how they depend on the start.
 
     With stages Y and slopes F the equations in the Runge-Kutta basis are
@@ -201,14 +201,14 @@ def newton_step(
     start: Array,
     lengths: Array,
     stages: Array,
-) -> Solved:
+) -> Stages:
     """Return the solution of the equations linearized at some stages.
 
     A singular matrix raises an error. Shapes: nodes (m, n); start, lengths (m,); stages (m, s, n).
     """
     given = points, nodes, start, lengths
     rates, jacobians, equations, step = _step(field, *given, stages)
-    return Solved(*given, stages + step, rates + jacobians.times(step), equations, jacobians)
+    return Stages(*given, stages + step, rates + jacobians.times(step), equations, jacobians)
 
 
 def _step(
@@ -239,7 +239,7 @@ def solve_intervals(
     equations: StageEquations | None = None,
     *,
     derived: bool = True,
-) -> Solved:
+) -> Stages:
     """Solve the equations of intervals, with derivatives taken at the solution.
 
     Derivatives nearby are used while they converge. If they do to the end, derivatives at the
@@ -266,7 +266,7 @@ def solve_intervals(
             stages, before = stages + step, length
             if length < 1e-13 * max(1.0, float(np.abs(stages).max())):
                 if not derived:
-                    return Solved(points, nodes, start, lengths, stages, slopes, equations, None)
+                    return Stages(points, nodes, start, lengths, stages, slopes, equations, None)
                 break
     alone, previous = equations is None and not derived, np.inf
     given = points, nodes, start, lengths
@@ -282,11 +282,11 @@ def solve_intervals(
         size_of_states = max(1.0, float(np.abs(stages).max()))
         # What it leaves is rounding.
         if length < 1e-10 * size_of_states or 1e-7 > length > 0.5 * previous:
-            return Solved(*given, stages, slopes + jacobians.times(step), equations, jacobians)
+            return Stages(*given, stages, slopes + jacobians.times(step), equations, jacobians)
         if alone and length < 1e-3:  # derivatives do for the next steps
             return solve_intervals(field, *given, stages, equations, derived=False)
         previous = length
     lost = np.full((m, s, n), np.nan)
     none = Inverted(np.broadcast_to(np.nan, (m, s * n, s * n)), s)
     unknown = Jacobians.of(np.broadcast_to(np.nan, (m, s, n, n)))
-    return Solved(points, nodes, start, lengths, lost, lost, none, unknown)
+    return Stages(points, nodes, start, lengths, lost, lost, none, unknown)

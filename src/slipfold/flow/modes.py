@@ -118,7 +118,7 @@ angle are regular in a time s with ``dt = |v| ds``."""
 COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
 
 
-class Undetermined(ValueError):
+class UndeterminedMode(ValueError):
     """Contacts that stick hold one motion twice, so that their forces are undetermined."""
 
 
@@ -193,7 +193,7 @@ def mode_equations(model: Model, mode: Mode) -> ModeEquations:
     # Velocities first, since friction holds them.
     held = solve_for_states([*slips, *polar], [*reversed(free.names)])
     if held is None:
-        raise Undetermined(" and ".join(contact.name for contact in stuck))
+        raise UndeterminedMode(" and ".join(contact.name for contact in stuck))
     names = [name for contact in stuck for name in contact.friction_names]
     clock = rate_of_phase(free)
     rates = dict(zip(free.names, hy.subs(list(free.field), forces), strict=True))
@@ -272,7 +272,7 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True)
-class Event:
+class SwitchingEvent:
     """An event that may end a mode."""
 
     ending: Ending
@@ -285,57 +285,59 @@ class Event:
 
 def events_of(
     mode: ModeEquations, limits: Sequence[Limit], slips: Sequence[Expression]
-) -> tuple[Event, ...]:
+) -> tuple[SwitchingEvent, ...]:
     """Return the events of a mode; `slips` are one over the scales of slips."""
     result = []
     for which, (contact, status) in enumerate(zip(mode.contacts, mode.mode, strict=True)):
         if status is Status.OPEN:
             normal = hy.subs(contact.normal, mode.held)
-            result.append(Event(Ending.MEETS, which, normal, rising=True))
+            result.append(SwitchingEvent(Ending.MEETS, which, normal, rising=True))
             continue
         if contact.opens:
-            result.append(Event(Ending.PARTS, which, mode.normal[which]))
+            result.append(SwitchingEvent(Ending.PARTS, which, mode.normal[which]))
         if status is Status.STICK:
             most = mode.normal[which] * hy.subs(contact.holding, mode.held)
             friction = mode.friction[which]
             if len(friction) == 2:
                 left = most - hy.sum([part * part for part in friction]) / most
-                result.append(Event(Ending.YIELDS, which, left, towards=Status.SLOW))
+                result.append(SwitchingEvent(Ending.YIELDS, which, left, towards=Status.SLOW))
                 continue
-            result.append(Event(Ending.YIELDS, which, most - friction[0]))
-            result.append(Event(Ending.YIELDS, which, most + friction[0], towards=Status.BACK))
+            result.append(SwitchingEvent(Ending.YIELDS, which, most - friction[0]))
+            result.append(
+                SwitchingEvent(Ending.YIELDS, which, most + friction[0], towards=Status.BACK)
+            )
         elif status is Status.SLOW:
             result += _slow_events(which, slips[which])
         elif len(contact.slip) == 2:
             square = hy.subs(hy.sum([part * part for part in contact.slip]), mode.held)
             level = slips[which] ** 2.0 * square - SLOW**2
-            result.append(Event(Ending.SLOWS, which, level, scaled=True))
+            result.append(SwitchingEvent(Ending.SLOWS, which, level, scaled=True))
         else:
             slip = hy.subs(contact.slip[0], mode.held)
-            result.append(Event(Ending.STOPS, which, slip, rising=status is Status.BACK))
+            result.append(SwitchingEvent(Ending.STOPS, which, slip, rising=status is Status.BACK))
     outputs = dict(mode.equations.outputs)
     return (
         *result,
         *(
-            Event(Ending.LIMIT, place, outputs[limit.output] - limit.bound)
+            SwitchingEvent(Ending.LIMIT, place, outputs[limit.output] - limit.bound)
             for place, limit in enumerate(limits)
         ),
     )
 
 
-def _slow_events(which: int, slip: Expression) -> list[Event]:
+def _slow_events(which: int, slip: Expression) -> list[SwitchingEvent]:
     """Return the events of slow slip: its end, its return to fast slip, and the requested phase."""
     logarithm = LOGARITHM + hy.log(slip)
     return [
-        Event(Ending.STOPS, which, (logarithm - math.log(REST)) / UNIT, scaled=True),
-        Event(
+        SwitchingEvent(Ending.STOPS, which, (logarithm - math.log(REST)) / UNIT, scaled=True),
+        SwitchingEvent(
             Ending.QUICKENS,
             which,
             (logarithm - math.log(2 * SLOW)) / UNIT,
             rising=True,
             scaled=True,
         ),
-        Event(Ending.ARRIVES, which, PHASE - END, rising=True, scaled=True),
+        SwitchingEvent(Ending.ARRIVES, which, PHASE - END, rising=True, scaled=True),
     ]
 
 

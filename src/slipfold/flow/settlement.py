@@ -20,7 +20,7 @@ from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants
 from slipfold.flow.equilibrium import Equilibrium, equilibrium_near
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.hybrid_trajectory import Change
+from slipfold.flow.hybrid_trajectory import ModeChange
 from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.models.angles import NO_ANGLES, wrap_angles
@@ -257,7 +257,7 @@ def _advice(periods: int) -> str:
 
 
 def judge_changes(
-    changes: Sequence[Change], scales: Array, tolerance: float, unit: float, time: float
+    changes: Sequence[ModeChange], scales: Array, tolerance: float, unit: float, time: float
 ) -> Settlement:
     """Judge from the last changes of contacts whether a trajectory repeats itself.
 

@@ -23,7 +23,7 @@ from slipfold.flow.equilibrium import (
     with_duration,
 )
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, Stop
+from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, GuardStop
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, Recorder, alternate, first_mode, smooth_phases
 from slipfold.flow.modes import Mode, Status, contacts_of, shown
@@ -146,7 +146,7 @@ def checked_tolerance(tolerance: float) -> float:
     raise InputError(f"tolerance = {tolerance!r} is not a positive number; give one like 1e-9")
 
 
-def reaches_stick_limit(stopped: Stop | None, model: Model) -> bool:
+def reaches_stick_limit(stopped: GuardStop | None, model: Model) -> bool:
     """Whether a trajectory ended where a contact may stick or open, and so continues."""
     beyond = {name for contact in contacts_of(model) for name in contact.limits}
     return stopped is not None and stopped.kind in beyond
@@ -193,7 +193,7 @@ class Integration(ABC):
 
     def __init__(self, model: Model, constants: Constants) -> None:
         self.model, self.constants = model, constants
-        self.stopped: Stop | None = None  # why and when it ended early
+        self.stopped: GuardStop | None = None  # why and when it ended early
 
     @property
     @abstractmethod
@@ -248,11 +248,11 @@ class Integration(ABC):
         except KeyboardInterrupt:
             if observer is None:
                 raise
-            self.stopped = Stop("interrupted", "it was interrupted", self.time)
+            self.stopped = GuardStop("interrupted", "it was interrupted", self.time)
             result = self.result(tolerance)
         return result
 
-    def _ended_early(self, stop: Stop) -> Settlement:
+    def _ended_early(self, stop: GuardStop) -> Settlement:
         return not_converged(f"not settled: ended after {stop.time:.6g} s, {stop.reason}")
 
 
@@ -509,7 +509,7 @@ def _natural_duration(model: Model, start: Array) -> float:
     return rounded_down(math.pi / fastest)
 
 
-def unbounded_at(time: float, size: float) -> Stop:
+def unbounded_at(time: float, size: float) -> GuardStop:
     """Return the end of a trajectory that grew to some scales."""
     reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
-    return Stop("unbounded", reason, time)
+    return GuardStop("unbounded", reason, time)

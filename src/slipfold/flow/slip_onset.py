@@ -14,7 +14,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.batches import TOLERANCE
-from slipfold.flow.intervals import Field, Solved
+from slipfold.flow.intervals import Field, Stages
 from slipfold.flow.polynomials import StepPolynomials
 from slipfold.flow.stage_equations import Inverted
 
@@ -36,7 +36,7 @@ class SlipOnset:
     field: Field
     begin: float  # phase
     length: float  # in phases
-    solved: Solved  # one interval, in scaled states
+    solved: Stages  # one interval, in scaled states
 
     @property
     def stages(self) -> Array:
@@ -134,7 +134,7 @@ def solve_onset(
         return None
     assert equations is not None
     one = np.array([begin])
-    solved = Solved(POINTS, node[None], one, lengths, stages[None], rates[None], equations, None)
+    solved = Stages(POINTS, node[None], one, lengths, stages[None], rates[None], equations, None)
     # The error is smaller than the last term by the ratio of the last two terms.
     last = POINTS.transform[-1] @ solved.slopes[0] * length / (2 * (2 * len(phases) - 1))
     return SlipOnset(field, begin, length, solved) if np.abs(last).max() <= TOLERANCE else None

@@ -16,7 +16,7 @@ from slipfold.flow.batches import ROUNDING
 from slipfold.flow.contact_trajectory import Samples, dense_phases, joined_samples, sample_hybrid
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_flow import SmoothPhase
 from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Ending, Mode, Status
@@ -88,7 +88,7 @@ class Trajectory(OneLine):
     model: Model
     strobe: Array
     settlement: Settlement
-    stopped: Stop | None = None
+    stopped: GuardStop | None = None
     sticking: Sticking | None = None
 
     def _line(self) -> str:

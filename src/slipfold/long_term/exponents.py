@@ -258,7 +258,7 @@ SETTLED = 1e-9
 """Distance from a periodic response, in scaled states, at which a trajectory has converged."""
 
 
-class Estimate(NamedTuple):
+class ExponentEstimate(NamedTuple):
     """Exponents per period after some periods."""
 
     periods: int
@@ -272,7 +272,7 @@ class Exponents:
 
     model: Model
     state: Array  # the last one, shape (n,)
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[ExponentEstimate, ...]
     verdict: Verdict
     interrupted: bool
 
@@ -310,7 +310,7 @@ def follow_exponents(
     cheap = smooth and len(growth.model.states) <= 6
     most = (LONGEST if cheap else MOST) if periods is None else periods
     ends = _ends(most)
-    estimates: list[Estimate] = []
+    estimates: list[ExponentEstimate] = []
     interrupted = False
     try:
         for end in ends:
@@ -339,7 +339,7 @@ def follow_exponents(
     return Exponents(growth.model, state, tuple(estimates), verdict, interrupted)
 
 
-def _verdict(growth: Growth, last: Estimate) -> Verdict:
+def _verdict(growth: Growth, last: ExponentEstimate) -> Verdict:
     model = growth.model
     seconds = None if model.forced else model.values[DURATION.name]
     return verdict_of(last.exponents, last.errors, growth.integration.settlement(SETTLED), seconds)
@@ -365,9 +365,9 @@ def _refuse_ended(growth: Growth) -> None:
     )
 
 
-def _estimate(growth: Growth) -> Estimate:
+def _estimate(growth: Growth) -> ExponentEstimate:
     """Average over the second half, when the frame has turned into the directions of growth."""
     rates = growth.logarithms
     result = average(rates[len(rates) // 2 :])
     order = np.argsort(-result.values, kind="stable")
-    return Estimate(growth.periods, result.values[order], result.errors[order])
+    return ExponentEstimate(growth.periods, result.values[order], result.errors[order])

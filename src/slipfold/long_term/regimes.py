@@ -151,7 +151,7 @@ RUNS = ("rest", "up", "down")
 
 
 @dataclass(frozen=True, eq=False)
-class Plane:
+class RegimePlane:
     """A map of regimes; axes of arrays are the runs, then those of the plane."""
 
     model: Model
@@ -171,7 +171,7 @@ def find_regimes(
     start: Array,
     transient: int,
     observer: Observer | None = None,
-) -> Plane:
+) -> RegimePlane:
     """Follow trajectories in all cells: from the start, and from those of neighboring cells.
 
     Runs up and down along the second parameter come first. Then every trajectory is continued to
@@ -202,10 +202,10 @@ def _sweep(work: TrajectoryGrid, lines: NDArray[np.intp]) -> None:
         states = work.follow(2, lines[:, place], states)
 
 
-def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> Plane:
+def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> RegimePlane:
     further = len(work.known.kinds) - len(RUNS)
     shape = len(work.known.kinds), *cells
-    return Plane(
+    return RegimePlane(
         work.model,
         (*RUNS, *(f"continued {number}" for number in range(1, further + 1))),
         work.reported_kinds.reshape(shape),

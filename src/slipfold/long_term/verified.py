@@ -14,7 +14,7 @@ from slipfold.errors import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.equilibrium import equilibrium_near
 from slipfold.flow.flow import flow_of
-from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.guarded_flow import GuardStop
 from slipfold.long_term.attractor import Attractor, at_rest, of_exponents, of_orbit, strobes_of
 from slipfold.long_term.exponents import find_exponents, growth_from, growth_through_stick
 from slipfold.models.angles import wrap_angles
@@ -34,7 +34,7 @@ class Trajectories:
     def __init__(self, model: Model, starts: Array) -> None:
         self.model = model
         self.states = starts.copy()  # shape (k, n)
-        self.stops: dict[int, Stop] = {}  # why trajectories ended, by their place
+        self.stops: dict[int, GuardStop] = {}  # why trajectories ended, by their place
         self.stuck = np.zeros(len(starts), bool)  # whether contacts stuck in the last periods
         self._periods = np.zeros(len(starts), int)
         self._period = flow_of(model).constants_of(model).period

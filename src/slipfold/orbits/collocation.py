@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
-from slipfold.flow.intervals import Field, Solved, solve_intervals
+from slipfold.flow.intervals import Field, Stages, solve_intervals
 from slipfold.flow.stage_equations import MANY, LinearPart
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import GAUSS, Cut, Discretization, Scheme
@@ -91,11 +91,11 @@ class Collocation(Discretization):
         self.lengths = np.diff(edges)
         self._linear = LinearPart()
         # Coefficients and polynomials that were solved last; their changes with free parameters
-        self._latest: tuple[Array, Solved] | None = None
+        self._latest: tuple[Array, Stages] | None = None
 
     def _free(self, free: Mapping[str, float]) -> None:
         super()._free(free)
-        self._slopes: tuple[Solved, Array] | None = None  # those of other parameters do not serve
+        self._slopes: tuple[Stages, Array] | None = None  # those of other parameters do not serve
 
     def on(self, edges: Array, scheme: Scheme | None = None) -> Collocation:
         """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""
@@ -198,14 +198,14 @@ class Collocation(Discretization):
         free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, pulled)
         return by_nodes, free * self.units
 
-    def solved(self, nodes: Array, constants: Constants) -> Solved:
+    def solved(self, nodes: Array, constants: Constants) -> Stages:
         """Return the polynomials with their derivatives. Shapes: nodes (m, n)."""
         return self._solved(nodes / self.scales, constants)
 
     def _field(self, constants: Constants) -> Field:
         return Field(self.flow, constants, self.scales, self.indices, self._linear)
 
-    def _solved(self, scaled: Array, constants: Constants, *, derived: bool = True) -> Solved:
+    def _solved(self, scaled: Array, constants: Constants, *, derived: bool = True) -> Stages:
         """Return the polynomials from scaled nodes, from those that were found last if these serve.
 
         Where their derivatives are not wanted, those of other nodes may stand in their place.
@@ -289,7 +289,7 @@ class Collocation(Discretization):
 
     def _ended(
         self, nodes: Array, constants: Constants, phases: Array, *, derived: bool = True
-    ) -> tuple[Solved, Places]:
+    ) -> tuple[Stages, Places]:
         """Intervals that end at any phases, solved from the nodes before them."""
         scaled, (which, within) = nodes / self.scales, self.before(phases)
         solved = self._solved(scaled, constants, derived=derived)

@@ -13,7 +13,7 @@ from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_trajectory import Broken
-from slipfold.flow.modes import Undetermined
+from slipfold.flow.modes import UndeterminedMode
 from slipfold.models.output import Limit
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum
@@ -190,7 +190,7 @@ def limit_ahead(orbits: Orbits, last: OrbitPoint) -> str | None:
         by.motion(nodes[0], float(by.start[0]), float(by.end[0]), constants)
     except Broken as broken:
         return broken.stop.reason if _is_at_limit(broken, orbits, last) else None
-    except (Undecided, Undetermined):
+    except (Undecided, UndeterminedMode):
         return None
     return None
 

@@ -14,7 +14,15 @@ from slipfold.flow.contact_state import Undecided
 from slipfold.flow.equations import Constants
 from slipfold.flow.hybrid_flow import HybridFlow, SmoothPhase
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
-from slipfold.flow.modes import GRAZED, Ending, Event, Mode, Status, Undetermined, shown
+from slipfold.flow.modes import (
+    GRAZED,
+    Ending,
+    Mode,
+    Status,
+    SwitchingEvent,
+    UndeterminedMode,
+    shown,
+)
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
 
@@ -57,8 +65,8 @@ class MarginalEvent:
     before: Mode
     after: Mode
     held: Mode  # in which the margin is that of an event
-    event: Event
-    stops: Event | None  # where slip before the phase reaches zero; None at a grazing
+    event: SwitchingEvent
+    stops: SwitchingEvent | None  # where slip before the phase reaches zero; None at a grazing
     phase: float
     reach: float  # phases on either side that nothing else happens in
     size: float  # of the margin
@@ -72,7 +80,7 @@ class _Margin:
 
     flow: HybridFlow
     mode: Mode
-    event: Event
+    event: SwitchingEvent
     constants: Constants
 
     def values(self, states: Array, phases: Array) -> Array:
@@ -364,7 +372,7 @@ class MarginalShooting(SwitchedShooting):
         system = flow.system(start, constants)
         try:
             found = list(smooth_phases(system, mode, state, end, begin=self._beyond))
-        except (Broken, Undecided, Undetermined):
+        except (Broken, Undecided, UndeterminedMode):
             return []
         return [*window, *found] if found[-1][0].end <= end else []
 

@@ -127,15 +127,15 @@ class Corrected(Solutions):
 
 
 @dataclass(frozen=True, eq=False)
-class Settled(Solutions):
+class Converged(Solutions):
     """Orbits that meet their equations by the flow itself."""
 
     residuals: Array  # by how much orbits fail to close, in scaled states, shape (k,)
 
-    def of(self, some: slice) -> Settled:
+    def of(self, some: slice) -> Converged:
         """Return some of them."""
         parts = self.z, self.tangents, self.monodromies, self.residuals
-        return Settled(*(part[some] for part in parts))
+        return Converged(*(part[some] for part in parts))
 
 
 class OrbitBatch:
@@ -242,13 +242,15 @@ class OrbitBatch:
         monodromies = condensed[:, :n, :n] + np.eye(n)
         return Corrected(z, tangents, monodromies, blocks, condensed, Seen(*seen), moved)
 
-    def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Settled:
+    def settled(self, some: Indices, z: Array, rows: Array, tolerance: float) -> Converged:
         """Correct orbits that are nearly met until they fail by a tenth of what they may.
 
         Shapes: z, rows (k, u).
         """
         (k, u), n = z.shape, self.scales.shape[1]
-        found = Settled(z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k))
+        found = Converged(
+            z.copy(), np.full((k, u), np.nan), np.full((k, n, n), np.nan), np.zeros(k)
+        )
         going = np.arange(k)
         for count in range(ITERATIONS):
             exactly = EXACTLY if count else TOLERANCE  # what follows a correction decides

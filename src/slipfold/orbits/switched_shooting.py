@@ -13,7 +13,7 @@ from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.linearized_trajectory import left_to_grazing, linearized_trajectory
-from slipfold.flow.modes import Ending, Mode, Status, Undetermined, shown
+from slipfold.flow.modes import Ending, Mode, Status, UndeterminedMode, shown
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -192,7 +192,7 @@ class SwitchedShooting(Shooting):
         if key not in self._known:
             try:
                 found = self.motion(start, begin, end, constants)
-            except (Broken, Undecided, Undetermined):
+            except (Broken, Undecided, UndeterminedMode):
                 found = []
             # Slip that begins just before the end is known beyond it only.
             complete = bool(found) and found[-1][0].end <= end

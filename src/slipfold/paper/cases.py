@@ -18,7 +18,7 @@ from slipfold.results.trajectories import RegimeMap, Sweep
 
 
 @dataclass(frozen=True)
-class Plane:
+class PlaneCase:
     """One bifurcation set."""
 
     model: SlidingOscillator  # the model; its values of `vary` play no part
@@ -35,7 +35,7 @@ class Plane:
 class PlaneFigure:
     """The figure of a bifurcation set: its window and a part of it, magnified."""
 
-    plane: Plane  # the bifurcation set
+    plane: PlaneCase  # the bifurcation set
     title: str  # what the first parameter is
     detail: Window  # the part of the window that is drawn once more
     wide: bool = False  # whether the detail is drawn below instead of on the right
@@ -46,13 +46,13 @@ class PlaneFigure:
         return f"bifurcation_set_{self.plane.vary[0]}_{self.plane.vary[1]}"
 
     @property
-    def needs(self) -> tuple[Plane, ...]:
+    def needs(self) -> tuple[PlaneCase, ...]:
         """All that must be computed before it can be drawn."""
         return (self.plane,)
 
 
 @dataclass(frozen=True)
-class Curve:
+class CurveCase:
     """One response diagram; equal curves are computed once."""
 
     model: SlidingOscillator  # the model; its value of `vary` plays no part
@@ -77,7 +77,7 @@ class Steady:
         return "_".join(["simulation", *changes(self.model)])
 
 
-Case = Curve | Steady | Plane
+Case = CurveCase | Steady | PlaneCase
 """What is computed as one piece."""
 
 
@@ -85,7 +85,7 @@ Case = Curve | Steady | Plane
 class Row:
     """A family of curves, drawn as one row of panels."""
 
-    curves: tuple[Curve, ...]
+    curves: tuple[CurveCase, ...]
     member: str  # name of the parameter in which they differ
     common: tuple[str, ...] = ()  # names of the parameters set for all curves of the row
     # Range of the parameter followed that is drawn once more, magnified; None for no such panel
@@ -113,12 +113,12 @@ class Figure:
         return f"figure{self.number}"
 
     @property
-    def curves(self) -> tuple[Curve, ...]:
+    def curves(self) -> tuple[CurveCase, ...]:
         """All curves, row by row."""
         return tuple(curve for row in self.rows for curve in row.curves)
 
     @property
-    def needs(self) -> tuple[Curve | Steady, ...]:
+    def needs(self) -> tuple[CurveCase | Steady, ...]:
         """All that must be computed before it can be drawn."""
         return (*self.curves, *self.spectra)
 
@@ -150,7 +150,7 @@ class Cases:
         """The figures of the paper and those beyond it."""
         return (*self.figures, *self.planes)
 
-    def shown_in(self, curve: Curve) -> tuple[int, ...]:
+    def shown_in(self, curve: CurveCase) -> tuple[int, ...]:
         """Return the numbers of the figures that show a curve."""
         return tuple(figure.number for figure in self.figures if curve in figure.curves)
 
@@ -193,7 +193,7 @@ def _row(content: Mapping[str, Any]) -> Row:
         model = SlidingOscillator(**common, **{member: value})
         unit = model.values[content["span_of"]] if "span_of" in content else 1.0
         first, last = content["span"]
-        curves.append(Curve(model, content["vary"], (first * unit, last * unit)))
+        curves.append(CurveCase(model, content["vary"], (first * unit, last * unit)))
     detail = tuple(content["detail"]) if "detail" in content else None
     return Row(tuple(curves), member, tuple(common), detail, content.get("wide", False))
 
@@ -204,7 +204,7 @@ def _plane(content: Mapping[str, Any]) -> PlaneFigure:
         ((float(a), float(b)), (float(c), float(d)))
         for (a, b), (c, d) in (content["window"], content["detail"])
     )
-    plane = Plane(SlidingOscillator(), (first, second), window)
+    plane = PlaneCase(SlidingOscillator(), (first, second), window)
     return PlaneFigure(plane, content["title"], detail, content.get("wide", False))
 
 
@@ -251,7 +251,7 @@ TRANSIENT, KEPT = 4000, 48
 class SweepCase:
     """Solutions swept up and down over part of a curve, and from some starts at each value."""
 
-    curve: Curve
+    curve: CurveCase
     span: tuple[float, float]
     points: int
     starts: int = 4
@@ -294,7 +294,7 @@ class BasinCase:
 class RegimeCase:
     """A map of regimes over part of a plane."""
 
-    plane: Plane
+    plane: PlaneCase
     window: Window
     points: tuple[int, int]
 
@@ -320,7 +320,7 @@ class CompletedFigure:
     """A figure of the paper with tori and sampled solutions, a curve a row."""
 
     number: int  # that of the figure
-    curves: tuple[Curve, ...]
+    curves: tuple[CurveCase, ...]
     sweeps: tuple[SweepCase, ...]
 
     @property
@@ -329,7 +329,7 @@ class CompletedFigure:
         return f"figure{self.number}_completed"
 
     @property
-    def needs(self) -> tuple[Curve | SweepCase, ...]:
+    def needs(self) -> tuple[CurveCase | SweepCase, ...]:
         """All that must be computed before it can be drawn."""
         return (*self.curves, *self.sweeps)
 
@@ -338,7 +338,7 @@ class CompletedFigure:
 class HysteresisFigure:
     """A range with two responses, and their basins of attraction."""
 
-    curve: Curve
+    curve: CurveCase
     swept: SweepCase
     basins: tuple[BasinCase, ...]
 
@@ -348,7 +348,7 @@ class HysteresisFigure:
         return "hysteresis"
 
     @property
-    def needs(self) -> tuple[Curve | SweepCase | BasinCase, ...]:
+    def needs(self) -> tuple[CurveCase | SweepCase | BasinCase, ...]:
         """All that must be computed before it can be drawn."""
         return (self.curve, self.swept, *self.basins)
 
@@ -365,7 +365,7 @@ class RegimeFigure:
         return self.regimes.key
 
     @property
-    def needs(self) -> tuple[Plane | RegimeCase, ...]:
+    def needs(self) -> tuple[PlaneCase | RegimeCase, ...]:
         """All that must be computed before it can be drawn."""
         return (self.regimes.plane, self.regimes)
 
@@ -413,7 +413,7 @@ def motion_figures(cases: Cases) -> tuple[MotionFigure, ...]:
     return tuple(result)
 
 
-def _completed(item: Mapping[str, Any], curves: tuple[Curve, ...]) -> CompletedFigure:
+def _completed(item: Mapping[str, Any], curves: tuple[CurveCase, ...]) -> CompletedFigure:
     first, last = item["span"]
     sweeps = tuple(SweepCase(curve, (first, last), item["points"]) for curve in curves)
     return CompletedFigure(item["number"], curves, sweeps)

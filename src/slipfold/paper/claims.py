@@ -14,7 +14,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.lines import branch_segments
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.paper.cases import Cases, Curve, Row, Steady
+from slipfold.paper.cases import Cases, CurveCase, Row, Steady
 from slipfold.paper.tables import number, table
 from slipfold.plots.response import HasBranches
 
@@ -29,7 +29,7 @@ class Findings:
 
     cases: Cases  # what was to be computed
     # Finished response diagrams
-    diagrams: Mapping[Curve, HasBranches] = field(default_factory=dict)
+    diagrams: Mapping[CurveCase, HasBranches] = field(default_factory=dict)
     spectra: Mapping[Steady, Spectrum] = field(default_factory=dict)  # finished spectra
 
     def diagram(self, vary: str = "Nd", **parameters: Any) -> HasBranches:

@@ -30,11 +30,11 @@ from slipfold.models.model import Model
 from slipfold.paper.cases import (
     AnyFigure,
     CompletedFigure,
-    Curve,
+    CurveCase,
     Figure,
     HysteresisFigure,
     MotionFigure,
-    Plane,
+    PlaneCase,
     PlaneFigure,
     Row,
     SweepCase,
@@ -352,7 +352,7 @@ def _draw_frame(ax: Axes, view: Window) -> None:
     )
 
 
-def _draw_contact_limit(ax: Axes, plane: Plane, view: Window) -> None:
+def _draw_contact_limit(ax: Axes, plane: PlaneCase, view: Window) -> None:
     """Hatch where the amplitude of the normal force exceeds its static part: the tip lifts off."""
     if plane.vary != CONTACT:
         return
@@ -457,7 +457,7 @@ def _hysteresis(figure: HysteresisFigure, result: Mapping[Any, Any], measure: st
 
 def _draw_both(
     ax: Axes,
-    curve: Curve,
+    curve: CurveCase,
     swept: SweepCase,
     output: str,
     result: Mapping[Any, Any],
@@ -492,7 +492,7 @@ def _draw_dots(ax: Axes, swept: Sweep, output: str, measure: str) -> None:
             )  # fmt: skip
 
 
-def _fixed(curve: Curve) -> str:
+def _fixed(curve: CurveCase) -> str:
     other = "f" if curve.vary == "Nd" else "Nd"
     return equation_text(curve.model, other)
 

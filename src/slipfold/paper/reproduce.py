@@ -21,10 +21,10 @@ from slipfold.paper.cases import (
     AnyFigure,
     Case,
     Cases,
-    Curve,
+    CurveCase,
     MotionFigure,
     Motions,
-    Plane,
+    PlaneCase,
     Steady,
     motion_figures,
     read_cases,
@@ -207,7 +207,7 @@ class _Run:
     def compute(self, tasks: Tasks) -> None:
         """Compute everything; draw each figure as soon as its curves are there."""
         for case in self.needs:
-            shown = self.cases.shown_in(case) if isinstance(case, Curve) else ()
+            shown = self.cases.shown_in(case) if isinstance(case, CurveCase) else ()
             tori = self.tori and not set(WITH_TORI).isdisjoint(shown)
             tasks.add(case, _compute, case, self.settings, tori)
         for name, result in tasks.finished():
@@ -278,12 +278,12 @@ class _Run:
 
     def conclude(self) -> Reproduction:
         """Tabulate and judge."""
-        diagrams = self.of_kind(Curve)
+        diagrams = self.of_kind(CurveCase)
         claims = judge_claims(Findings(self.cases, diagrams, self.of_kind(Steady)))
         self.write("thresholds.csv", thresholds_csv(self.cases, diagrams).encode())
         self.write("claims.md", claims_markdown(claims).encode())
         if self.cases.planes:
-            text = planes_markdown(self.cases.planes, self.of_kind(Plane))
+            text = planes_markdown(self.cases.planes, self.of_kind(PlaneCase))
             self.write("bifurcation_sets.md", text.encode())
         missing = [case.key for case in self.needs if case not in self.found]
         missing += [figure.key for figure in self.figures if figure not in self.drawn]
@@ -293,14 +293,14 @@ class _Run:
 
     def stopped(self) -> Iterator[str]:
         """Yield a sentence for each branch and each locus that was given up."""
-        for curve, diagram in self.of_kind(Curve).items():
+        for curve, diagram in self.of_kind(CurveCase).items():
             for branch in diagram.branches:
                 reasons = [end.reason for end in branch.ends if end.early]
                 yield from (f"{curve.key}, branch {branch.id}: {reason}" for reason in reasons)
             for tori in diagram.tori:
                 if tori.stopped.early:
                     yield f"{curve.key}, tori {tori.id}: {tori.stopped.reason}"
-        for plane, found in self.of_kind(Plane).items():
+        for plane, found in self.of_kind(PlaneCase).items():
             for locus in found.loci:
                 for end in (locus.begun, locus.stopped):
                     if end.early:
@@ -332,10 +332,10 @@ def _compute(case: Case | Motions, settings: Settings | None, tori: bool) -> Any
     """Compute one spectrum, or anything else and its file; may run in a process of its own."""
     if isinstance(case, Steady):
         return find_spectrum(simulate(case.model, PERIODS))
-    if isinstance(case, Plane):
+    if isinstance(case, PlaneCase):
         found = bifurcation_set(case.model, case.vary, case.window, settings=settings)
         return found, found._table().to_netcdf()
-    if not isinstance(case, Curve):
+    if not isinstance(case, CurveCase):
         motions = case.compute()
         return motions, motions._table().to_netcdf()
     diagram = response(case.model, case.vary, case.span, settings=settings, tori=tori)

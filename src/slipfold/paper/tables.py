@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.paper.cases import Cases, Curve, Plane, PlaneFigure
+from slipfold.paper.cases import Cases, CurveCase, PlaneCase, PlaneFigure
 from slipfold.plots.response import HasBranches
 from slipfold.results.locus_diagram import LocusDiagram
 
@@ -62,7 +62,7 @@ COLUMNS = (
 """Columns; SI units, angles in radians, x and y over L, their rates in 1/s."""
 
 
-def thresholds_csv(cases: Cases, diagrams: Mapping[Curve, HasBranches]) -> str:
+def thresholds_csv(cases: Cases, diagrams: Mapping[CurveCase, HasBranches]) -> str:
     """Return every special point of every curve as comma-separated values.
 
     Numbers are written so that they read back exactly. What has no value is empty.
@@ -71,7 +71,7 @@ def thresholds_csv(cases: Cases, diagrams: Mapping[Curve, HasBranches]) -> str:
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     for curve in cases.needs:
-        if not isinstance(curve, Curve) or curve not in diagrams:
+        if not isinstance(curve, CurveCase) or curve not in diagrams:
             continue
         for branch in diagrams[curve].branches:
             for point in branch.special:
@@ -79,7 +79,9 @@ def thresholds_csv(cases: Cases, diagrams: Mapping[Curve, HasBranches]) -> str:
     return text.getvalue()
 
 
-def _cells(cases: Cases, curve: Curve, branch: Branch, point: SpecialPoint) -> dict[str, object]:
+def _cells(
+    cases: Cases, curve: CurveCase, branch: Branch, point: SpecialPoint
+) -> dict[str, object]:
     critical = point.critical_multiplier
     states = zip(point.model.states, point.state, strict=True)
     return {
@@ -102,7 +104,9 @@ def _cells(cases: Cases, curve: Curve, branch: Branch, point: SpecialPoint) -> d
     }
 
 
-def planes_markdown(figures: Sequence[PlaneFigure], diagrams: Mapping[Plane, LocusDiagram]) -> str:
+def planes_markdown(
+    figures: Sequence[PlaneFigure], diagrams: Mapping[PlaneCase, LocusDiagram]
+) -> str:
     """Return the summary of each bifurcation set as Markdown."""
     parts = [
         "# Bifurcation sets",

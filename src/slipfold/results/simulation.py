@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.guarded_flow import Stop
+from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.settlement import Settlement
@@ -187,9 +187,9 @@ class Simulation(Trajectory, Result):
     })  # fmt: skip
 
     settlement: Annotated[Settlement, "Whether and on what it settled."]
-    stopped: Annotated[Stop | None, "Why and when it ended early; None if it ran to its end."] = (
-        None
-    )
+    stopped: Annotated[
+        GuardStop | None, "Why and when it ended early; None if it ran to its end."
+    ] = None
     asked: Annotated[int, "Forcing periods that were requested."]
     tolerance: Annotated[
         float,

@@ -23,7 +23,7 @@ from slipfold.long_term.classification import (
     UNDECIDED,
     repeats_of,
 )
-from slipfold.long_term.exponents import Estimate, Verdict
+from slipfold.long_term.exponents import ExponentEstimate, Verdict
 from slipfold.long_term.regimes import NONE, SAME
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -64,8 +64,8 @@ class LyapunovExponents(Result):
 
     model: Model
     estimates: Annotated[
-        tuple[Estimate, ...],
-        Items("estimate", Estimate, (
+        tuple[ExponentEstimate, ...],
+        Items("estimate", ExponentEstimate, (
             Column("periods", WHOLE, "forcing periods, or intervals of the duration, since the "
                    "start", "", label=True),
             Column("exponents", REAL, "Lyapunov exponents, the largest first", "1/{per}",

@@ -13,7 +13,7 @@ LISTED = 6
 """Names that a line lists before it counts the rest."""
 
 
-class Quantity(Protocol):
+class NamedQuantity(Protocol):
     """A parameter, state or output."""
 
     @property
@@ -78,7 +78,7 @@ def listed(names: Iterable[str], none: str = "") -> str:
     return ", ".join(known[:LISTED]) + more or none
 
 
-def headed(item: Quantity) -> str:
+def headed(item: NamedQuantity) -> str:
     """Return the name of a quantity with its unit, e.g. ``"Nd (N)"``."""
     return f"{item.name} ({item.unit})" if item.unit else item.name
 
@@ -97,13 +97,13 @@ def certain(value: float, uncertainty: float) -> float:
     return 0.0 if abs(value) <= uncertainty < math.inf else value
 
 
-def parameter_text(parameter: Quantity, *values: float) -> str:
+def parameter_text(parameter: NamedQuantity, *values: float) -> str:
     """Return e.g. ``"Nd = 0 to 0.98 N"``."""
     span = " to ".join(map(number_text, values))
     return with_unit(f"{parameter.name} = {span}", parameter.unit)
 
 
-def capitalized(text: str, named: Iterable[Quantity]) -> str:
+def capitalized(text: str, named: Iterable[NamedQuantity]) -> str:
     """Return a sentence with a capital letter, unless it begins with the name of a quantity."""
     names = [item.name for item in named]
     return text if text.split(" ")[0] in names else text[:1].upper() + text[1:]

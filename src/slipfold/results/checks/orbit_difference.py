@@ -13,7 +13,7 @@ from slipfold.collocation_points import gauss_points
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
+from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
 from slipfold.flow.intervals import Field, newton_step
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.models.angles import wrap_angles
@@ -43,7 +43,7 @@ def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
     apart = np.full(nodes.shape, np.inf)
     for row, (state, start, end) in enumerate(zip(nodes, phases, phases[1:], strict=False)):
         solution = implicit_trajectory(fallback.field, state, start, end)
-        if solution.end is not End.ARRIVED:
+        if solution.end is not StepsEnd.ARRIVED:
             break
         following = nodes[(row + 1) % len(nodes)]
         apart[row] = wrap_angles(

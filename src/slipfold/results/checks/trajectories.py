@@ -15,7 +15,7 @@ from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.equilibrium import PUSH, invariant_groups_of, state_sizes
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
-from slipfold.flow.implicit_steps import End, StiffFallback, implicit_trajectory
+from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import wrap_angles
 from slipfold.results.checks.checked import Check, Checked
@@ -139,7 +139,7 @@ def _implicit_ends(trajectory: Trajectory, chosen: NDArray[np.intp]) -> NDArray[
             points=OTHER_POINTS,
             tolerance=FINER,
         )
-        if result.end is not End.ARRIVED:
+        if result.end is not StepsEnd.ARRIVED:
             break
         ends[row] = result.state * scales
     return ends
