@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
+from helpers.by_hand.sliding import end_of
 from slipfold.models.model import evaluation_of
 from slipfold.models.registry import model_named
 
@@ -131,14 +131,6 @@ def test_onset_of_squeal_of_the_pin():
     assert 700 < 1 / hopf.duration < 740
     orbit = diagram.branches[1].orbit(-1)
     p = dict(orbit.model.values)
-    run = solve_ivp(
-        rates_by_hand,
-        (0, p["duration"]),
-        orbit.nodes[0],
-        "DOP853",
-        args=(p,),
-        rtol=1e-12,
-        atol=1e-18,
-    )
-    mismatch = (run.y[:, -1] - orbit.nodes[0]) / orbit.model.state_scales()
+    end = end_of(rates_by_hand, p["duration"], orbit.nodes[0], p, atol=1e-18)
+    mismatch = (end - orbit.nodes[0]) / orbit.model.state_scales()
     assert mismatch == pytest.approx(np.zeros(4), abs=1e-8)

@@ -47,13 +47,10 @@ def integrate(state, p, periods=1.0):
     end = periods / p["f"]
     # A complex state tells solve_ivp to keep the imaginary part that a parameter brings in.
     start = np.asarray(state) + 0 * sum(p.values())
-    span = (0.0, 1.0)
-    solution = solve_ivp(
-        lambda s, q: end * rhs(s * end, q, p),
-        span,
-        start,
-        method="DOP853",
-        rtol=1e-12,
-        atol=1e-14,
-    )
-    return solution.y[:, -1]
+    return end_of(lambda s, q: end * rhs(s * end, q, p), 1.0, start, atol=1e-14)
+
+
+def end_of(rates, duration, start, *given, atol=1e-12):
+    """Return the last state of a trajectory, by SciPy; `given` follows time and state."""
+    exact = {"method": "DOP853", "rtol": 1e-12, "atol": atol}
+    return solve_ivp(rates, (0.0, duration), start, args=given or None, **exact).y[:, -1]
