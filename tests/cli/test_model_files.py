@@ -181,7 +181,7 @@ def test_what_a_cycle_cannot_do_is_said():
     said = refused("response", "lorenz", "--vary", "duration=1:2")
     assert "vary one of sigma, rho, beta" in said
     said = refused("locus", "lorenz", "--vary", "duration=1:2", "--vary", "rho=20:30")
-    assert "the duration of lorenz comes out of the computation" in said
+    assert "the duration of lorenz is a result of the computation" in said
 
 
 def test_which_parameters_may_be_varied_is_listed():

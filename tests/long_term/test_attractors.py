@@ -182,7 +182,7 @@ def test_starts_are_the_same_every_time_and_spread_evenly():
     ("options", "words"),
     [
         (["--box", "z=0:1"], ["no state 'z'", "x, y, vx, vy"]),
-        (["--box", "y=0.5"], ["NAME=LEAST:LARGEST"]),
+        (["--box", "y=0.5"], ["NAME=LOWER:UPPER"]),
         (["--box", "y=0.5:0.1"], ["empty"]),
         (["--box", "vx=0:1kg"], ["kg"]),
         (["--starts", "0"], ["--starts 0", "at least 1"]),

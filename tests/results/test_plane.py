@@ -38,7 +38,7 @@ GIVEN = {"vary": ("f", "Nd"), "window": ((11, 14), (0, 0.9))}
         ({"vary": 3}, "give two names"),
         ({"vary": (1, 2)}, "1 is not the name of a parameter; give two names"),
         ({"vary": ("f", None)}, "None is not the name of a parameter"),
-        ({"window": None}, r"no window is given; .* e\.g\. window={'f': \(least, largest\), 'Nd'"),
+        ({"window": None}, r"no window is given; .* e\.g\. window={'f': \(lower, upper\), 'Nd'"),
         ({"window": ((True, 14), (0, 1))}, "the window of f holds True, which is not a number"),
         ({"window": ((11, np.True_), (0, 1))}, "the window of f holds True"),
         ({"vary": ("f", "f")}, "f is given for both parameters; give two different ones"),
