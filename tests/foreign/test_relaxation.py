@@ -84,7 +84,8 @@ def test_sharp_canards_are_gone_through_at_both_ends_of_the_spikes(eps, monkeypa
         assert [item.type for item in cycles.special] == ["LP"]  # a plane has no period doubling
         assert (cycles.stopped.kind, diagram.checked.agree) == ("span", True)
         assert cycles.special[0].coefficient is None  # what grows by 1e30 leaves it no digits
-        known = cycles.multiplier_uncertainty < abs(cycles.multipliers)
+        # The uncertainty is one sample of the errors, so that a larger one is no surprise.
+        known = 10 * cycles.multiplier_uncertainty < abs(cycles.multipliers)
         assert (cycles.multipliers.real > 0)[known].all()
         assert known[np.abs(cycles.multipliers) > 0.9].mean() > 0.4  # none is through the canard
         folds.append(cycles.special[0].value)

@@ -72,7 +72,7 @@ class ProportionalDamping(Damping):
         """
         try:
             (f1, ratio1), (f2, ratio2) = first, second
-            if not min(f1, f2) > 0:
+            if not min(f1, f2) > 0 or f1 == f2:
                 raise ValueError
             rows = [[0.25 / (math.pi * f), math.pi * f] for f in (f1, f2)]
             alpha, beta = np.linalg.solve(rows, [ratio1, ratio2])
