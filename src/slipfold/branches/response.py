@@ -79,7 +79,7 @@ def trace_response(
 
 
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
-    """Return the first point, from inside the span in both directions."""
+    """Return the first point; inside the span also with the opposite tangent."""
     value = orbits.value(point.z)
     inside = min(abs(value - end) for end in span) > CLOSE * orbits.width
     return (point, orbits.turned(point)) if inside else (point,)
@@ -143,7 +143,7 @@ class _Branches(CurveSet[OrbitPoint]):
         )
 
     def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
-        """Return the junctions of a branch; those that are known join it to other branches."""
+        """Return the new junctions of a branch; one that was met before links two branches."""
         for item in self._junctions:
             if any(item.birth is reached for reached in followed.traced.reached):
                 self.lead(item.found, followed.number)
@@ -254,7 +254,7 @@ def _monitors(
     ]
     if has_copy(orbits):
         monitors.append(MeetsCopy(orbits, partial(close_on_parent, orbits, births)))
-    if not departs:  # else it comes back to a branch point
+    if not departs:  # a branch that starts at a branch point closes there
         monitors.append(Returns(orbits, CLOSED))
     monitors.append(Limits(orbits))
     if events:

@@ -36,7 +36,7 @@ BLURRED = 1e-6
 uncertainty, computed separately, says how much it does."""
 
 ALONG = 0.3
-"""A curve whose tangent makes a smaller cosine than this with a chord is halved first."""
+"""If the cosine between tangent and chord is smaller, the interval is bisected first."""
 
 
 INTERPOLATIONS = 8
@@ -238,7 +238,7 @@ class _Chord(Projection[P]):
         return self._runs_along(self._a) and self._runs_along(self._b)
 
     def use_neighbors(self, history: Sequence[P]) -> list[tuple[float, P]]:
-        """Let guesses go through points outside the chord; return these with their projections."""
+        """Use points outside the bracket, too; return them with their positions."""
         apart, chosen = SPACING * self.length, list[tuple[float, P]]()
         for point in history:
             if (point.curve, point.piece) != (self._a.curve, self._a.piece):

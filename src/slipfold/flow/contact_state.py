@@ -41,7 +41,7 @@ class Arguments(threading.local):
 
 
 def many(states: Array, phases: Array, constants: Constants) -> Array:
-    """Return the same of many states, one a column. Shapes: states (p, n); phases (p,)."""
+    """Return the arguments of many states, one per column. Shapes: states (p, n); phases (p,)."""
     known = np.repeat(constants.values[:, None], len(states), axis=1)
     # Without coefficients the array would not be contiguous.
     return np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))

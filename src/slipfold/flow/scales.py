@@ -259,7 +259,7 @@ class _Look:
         if np.isnan(state).any() and not self.model.forced:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium
-            # Beside a line of equilibria it may be the start but for rounding.
+            # On a line of equilibria it may differ from the start by rounding only.
             same = np.abs(state - start) < ROUNDING * self.model.state_scales()
             state = np.where(same, start, state)
         # Newton's method and the mean of a forcing leave rounding errors of zero.

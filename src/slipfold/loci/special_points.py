@@ -142,8 +142,9 @@ def tests_of(kind: str, tests: Mapping[str, float]) -> tuple[str, ...]:
 class SpecialPoints(Zeros[OrbitPoint]):
     """Records what is special along a locus, and ends one of tori at a strong resonance.
 
-    Types are ``CPC GPD CH DP R1 R2 R3 R4 LPPD LPNS PDNS NSNS BPPD BPNS``, of equilibria ``CP DP BT
-    GH ZH HH LPBP``, and for extrema ``first`` and ``second`` for the parameter that stands still.
+    Types are ``CPC GPD CH DP R1 R2 R3 R4 LPPD LPNS PDNS NSNS BPPD BPNS LPBP``, of equilibria
+    ``CP DP BT GH ZH HH LPBP``, and for extrema ``first`` and ``second`` for the parameter that
+    stands still.
     """
 
     def __init__(self, curve: LocusEquations) -> None:

@@ -257,7 +257,7 @@ class _Search:
 
 
 def _counted(observer: Observer | None, before: int, total: int) -> Observer | None:
-    """Return an observer of trajectories besides those `before`, as part of all of them."""
+    """Return an observer that counts the trajectories `before` as done, out of all."""
     if observer is None:
         return None
     return lambda progress: observer(replace(progress, done=before + progress.done, total=total))

@@ -43,7 +43,7 @@ _QUANTITY = re.compile(
     r"(\s*[^0-9.,\s].*?|\s+1/.*?|)\s*",
     re.IGNORECASE,
 )
-"""The page reads numbers in the same way, without arithmetic: explorer/page/quantity_text.js."""
+"""The page reads numbers in the same way, without arithmetic: explorer/page/quantities.js."""
 
 
 def units_of(unit: str) -> dict[str, float]:

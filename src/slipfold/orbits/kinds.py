@@ -35,7 +35,7 @@ class VectorField(Discretization):
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[VectorField, Array, Array]:
-        """Return the same in other scales of the states, so that all rounding differs."""
+        """Return this discretization with other state scales, so that rounding errors differ."""
         other = VectorField(self.model, self.free)
         factors = 1.3 ** np.arange(len(self.scales))  # no powers of two, so that rounding differs
         other.measure_in(self.scales * factors)
@@ -99,7 +99,7 @@ class ForcedOrbits(Orbits):
         return self.by.changed(forward, backward, self.nodes(z), self.constants(z))
 
     def in_phase(self, z: Array, like: Array) -> Array:
-        """Return the same orbit started in that forcing period in which it lies nearest another."""
+        """Shift the orbit by whole forcing periods, so that it is closest to another."""
         nodes, constants = self.nodes(z), self.constants(z)
         begun = [z]
         for turn in range(1, self.period):
@@ -141,7 +141,7 @@ class Cycles(Orbits):
         return float(self.free_values(z)[0])
 
     def conditions(self, z: Array) -> Conditions:
-        """Return that steps are orthogonal to the flow, which is met."""
+        """Return the phase condition: steps are orthogonal to the flow. Its residual is zero."""
         return Conditions(np.zeros(1), self.flow_direction(z)[None])
 
     def eigenvalues(self, z: Array, linearization: Linearization) -> Complex:
@@ -168,7 +168,7 @@ class Cycles(Orbits):
         return np.concatenate([by_nodes.ravel() * np.sqrt(self.segments), by_free])
 
     def flow_direction(self, z: Array) -> Array:
-        """Return the unit vector along which beginning later shifts a cycle; zero at rest."""
+        """Return the unit vector of a phase shift; zero at an equilibrium."""
         rates = self.by.rates(self.nodes(z), self.constants(z))
         size = float(np.linalg.norm(rates)) or 1.0
         return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
@@ -275,7 +275,7 @@ def orbits_of(
     resting: bool = False,
     by: Cut = Shooting,
 ) -> Orbits:
-    """Return forced orbits of a forced model, of an autonomous one cycles, or what rests."""
+    """Return the orbits of a model: forced orbits, or of an autonomous one cycles or equilibria."""
     if model.forced:
         return ForcedOrbits(model, vary, period, segments, by)
     return Equilibria(model, vary) if resting else Cycles(model, vary, period, segments, by)
@@ -284,6 +284,6 @@ def orbits_of(
 def orbits_at(
     model: Model, period: int = 1, segments: int = SEGMENTS, *, by: Cut = Shooting
 ) -> Orbits:
-    """Return orbits of a model at its own parameter values: which one may vary plays no part."""
+    """Return orbits of a model at its own parameter values: the choice does not matter."""
     names = [item.name for item in model.parameters if model.forced or item.name != "duration"]
     return orbits_of(model, {names[0]: 1.0}, period, segments, by=by)

@@ -84,7 +84,7 @@ def _intervals(model: Model) -> ItemTable:
 class Contacts(ResultPart):
     """Sticking contacts as an attribute; None if all contacts slip all the time."""
 
-    doc = "What contacts did in a trajectory that sticks; None of one that always slips."
+    doc = "Status of the contacts; None if the trajectory never sticks."
 
     def names(self, key: str) -> set[str]:
         """Return the dimensions of its arrays."""
@@ -142,7 +142,7 @@ def stick_text(last: LastRound, unit: str) -> str:
     for name in names:
         own = [item for item in last.sticking if item.contact == name]
         spans = [f"{item.begin:.6g} to {item.end:.6g}" for item in own[:TOLD]]
-        more = f" and {len(own) - TOLD} times more" if len(own) > TOLD else ""
+        more = f" and {len(own) - TOLD} more intervals" if len(own) > TOLD else ""
         parts.append(f"{name} from {', '.join(spans)}{more}")
     return f"{'; '.join(parts)} ({unit} from its start)"
 
@@ -186,7 +186,7 @@ class Simulation(Trajectory, Result):
         "sticking": Contacts(),
     })  # fmt: skip
 
-    settlement: Annotated[Settlement, "Whether and on what it settled."]
+    settlement: Annotated[Settlement, "The steady state that was reached, if any."]
     stopped: Annotated[
         GuardStop | None, "Why and when it ended early; None if it ran to its end."
     ] = None
@@ -275,7 +275,7 @@ class Simulation(Trajectory, Result):
             return [sentences, self._notes()]
         frequencies, amplitudes = spectrum
         lines = [
-            # Lines of rounding errors are no lines.
+            # Lines at the level of rounding are set to zero.
             [f"{np.round(f, 9):.8g}", *(f"{v if abs(v) > 1e-12 else 0:.8g}" for v in values)]
             for f, *values in zip(frequencies, *amplitudes.values(), strict=True)
         ]
