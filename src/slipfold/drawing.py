@@ -52,7 +52,9 @@ def draw(thing: object, output: str | None = None, kind: str | None = None, **op
     """Draw something and return its axes."""
     names = [each.__name__ for each in type(thing).__mro__ if each.__name__ in FIGURES]
     if not names:
-        raise InputError(f"there is no figure of a {type(thing).__name__}; plot another result")
+        raise InputError(
+            f"{type(thing).__name__} has no figure; those with one are {', '.join(FIGURES)}"
+        )
     ways = FIGURES[names[0]]
     kind = next(iter(ways)) if kind is None else kind
     if kind not in ways:

@@ -1,6 +1,7 @@
 """Basins of attraction on a plane of initial states."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,6 +52,16 @@ def test_cells_that_the_boundary_crosses_are_uncertain(circle):
     assert f"the label changes within {100 * crossed.mean():.3g} % of the cells" in circle.summary()
     cell = circle.to_xarray().sel(x=1, y=0, method="nearest")
     assert int(cell.reached) == circle.labels[10, 29]
+
+
+def test_starts_that_were_not_finished_may_belong_to_any_attractor(circle):
+    labels = circle.labels.copy()
+    labels[::2] = -2
+    part = replace(circle, labels=labels, interrupted=True)
+    whole, some = circle.share(circle[0]), part.share(part[0])
+    assert some.value < whole.value
+    assert some.low < whole.value < some.high
+    assert some.high > 0.5
 
 
 def test_a_label_within_the_error_of_the_integration_is_uncertain():

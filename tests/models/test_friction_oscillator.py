@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.by_hand.sliding import BASE, rhs
+from helpers.by_hand.sliding import BASE, end_of, rhs
 from slipfold import (
     BoucWen,
     Coulomb,
@@ -210,15 +209,7 @@ def stribeck_by_hand(time, state, p):
 def carried(rates, state, p):
     """State after one forcing period, by SciPy."""
     end = 1 / p["f"]
-    solution = solve_ivp(
-        lambda s, q: end * rates(s * end, q, p),
-        (0.0, 1.0),
-        np.asarray(state),
-        method="DOP853",
-        rtol=1e-12,
-        atol=1e-14,
-    )
-    return solution.y[:, -1]
+    return end_of(lambda s, q: end * rates(s * end, q, p), 1.0, np.asarray(state), atol=1e-14)
 
 
 def test_response_in_the_speed_of_falling_friction():

@@ -8,6 +8,7 @@ import pytest
 
 from helpers.diagrams import made_diagram, response_branch, special_point
 from slipfold import End, InputError, SlidingOscillator, simulate
+from slipfold.models.registry import model_named
 
 
 @pytest.fixture(scope="module")
@@ -111,3 +112,9 @@ def test_simulation_that_has_not_settled_shows_no_amplitudes():
     assert record["settled"] is False
     assert record["spectrum"] is None
     assert "not settled" in motion.summary().lower()
+
+
+def test_tables_of_a_simulation_have_a_column_a_state():
+    motion = simulate(model_named("duffing"), 3)
+    assert motion.to_xarray().states.dims == ("strobe", "state")
+    assert motion.to_dataframe().columns.tolist() == ["time", "q", "v"]

@@ -87,7 +87,7 @@ def test_summary_lists_regions_and_what_does_not_fit(diagram):
 def test_summary_says_where_else_an_autonomous_model_may_have_loci():
     made = made_locus_diagram(loci=(), regions=None)
     diagram = replace(made, model=model_named("lorenz"), vary=("rho", "sigma"))
-    assert "cycles born on them" in diagram.summary()
+    assert "cycles that emanate from them" in diagram.summary()
 
 
 @pytest.mark.parametrize("which", ["begun", "stopped"])

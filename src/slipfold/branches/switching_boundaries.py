@@ -259,7 +259,7 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
     reason = (
         f"{BOUNDARIES[kind]}; no orbit was found beyond; to follow what trajectories converge to "
-        "there, start there with settled=True, on the command line with --settled"
+        "there, compute a response with settled=True that starts there (--start, --settled)"
     )
     return End(BOUNDARY, reason, curve.place(point.z))
 

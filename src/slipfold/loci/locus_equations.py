@@ -14,6 +14,7 @@ from slipfold.branches.closed_branches import asymmetry
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
+from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import MET
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import eigenvalues_of
@@ -191,8 +192,11 @@ def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
     At the same values of both parameters it has the same multipliers, and its locus leads in the
     same direction: where a symmetry changes a parameter too, loci only cross their images.
     """
-    values, condition = _spectrum(orbits, z), points[0].curve.condition
-    along = np.linalg.svd(LocusEquations(orbits, condition).linearize(z).jacobian)[2][-1, -2:]
+    try:
+        values, condition = _spectrum(orbits, z), points[0].curve.condition
+        along = np.linalg.svd(LocusEquations(orbits, condition).linearize(z).jacobian)[2][-1, -2:]
+    except BREAKDOWNS:  # an orbit that cannot be integrated is compared with none
+        return False
     for curve, run in _runs(points):
         target = curve.orbits.adopt(orbits, z)[-2:]
         for a, b in pairwise(run):

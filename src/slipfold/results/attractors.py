@@ -111,7 +111,9 @@ class FoundAttractors(Result):
     def share(self, attractor: Attractor | int) -> Share:
         """Return the fraction of the starts that converged to an attractor.
 
-        The bounds are those of Wilson for independent starts; evenly spread ones err less.
+        The bounds are those of Wilson for independent starts; evenly spread ones err less. Starts
+        that were not finished might all, or might not, belong to it: those that are finished first
+        are no random sample.
 
         Parameters
         ----------
@@ -124,8 +126,10 @@ class FoundAttractors(Result):
             The share and its bounds at 95 % confidence.
         """
         number = attractor.id if isinstance(attractor, Attractor) else attractor
-        finished = self.labels[self.labels != UNFINISHED]
-        return share_of(int((finished == number).sum()), len(finished))
+        hits, count = int((self.labels == number).sum()), self.labels.size
+        open_ = int((self.labels == UNFINISHED).sum())
+        least = share_of(hits, count)
+        return least._replace(high=share_of(hits + open_, count).high) if open_ else least
 
     def _notes(self) -> list[str]:
         return starts_notes(self.ends, self.labels, (self.labels == UNFINISHED).sum(), "starts")
@@ -333,7 +337,11 @@ class Basins(FoundAttractors):
                 f"Of {100 * error:.3g} % it changes within the error of the integration: there the "
                 "boundary is too fine to know it"
             )
-        return [*super()._notes(), *(result if within else ["The label changes within no cell"])]
+        if self.interrupted:
+            result = ["Which cells a boundary crosses is known once all starts are finished"]
+        elif not within:
+            result = ["The label changes within no cell"]
+        return [*super()._notes(), *result]
 
     def _line(self) -> str:
         found = listed(f"{in_words(item)} {self.share(item).value:.3f}" for item in self)

@@ -181,7 +181,7 @@ class Simulation(Trajectory, Result):
         "_count": Entry("strobe", "forcing periods, or intervals of the duration, since the start",
                         "", WHOLE, "strobe", label=True, head=None),
         "time": Entry("strobe", "time since the start", "s", label=True),
-        "strobe": Entry("stroboscopic state", "state, at phase zero of the forcing", name="states",
+        "strobe": Entry("strobe state", "state, at phase zero of the forcing", name="states",
                         head=""),
         "sticking": Contacts(),
     })  # fmt: skip
