@@ -149,8 +149,6 @@ def beside_homoclinic():
         },
     )
     diagram = response(model, vary="alpha", span=(6.5, 16), settings=Settings(largest_period=1))
-    # Multipliers nearest to the homoclinic orbit may have no digit, which is then reported.
-    assert all(check.what == "multipliers" for check in diagram.checked.disagreeing)
     folds = [point.orbit for point in diagram.branches[1].special if point.type == "LP"]
     assert len(folds) >= 6
     return folds
