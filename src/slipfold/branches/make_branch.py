@@ -63,7 +63,7 @@ def describe(found: Found) -> SpecialPoint:
 def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
     if found.type in BOUNDARIES:
-        return _describe_seam(orbits, found)
+        return _describe_boundary(orbits, found)
     coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
     special = replace(
         _uncertain(found, *_uncertainties(orbits, found)),
@@ -74,7 +74,7 @@ def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     return replace(special, criticality=None, coefficient=None) if special.several else special
 
 
-def _describe_seam(orbits: Orbits, found: Found) -> SpecialPoint:
+def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a place where contacts begin or cease to do something; nothing is critical there."""
     point = found.place.nearest if isinstance(found, FoundGrazing) else found.point
     by = orbits.orbits.by

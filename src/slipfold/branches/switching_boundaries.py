@@ -14,14 +14,14 @@ from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
     APART,
     LOOKS,
-    Seam,
+    PieceBoundary,
     Vanishing,
     ahead_of,
     beyond_vanishing,
     locate_ahead,
+    locate_boundary,
     locate_fold,
     locate_loss,
-    locate_seam,
     locate_vanishing,
 )
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
@@ -106,21 +106,21 @@ class SwitchingBoundaries:
         if before.piece == after.piece:
             return MonitorResult()
         try:
-            seam = locate_seam(self._orbits, interval.known, before, after)
+            boundary = locate_boundary(self._orbits, interval.known, before, after)
         except LostCurveError:
             lost = self._lost(interval)
             if lost is None:
                 raise
             return lost
-        kind = _kind(seam.before.piece, seam.after.piece)
-        met = self._met(kind, seam)
-        found = Found(kind, met or seam.before, float("inf"))
+        kind = _kind(boundary.before.piece, boundary.after.piece)
+        met = self._met(kind, boundary)
+        found = Found(kind, met or boundary.before, float("inf"))
         end = _end(kind, self._orbits, found.point)
-        beyond = seam.after if seam.apart < APART else None
+        beyond = boundary.after if boundary.apart < APART else None
         known = kind == "MEET" and _is_known(found, interval.traced)
-        return MonitorResult([] if known else [found], Stop(seam.before, end, beyond=beyond))
+        return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
-    def _met(self, kind: str, seam: Seam[OrbitPoint]) -> OrbitPoint | None:
+    def _met(self, kind: str, boundary: PieceBoundary[OrbitPoint]) -> OrbitPoint | None:
         """Return where friction only just holds a contact that stops, None if that is not why.
 
         Slip backwards for a time dt goes as its third power: pieces differ where it is seen only.
@@ -128,7 +128,7 @@ class SwitchingBoundaries:
         if kind != "MEET" or not isinstance(self._orbits, Orbits):
             return None
         with suppress(*BREAKDOWNS):
-            return locate_marginal_stops(self._orbits, seam.before)
+            return locate_marginal_stops(self._orbits, boundary.before)
         return None
 
     def _lost(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint] | None:
@@ -207,17 +207,19 @@ def _fold(traced: TracedCurve[OrbitPoint]) -> None:
     """
     last = traced.points[-1]
     try:
-        seam = locate_fold(last.curve, last) or locate_ahead(last.curve, last)
+        boundary = locate_fold(last.curve, last) or locate_ahead(last.curve, last)
     except BREAKDOWNS:
-        seam = None
-    if seam is None:
+        boundary = None
+    if boundary is None:
         with suppress(*BREAKDOWNS):
             _last_change(traced)
         return
-    kind = _kind(seam.before.piece, seam.after.piece)
-    traced.found.append(Found(kind, seam.met, float("inf")))
-    traced.points += [seam.before, seam.after] if seam.before is not last else [seam.after]
-    traced.end = _end(kind, last.curve, seam.before)
+    kind = _kind(boundary.before.piece, boundary.after.piece)
+    traced.found.append(Found(kind, boundary.met, float("inf")))
+    traced.points += (
+        [boundary.before, boundary.after] if boundary.before is not last else [boundary.after]
+    )
+    traced.end = _end(kind, last.curve, boundary.before)
 
 
 def _last_change(traced: TracedCurve[OrbitPoint]) -> None:

@@ -310,16 +310,8 @@ class WholeMatrix(SquareMatrix):
         return float(sign), float(logarithm)
 
 
-class FactoredMatrix(SquareMatrix):
+class FactoredMatrix(WholeMatrix):
     """A full matrix of hundreds of unknowns, factored once: a third of the time of an inverse."""
-
-    def __init__(self, matrix: Array) -> None:
-        self._matrix = matrix
-
-    @property
-    def matrix(self) -> Array:
-        """The whole matrix."""
-        return self._matrix
 
     @cached_property
     def _factors(self) -> tuple[Array, Array]:

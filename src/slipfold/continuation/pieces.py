@@ -36,7 +36,7 @@ REACH = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Seam(Generic[P]):
+class PieceBoundary(Generic[P]):
     """Two neighboring points on either side of the end of a piece."""
 
     before: P
@@ -66,23 +66,25 @@ def _parameter_row(point: P, sign: float = 1.0) -> Array:
     return row
 
 
-def locate_seam(curve: Curve[P], known: Sequence[P], a: P, b: P) -> Seam[P]:
+def locate_boundary(curve: Curve[P], known: Sequence[P], a: P, b: P) -> PieceBoundary[P]:
     """Return where the piece of a point ends before one of another piece.
 
     The two may not be connected. The next piece may continue in the parameter, but backward along
     their chord.
     """
-    seam = _bisected(curve, known, a, b)
-    if seam.apart < APART:
-        return seam
+    boundary = _bisected(curve, known, a, b)
+    if boundary.apart < APART:
+        return boundary
     with suppress(LostCurveError):
         again = _bisected(curve, known, a, b, _parameter_row(a, b.z[-1] - a.z[-1]))
         if again.apart < APART:
             return again
-    return seam
+    return boundary
 
 
-def _bisected(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None) -> Seam[P]:
+def _bisected(
+    curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None
+) -> PieceBoundary[P]:
     """Bisect the projection on a chord or a row until two neighbors of different pieces are left.
 
     The projection depends on a point alone; errors of arclengths, which are summed from guess to
@@ -97,7 +99,7 @@ def _bisected(curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None
             low, a = s, middle
         else:
             high, b = s, middle
-    return Seam(a, b, a)
+    return PieceBoundary(a, b, a)
 
 
 class _ChordAhead(Projection[P]):
@@ -162,7 +164,7 @@ def _halfway(curve: Curve[P], own: list[P], a: P, b: P) -> P:
         return point
 
 
-def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
+def locate_fold(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
     """Return where a piece and the next meet if the curve turns back there.
 
     There is no solution beyond, so the curve ends shortly before. The other piece has a point at
@@ -187,10 +189,10 @@ def locate_fold(curve: Curve[P], last: P) -> Seam[P] | None:
     other = other if beyond > 0 else curve.turned(other)
     apart = max(float(np.linalg.norm(other.z - last.z)), CLOSE)
     met = replace(last, z=last.z + left * last.tangent) if 0 < left < apart else last
-    return Seam(last, replace(other, arclength=last.arclength + apart), met)
+    return PieceBoundary(last, replace(other, arclength=last.arclength + apart), met)
 
 
-def locate_ahead(curve: Curve[P], last: P) -> Seam[P] | None:
+def locate_ahead(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
     """Return where a piece ends whose next one continues in the parameter, but back in the states.
 
     No step along the tangent leads onto the next piece. None if no first point of it is found.
@@ -200,8 +202,8 @@ def locate_ahead(curve: Curve[P], last: P) -> Seam[P] | None:
         guess = last.z + step * abs(last.tangent[-1]) * row
         point = _solution(curve, guess, row, last.arclength + step, last.z, REACH * step)
         if point is not None and point.piece != last.piece:
-            seam = _bisected(curve, [last], last, point, row)
-            return seam if seam.apart < APART else None
+            boundary = _bisected(curve, [last], last, point, row)
+            return boundary if boundary.apart < APART else None
     return None
 
 

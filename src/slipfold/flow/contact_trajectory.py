@@ -234,9 +234,9 @@ def _displacement(model: Model, contact: Contact) -> list[Expression]:
     result = []
     for slip in contact.slip:
         slopes = {name: hy.diff(slip, symbol) for name, symbol in symbols.states.items()}
-        told = all(name in moved for name, slope in slopes.items() if slope != ZERO)
+        determined = all(name in moved for name, slope in slopes.items() if slope != ZERO)
         parts = [-slopes[name] * place for name, place in moved.items()]
-        result.append(hy.sum(parts) if told else hy.expression(math.nan))
+        result.append(hy.sum(parts) if determined else hy.expression(math.nan))
     return result
 
 

@@ -227,7 +227,7 @@ def through_stick(
 ) -> tuple[C, OrbitPoint] | None:
     """Return a curve through stick and slip instead of one that ends at a limit, and its point.
 
-    None where the limit, told by the point before, is none of a contact that may stick.
+    None where the limit, which the point before shows, is none of a contact that may stick.
     """
     orbits = curve.orbits
     beyond = {name for contact in contacts_of(orbits.model) for name in contact.limits}

@@ -138,7 +138,7 @@ def transition(jacobian: Array) -> Array:
 
 
 def unit_of_time(jacobian: Array) -> float:
-    """Return a time over which the multipliers of an equilibrium are well told apart, in s.
+    """Return a time over which the multipliers of an equilibrium are well separated, in s.
 
     Shapes: jacobian (n, n).
     """

@@ -33,7 +33,7 @@ def far_above(bounds: Array, swings: Array) -> Array:
     """Return what outputs that swing by so much have to stay above to be far from their bounds.
 
     Bounds above zero lie a little before a singularity at zero: twice the bound is far from it. Any
-    others are values like any other, and what is far is told by how much the output changes.
+    others are values like any other, and what is far is judged by how much the output changes.
 
     Shapes: bounds (n_limits,); swings (..., n_limits), as is what is returned.
     """

@@ -48,7 +48,7 @@ EXACT = 1e-9
 """Step of secants after which the phase of an event is known: its error is of the next one."""
 
 UNTOLD = 1e-7
-"""Phases of stick that are not told from none: another stop may begin to stick at once, as of an
+"""Phases of stick that count as none: another stop may begin to stick at once, as of an
 orbit that is its own mirror image."""
 
 

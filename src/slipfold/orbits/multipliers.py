@@ -52,7 +52,7 @@ GAP = 100.0
 """Moduli this far apart are separated: what is left together loses two digits at most."""
 
 SEPARATE = 1e-13
-"""Invariant subspaces are told apart once the basis turns by no more than this."""
+"""Invariant subspaces count as separated once the basis turns by no more than this."""
 
 DOUBLE = 1e-5
 """Multipliers nearer than this may be one that is double. Each of two is then known to no more

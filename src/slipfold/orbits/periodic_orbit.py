@@ -64,8 +64,8 @@ class PeriodicOrbit(OneLine):
 
     def _line(self) -> str:
         judged = multipliers_text(self.multipliers, cycle=not self.model.forced)
-        told = ", ".join(filter(None, [judged, revolutions_text(self.turns)]))
-        return f"PeriodicOrbit of {self.model.name}: period {self.period}, {told}"
+        details = ", ".join(filter(None, [judged, revolutions_text(self.turns)]))
+        return f"PeriodicOrbit of {self.model.name}: period {self.period}, {details}"
 
     def _rows(self) -> PrintedTable:
         states = zip(self.model.states, self.state, strict=True)

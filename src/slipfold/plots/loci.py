@@ -272,8 +272,10 @@ def _shades(diagrams: Sequence[HasLoci]) -> list[Artist]:
     if not all(region.known for region in shown):
         style: dict[str, Any] = {**UNKNOWN, "linewidth": 0.4}
         shades.append(Patch(**style, label="unknown"))
-    told = [shade for item in diagrams if item.regions for shade in motion_shades(item.regions)]
-    return [*shades, *{str(shade.get_label()): shade for shade in told}.values()]
+    simulated = [
+        shade for item in diagrams if item.regions for shade in motion_shades(item.regions)
+    ]
+    return [*shades, *{str(shade.get_label()): shade for shade in simulated}.values()]
 
 
 ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")

@@ -323,11 +323,11 @@ def draw_plan(plan: MeasurementPlan, ax: Axes | None = None) -> Axes:
     """Draw how much each measurement tells: its change with each parameter, over its error."""
     ax = axes_or_new(ax)
     sizes = np.abs([plan.model.values[name] for name in plan.fitted])
-    told = np.abs(plan.slopes) / plan.errors[:, None] * sizes
+    sensitivity = np.abs(plan.slopes) / plan.errors[:, None] * sizes
     order = np.argsort(plan.values)
     for column, color in enumerate(palette(len(plan.fitted))):
         for row, quantity in enumerate(plan.quantities):
-            values = told[order, row, column]
+            values = sensitivity[order, row, column]
             ax.plot(
                 plan.values[order], np.where(values > 0, values, np.nan), color=color, marker=".",
                 linestyle=("-", "--", ":", "-.")[row % 4],

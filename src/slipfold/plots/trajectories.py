@@ -191,8 +191,8 @@ def draw_spectrum_at(
     high = max(each.parameter.max() for each in known)
     if at is None or not low <= at <= high:
         where = with_unit(f"{vary} = {low:.6g} to {high:.6g}", unit)
-        told = "no value is given" if at is None else f"no torus at {vary} = {at:g}"
-        raise InputError(f"{told}; there are tori at {where}, give one of these as at")
+        problem = "no value is given" if at is None else f"no torus at {vary} = {at:g}"
+        raise InputError(f"{problem}; there are tori at {where}, give one of these as at")
     # The first one of each is the orbit from which they emanate.
     rows = [1 + int(np.abs(each.parameter[1:] - at).argmin()) for each in known]
     chosen, row = min(

@@ -183,8 +183,8 @@ class ItemTable:
             if column.meaning:
                 values = column.values(rows, axes, self.own)
                 head = None if column.head is None else column.head.format(column.key)
-                told = replace(column, head=head)
-                result |= told.variables(self._name(column), self.dimensions, values)
+                labeled = replace(column, head=head)
+                result |= labeled.variables(self._name(column), self.dimensions, values)
         return result
 
     def record(self, item: Any) -> dict[str, Any]:

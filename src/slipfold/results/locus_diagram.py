@@ -142,10 +142,10 @@ class Regions(ResultPart):
         if labels.size and not 0 <= labels.min() <= labels.max() <= count:
             raise ValueError("region_of_cell names a region that there is not")
         regions = []
-        for told in OWNERS.read(saved, axes):
-            told["checks"] = tuple(RegionCheck(**each) for each in told["checks"])
-            told["motions"] = tuple(RegionMotion(**each) for each in told["motions"])
-            regions.append(Region(**told))
+        for entries in OWNERS.read(saved, axes):
+            entries["checks"] = tuple(RegionCheck(**each) for each in entries["checks"])
+            entries["motions"] = tuple(RegionMotion(**each) for each in entries["motions"])
+            regions.append(Region(**entries))
         return RegionMap(**fields, regions=tuple(regions))
 
 

@@ -183,8 +183,8 @@ class MeasurementPlan(Result):
 
     def _line(self) -> str:
         pairs = zip(self.fitted, self.errors_expected, strict=True)
-        told = listed(f"{name} to {error:.2g}" for name, error in pairs)
-        return f"Plan of {len(self.values)} readings of {self.model.name}: {told}"
+        accuracies = listed(f"{name} to {error:.2g}" for name, error in pairs)
+        return f"Plan of {len(self.values)} readings of {self.model.name}: {accuracies}"
 
     def _rows(self) -> PrintedTable:
         rows = []

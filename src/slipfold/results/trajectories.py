@@ -146,10 +146,10 @@ class LyapunovExponents(Result):
 
     def _record(self) -> dict[str, Any]:
         verdict = self.verdict
-        told = {"verdict": verdict.kind, "message": verdict.message, "initial_state": self.start}
+        outcome = {"verdict": verdict.kind, "message": verdict.message, "initial_state": self.start}
         repeats: dict[str, Any] = {"period": verdict.period, "duration": verdict.duration}
         repeats |= {"rotation": verdict.rotation, "resonance": verdict.resonance}
-        return {**super()._record(), **told, **repeats}
+        return {**super()._record(), **outcome, **repeats}
 
 
 def _digits(error: float) -> int:
@@ -257,8 +257,8 @@ class RegimeMap(Result):
             What the trajectory of each cell does.
         """
         place = self._run(run)
-        told = np.char.add("period ", self.periods[place].astype(str))
-        return np.where(self.kinds[place] == PERIODIC, told, self.kinds[place])
+        names = np.char.add("period ", self.periods[place].astype(str))
+        return np.where(self.kinds[place] == PERIODIC, names, self.kinds[place])
 
     @property
     def coexist(self) -> NDArray[np.bool_]:
@@ -463,11 +463,11 @@ class Sweep(Result):
         for index, name in enumerate(self.runs):
             ended = self.reasons[index] != ""
             counts = Counter(self.repeats(name)[~ended].tolist())
-            told = [f"{counts[each]} x {each}" for each in sorted(counts) if each]
+            parts = [f"{counts[each]} x {each}" for each in sorted(counts) if each]
             missing = Counter(self.reasons[index][ended].tolist()).most_common(1)
             why = f"{int(ended.sum())}: {missing[0][0]}" if missing else ""
             rows.append(
-                [name, ", ".join(told), str(counts[0]), str(int(self.stuck[index].sum())), why]
+                [name, ", ".join(parts), str(counts[0]), str(int(self.stuck[index].sum())), why]
             )
         heads = ["", "repeat (values x period)", "do not repeat", "stick", "without points"]
         return PrintedTable(heads, rows, words=(heads[1], heads[4]))

@@ -80,7 +80,7 @@ class Indices(ResultPart):
 class ThresholdUncertainty(Result):
     """A threshold where parameters scatter; frozen.
 
-    Made by `slipfold.uncertainty` and `slipfold.load`. What is told by samples is of those that
+    Made by `slipfold.uncertainty` and `slipfold.load`. What samples say is of those that
     have the threshold.
 
     Notes

@@ -159,10 +159,10 @@ class _Resolved:
         if circles.count < MAX_ANGLES or size < BROKEN:
             return MonitorResult()
         harmonics = circles.count // 2
-        told = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
-        kind, reason = "broken", f"not resolved: {told}; it may break up"
+        state_text = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
+        kind, reason = "broken", f"not resolved: {state_text}; it may break up"
         if _slows([*interval.traced.points, point]):
-            kind, reason = "homoclinic", f"{SLOWS}: {told}"
+            kind, reason = "homoclinic", f"{SLOWS}: {state_text}"
         # The circle before is the last that is known well.
         last = interval.before
         end = End(kind, reason, last.curve.place(last.z))
@@ -190,8 +190,8 @@ class _Endings(Endings[CirclePoint]):
         """Return the end of tori that could not be followed."""
         last = traced.points[-1]
         size = tail(last.curve.states(last.z))
-        told = f"{failure.reason}; its last harmonics are {size:.0e} of the largest"
-        return self._end(traced, "broken" if size > TAIL else failure.kind, told)
+        state_text = f"{failure.reason}; its last harmonics are {size:.0e} of the largest"
+        return self._end(traced, "broken" if size > TAIL else failure.kind, state_text)
 
 
 INVARIANT = 1e-8
