@@ -118,7 +118,7 @@ docs: $(DOCS_INSTALLED) ## build the documentation into docs/_build/html
 
 lock: $(VENV_MADE) ## resolve the dependencies anew and write the lock files
 	$(PIP) install --quiet "uv>=0.8"
-	$(LOCK) --upgrade pyproject.toml --extra explore --extra cluster --extra sensitivity \
+	$(LOCK) --upgrade pyproject.toml --extra explore --extra cluster \
 		--group test --group dev -o requirements.lock
 	$(LOCK) --upgrade -c requirements.lock --group docs -o requirements-docs.lock
 	$(LOCK) --upgrade -c requirements.lock --group bench -o requirements-bench.lock

@@ -388,7 +388,7 @@ Indices = Annotated[
     bool,
     Option(
         "Compute Sobol's indices as well, from ``samples * (d + 2)`` more thresholds of d "
-        "parameters; needs the extra ``slipfold[sensitivity]``.",
+        "parameters.",
         "flag",
     ),
 ]

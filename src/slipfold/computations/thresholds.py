@@ -153,8 +153,8 @@ def uncertainty(
     Raises
     ------
     InputError
-        If a scatter or correlation cannot be used, the point has no gradients or is not found
-        again, or SALib is missing.
+        If a scatter or correlation cannot be used, or the point has no gradients or is not
+        found again.
 
     Examples
     --------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +61,8 @@ def quantiles(scatters: Sequence[Scatter], fractions: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-CONFIDENCE = 0.95
+RESAMPLES = 100
+"""Bootstrap samples from which the errors of indices come."""
 
 MINIMUM = 4
 """Minimum number of points: errors come from resampling them, in 35 ways from 4, but in 10 from 3,
@@ -106,44 +106,49 @@ def index_design(
         raise InputError(
             f"{option} = {count} is too few for the errors of indices; give at least {MINIMUM}"
         )
-    sample, _ = _salib()
-    problem = _problem(names_of(scatters))
-    return quantiles(scatters, sample.sample(problem, count, calc_second_order=False, seed=seed))
+    from scipy.stats import qmc
+
+    d = len(scatters)
+    points = qmc.Sobol(2 * d, seed=seed).random(count)  # two independent points in each row
+    rows = np.repeat(points[:, None, :d], d + 2, axis=1)
+    for place in range(d):
+        rows[:, place + 1, place] = points[:, d + place]
+    rows[:, -1] = points[:, d:]
+    return quantiles(scatters, rows.reshape(-1, d))
 
 
 def indices_of(values: Array, names: Sequence[str], seed: int) -> SobolIndices:
-    """Return the indices from the values of a function there. Shapes: values (count (d + 2),)."""
-    _, analyze = _salib()
-    found = analyze.analyze(
-        _problem(names),
-        values,
-        calc_second_order=False,
-        conf_level=CONFIDENCE,
-        seed=seed + 1,  # SALib takes 0 for none
-    )
-    keys = ("S1", "ST", "S1_conf", "ST_conf")
-    return SobolIndices(tuple(names), *(np.asarray(found[key], dtype=float) for key in keys))
+    """Return the indices from the values of a function there, with bootstrap errors.
+
+    Shapes: values (count (d + 2),).
+    """
+    from scipy.special import ndtri
+
+    rows = ((values - values.mean()) / (values.std() or 1.0)).reshape(-1, len(names) + 2)
+    count = len(rows)
+    chosen = np.random.default_rng(seed + 1).integers(count, size=(count, RESAMPLES))
+    resampled = [_estimates(rows[subset]) for subset in chosen.T]
+    errors = ndtri(0.975) * np.std(resampled, axis=0, ddof=1)
+    return SobolIndices(tuple(names), *_estimates(rows), *errors)
+
+
+def _estimates(rows: Array) -> Array:
+    """Return the first and total indices.
+
+    The estimators of Saltelli et al. (2010), Computer Physics Communications 181, table 2, (b) and
+    (f). Shapes: rows (n, d + 2); returns (2, d).
+    """
+    first, crossed, second = rows[:, :1], rows[:, 1:-1], rows[:, -1:]
+    variance = np.var([first, second])
+    if variance == 0:
+        return np.zeros((2, crossed.shape[1]))
+    alone = np.mean(second * (crossed - first), axis=0)
+    return np.array([alone, 0.5 * np.mean((first - crossed) ** 2, axis=0)]) / variance
 
 
 def names_of(scatters: Sequence[Scatter]) -> tuple[str, ...]:
     """Return which parameters scatter."""
     return tuple(item.name for item in scatters)
-
-
-def _problem(names: Sequence[str]) -> dict[str, Any]:
-    """Declare uniform fractions to SALib: their quantiles are taken here."""
-    return {"num_vars": len(names), "names": [*names], "bounds": [[0.0, 1.0]] * len(names)}
-
-
-def _salib() -> tuple[Any, Any]:
-    try:
-        from SALib.analyze import sobol as analyze
-        from SALib.sample import sobol as sample
-    except ImportError:
-        raise InputError(
-            "Sobol indices need SALib, which is not installed; pip install slipfold[sensitivity]"
-        ) from None
-    return sample, analyze
 
 
 INTERRUPTED = "interrupted before this sample was reached"
