@@ -66,7 +66,7 @@ def test_only_failed_cases_are_tried_again(tmp_path, monkeypatch):
     store = tmp_path / "listed.study"
     with monkeypatch.context() as patched:
         patched.setattr("slipfold.parameter_space.loss.trace_response", _broken)
-        patched.setattr("slipfold.studies.works.first_doublings", _broken_together)
+        patched.setattr("slipfold.studies.works.follow_batch", _broken_together)
         found = sf.study(LISTED, store)
         assert "the computation broke down (it is broken)" in found.failures[0]
         assert "slipfold failed (KeyError" in found.failures[2]
@@ -76,7 +76,7 @@ def test_only_failed_cases_are_tried_again(tmp_path, monkeypatch):
     assert (store / "cases.jsonl").read_text().count("\n") == lines + 4
 
 
-def _broken_together(models, *arguments):
+def _broken_together(models, *arguments, **options):
     raise KeyError("defect")
 
 

@@ -5,7 +5,6 @@ import pytest
 
 import slipfold as sf
 from slipfold.continuation.locate import CLOSE
-from slipfold.parameter_space.batch import DOUBLING
 from slipfold.studies.works import ResponseWork
 
 
@@ -127,5 +126,4 @@ def test_a_threshold_is_the_first_loss_of_stability_by_whatever_bifurcation():
         else:
             assert branch.parameter[lost - 1] <= threshold <= branch.parameter[lost]
             point = next(item for item in branch.special if item.type == outcome)
-            close = DOUBLING.remaining * 0.9 if outcome == "PD" else 0.0
-            assert abs(point.value - threshold) <= close + point.uncertainty
+            assert abs(point.value - threshold) <= 1e-12 * 0.9 + point.uncertainty

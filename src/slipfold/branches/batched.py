@@ -75,11 +75,13 @@ class BatchedCase:
         """Special points of each branch, with normal forms and uncertainties."""
         return [tuple(describe(item) for item in branch.found) for branch in self.branches]
 
-    def loss(self, special: Sequence[SpecialPoint]) -> SpecialPoint | None:
-        """Return the special point at which the first branch loses its stability, if any."""
-        around = (item.bracket.unstable for item in self.branches[0].located)
-        crossed = zip(special, around, strict=True)
-        return next((point for point, (before, after) in crossed if before == 0 < after), None)
+    @property
+    def loss(self) -> Found[OrbitPoint] | None:
+        """The special point at which the first branch loses its stability, None without one."""
+        branch = self.branches[0]
+        around = (item.bracket.unstable for item in branch.located)
+        crossed = zip(branch.found, around, strict=True)
+        return next((found for found, (before, after) in crossed if before == 0 < after), None)
 
     def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
         """Return the branches as data, from the first value of the span."""
@@ -107,9 +109,11 @@ def follow_batch(
     report: Report = lambda stage, fraction: None,
     *,
     whole: bool = True,
+    to_loss: bool = False,
 ) -> list[BatchedCase]:
     """Follow the responses of models of one kind, with all orbits or with special points alone.
 
+    If `to_loss`, a branch ends where it first loses its stability; its orbits are not refined then.
     The results of a case do not depend on the other cases. The shorter periods come first.
     """
     report("equations", 0.0)
@@ -128,13 +132,13 @@ def follow_batch(
     orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
     branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
     while branches:
-        walk = Walk(orbits, branches, span, settings.steps)
+        walk = Walk(orbits, branches, span, settings.steps, to_loss)
         walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
         report(stage, 0.0)
         _locate(orbits, cases, branches, span)
         _refine(orbits, cases, branches, tolerance)
-        if whole:
+        if whole and not to_loss:
             report(stage, 0.5)
             _refine_points(orbits, cases, branches, tolerance)
         branches = _doubled(cases, orbits.period, settings)

@@ -79,7 +79,7 @@ class BatchedBranch:
     birth: Found[OrbitPoint] | None = None  # the period doubling at which it begins
     first: OrbitPoint | None = None  # its first orbit, if it begins on another branch
     stable: bool = False  # whether the first orbit is; not known of one that begins on another
-    end: str = ""  # "span", "limit", or why it was left
+    end: str = ""  # "span", "limit", "loss" of stability, or why it was left
     brackets: list[Bracket] = field(default_factory=list)  # of its bifurcations, in order
     located: list[Located] = field(default_factory=list)  # its bifurcations, in order
     found: list[Found[OrbitPoint]] = field(default_factory=list)  # the same, by the flow itself
@@ -88,9 +88,15 @@ class BatchedBranch:
     stopped: End | None = None
 
     @property
+    def loses_stability(self) -> bool:
+        """Whether it is stable before the last bifurcation that was bracketed, but not after it."""
+        before, after = self.brackets[-1].unstable if self.brackets else (0, 0)
+        return before == 0 < after
+
+    @property
     def ordinary(self) -> bool:
         """Whether it ended in a way that a batch can describe."""
-        return self.end in ("span", "limit")
+        return self.end in ("span", "limit", "loss")
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +127,8 @@ class Located:
 class Walk:
     """Follows branches to their ends, and brackets what is to be located on them.
 
-    The last point of a branch that ends at a limit is the first orbit that breaks it.
+    The last point of a branch that ends at a limit is the first orbit that breaks it. If `to_loss`,
+    a branch ends at the first point after it has lost its stability.
     """
 
     def __init__(
@@ -130,7 +137,9 @@ class Walk:
         branches: Sequence[BatchedBranch],
         span: tuple[float, float],
         steps: Steps,
+        to_loss: bool = False,
     ) -> None:
+        self._to_loss = to_loss
         k, u = len(branches), orbits.size + 1
         self._orbits, self._branches, self._steps = orbits, branches, steps
         self._cases = np.array([branch.case for branch in branches])
@@ -248,6 +257,9 @@ class Walk:
         for row in np.flatnonzero(accepted & (tests >= 0)).tolist():
             self._add_bracket(int(active[row]), result, length, row, int(tests[row]))
         self._accept(active[accepted], result, np.flatnonzero(accepted), length)
+        if self._to_loss:
+            lost = [row for row in active.tolist() if self._branches[row].loses_stability]
+            self._stop(np.array(lost, dtype=int), "loss")
 
     def _predicted(self, active: Indices) -> tuple[Array, Array, Mask]:
         """Return guesses, rows of their hyperplanes, and which hold the parameter on a bound."""

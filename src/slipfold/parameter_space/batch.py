@@ -7,7 +7,6 @@ about to lose their stability, so that no perturbation grows over a period.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +16,8 @@ from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.batched_walk import CLOSE, ROUGHLY
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.continuation.search import DIP
-from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.explicit_steps import linearized_steps_of
-from slipfold.flow.modes import contacts_of
-from slipfold.flow.scales import linear_response
-from slipfold.models.model import Model, propagated_together
+from slipfold.models.model import Model
 from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
@@ -45,6 +41,15 @@ class Paths:
     def rows(self, rows: Indices) -> Paths:
         """Return a subset of them."""
         return Paths(self.ends[rows], self.states[rows], self.doubles[rows])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Paths]) -> Paths:
+        """Return several in one."""
+        return cls(
+            np.concatenate([part.ends for part in parts]),
+            np.concatenate([part.states for part in parts]),
+            np.concatenate([part.doubles for part in parts]),
+        )
 
 
 def find_doubts(
@@ -106,9 +111,6 @@ SAME = 1e-9
 
 ANOTHER_BRANCH = 0.1
 """An orbit this far from its guess, in scaled states and spans, may belong to another branch."""
-
-FIRST, LARGEST, SMALLEST, STEPS = 0.02, 0.1, 1e-3, 60
-"""First, largest and smallest step along a response, in spans, and how many there may be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,123 +305,3 @@ def _smallest_singular(matrices: Array) -> tuple[Array, Array, Array]:
         found[0][finite] = signs[:, None] * left[:, :, -1]
         found[1][finite], found[2][finite] = signs * values[:, -1], right[:, -1]
     return found
-
-
-# -- responses from the first value ------------------------------------------------------------
-
-
-def first_doublings(models: Sequence[Model], vary: str, span: tuple[float, float]) -> Array:
-    """Return where responses first lose their stability by period doubling, shape (m,).
-
-    NaN where that is not proved: such a response has to be followed individually. All models are of
-    one kind.
-    """
-    values = np.full(len(models), np.nan)
-    rows, found = proved_doublings(BatchedThresholds(models[0], vary, span), models, vary)
-    if found is not None:
-        lost = found.proved & found.paths.doubles
-        values[rows[lost]] = found.paths.ends[lost]
-    return values
-
-
-def proved_doublings(
-    batch: BatchedThresholds, models: Sequence[Model], vary: str
-) -> tuple[Indices, StableParts | None]:
-    """Return which responses reach a doubling, and their stable parts.
-
-    A response is followed in the parameter until a multiplier has passed -1. That guesses the
-    doubling, which is then found and proved.
-    """
-    model = models[0]
-    slips = all(contact.limits for contact in contacts_of(model))
-    turns = np.any(model.angle_periods)
-    parameters = np.array([item.vector for item in models])
-    scales = np.array([item.state_scales() for item in models])
-    if not (model.forced and slips and not turns and propagated_together(len(model.states))):
-        return np.empty(0, dtype=np.int64), None
-    followed = _Followed(batch.orbits(parameters, scales), batch.span)
-    followed.start(models, vary)
-    followed.run()
-    rows = np.flatnonzero(np.isfinite(followed.ends))
-    if not len(rows):
-        return rows, None
-    guess = Paths(followed.ends[rows], followed.paths(rows), np.full(len(rows), True))
-    return rows, batch.find(parameters[rows], scales[rows], guess)
-
-
-class _Followed:
-    """Responses that are followed through the span, at fractions of it.
-
-    `ends` are guesses of the doublings, NaN where there is none so far.
-    """
-
-    def __init__(self, orbits: OrbitBatch, span: tuple[float, float]) -> None:
-        self._orbits, self._span = orbits, span
-        m, n = orbits.scales.shape
-        self._active: Mask = np.full(m, True)
-        self.ends = np.full(m, np.nan)
-        self._at, self._step, self._last_step = np.zeros(m), np.full(m, FIRST), np.zeros(m)
-        self._states, self._change = np.full((m, n), np.nan), np.zeros((m, n))
-        self._flip = np.full(m, np.nan)  # det (I + M), zero at a doubling
-        self._points: list[list[tuple[float, Array]]] = [[] for _ in range(m)]
-
-    def start(self, models: Sequence[Model], vary: str) -> None:
-        """Find the responses at the first value from the linear ones."""
-        flow, guesses = self._orbits.flow, self._states.copy()
-        for guess, model, scales in zip(guesses, models, self._orbits.scales, strict=True):
-            with suppress(InputError, *BREAKDOWNS):  # of others at that value nothing is known
-                there = model.replace(**{vary: self._span[0]})
-                constants = flow.constants(there.vector)
-                guess[:] = linear_response(flow, constants, scales, 1, there.start)[0]
-        found = self._accept(np.arange(len(models)), self._at.copy(), guesses, 3 * ANOTHER_BRANCH)
-        self._active &= found
-
-    def run(self) -> None:
-        """Take steps until each loses its stability or reaches the end of the span."""
-        for _ in range(STEPS):
-            rows = np.flatnonzero(self._active)
-            if not len(rows):
-                break
-            step = np.minimum(self._step[rows], 1 - self._at[rows])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = np.nan_to_num(step / self._last_step[rows], nan=0.0, posinf=0.0)
-            guesses = self._states[rows] + ratio[:, None] * self._change[rows]
-            accepted = self._accept(rows, self._at[rows] + step, guesses, ANOTHER_BRANCH / 2)
-            self._step[rows[~accepted]] = step[~accepted] / 2
-            over = (self._at[rows] >= 1) | (self._step[rows] < SMALLEST)
-            self._active[rows[over]] = False
-
-    def _accept(self, rows: Indices, fractions: Array, guesses: Array, far: float) -> Mask:
-        """Correct guesses, store the orbits near them; return which were found."""
-        own, (first, last) = self._orbits.rows(rows), self._span
-        orbits = find_orbits(own, guesses, first + fractions * (last - first))
-        states = own.states(np.arange(len(rows)), orbits.z)[:, 0]
-        distance = np.linalg.norm((states - guesses) / own.scales, axis=1)
-        with np.errstate(invalid="ignore"):
-            good = np.asarray(distance < far)
-            unstable = (np.abs(orbits.multipliers) > 1).sum(axis=1)
-        flip = (1 + orbits.multipliers).prod(axis=1).real
-        for i in np.flatnonzero(good):
-            case = rows[i]
-            self._points[case].append((fractions[i], states[i]))
-            moved = fractions[i] - self._at[case]
-            if unstable[i] == 1 and flip[i] < 0 < self._flip[case]:
-                fraction = fractions[i] - moved * flip[i] / (flip[i] - self._flip[case])
-                self.ends[case] = first + fraction * (last - first)
-            self._active[case] = not unstable[i]
-            self._change[case] = states[i] - self._states[case] if moved else 0.0
-            self._states[case], self._flip[case] = states[i], flip[i]
-            self._at[case], self._last_step[case] = fractions[i], moved
-            if distance[i] < ANOTHER_BRANCH / 10 and moved:
-                self._step[case] = min(1.6 * moved, LARGEST)
-        return good
-
-    def paths(self, rows: Indices) -> Array:
-        """Guess the states at `FRACTIONS` of the way, shape (k, len(FRACTIONS), n)."""
-        first, last = self._span
-        found = []
-        for case in rows:
-            fractions, states = zip(*self._points[case], strict=True)
-            at = np.array(FRACTIONS) * (self.ends[case] - first) / (last - first)
-            found.append([np.interp(at, fractions, column) for column in np.array(states).T])
-        return np.swapaxes(np.array(found), 1, 2)

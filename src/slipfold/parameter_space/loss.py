@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
@@ -117,19 +115,3 @@ def _end_kind(branch: Branch) -> str:
             return f"limit: {limit.name}"
     others = {"limit": "limit", "span": "the response turns back"}
     return others.get(stopped.kind, f"response {stopped.kind}")
-
-
-def states_along(
-    branch: Branch, point: SpecialPoint | None, fractions: Sequence[float], first: float
-) -> Array:
-    """Return the states at fractions of the way to a special point, or to the end of a branch.
-
-    Returns shape (k, n).
-    """
-    values, states = branch.parameter, branch.states
-    if point is not None:
-        before = branch.arclength < point.arclength
-        values = np.append(values[before], point.value)
-        states = np.vstack([states[before], point.state])
-    along = (values - first) / (values[-1] - first)
-    return np.array([np.interp(fractions, along, column) for column in states.T]).T

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array, Indices
+from slipfold.branches.batched import BatchedCase, follow_batch
 from slipfold.branches.branch import Branch
+from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import InputError
@@ -23,7 +25,6 @@ from slipfold.parameter_space.batch import (
     BatchedThresholds,
     Paths,
     StableParts,
-    proved_doublings,
 )
 from slipfold.parameter_space.loss import (
     NO_THRESHOLD,
@@ -32,7 +33,6 @@ from slipfold.parameter_space.loss import (
     followed_to_loss,
     grid_kind,
     lasting_reason,
-    states_along,
 )
 from slipfold.progress import Observer, Progress
 from slipfold.read_only import ReadOnly
@@ -303,13 +303,36 @@ class ThresholdSearch:
         seeds = [(int(i), int(j)) for i in first for j in second]
         ready = [at for at in seeds if self.kinds[at] == INTERRUPTED]
         if ready:
-            models = [self._model(at) for at in ready]
-            reached, parts = proved_doublings(self._batch, models, self.vary)
-            if parts is not None:
-                rows, columns = np.array(ready)[reached].T
-                self._accept(parts, (rows, columns))
+            models, settings = [self._model(at) for at in ready], Settings(largest_period=1)
+            cases = follow_batch(models, self.vary, self.span, settings, to_loss=True)
+            paths = [self._path(case) for case in cases]
+            known = [at for at, path in zip(ready, paths, strict=True) if path is not None]
+            if known:
+                where = tuple(np.array(known).T)
+                guess = Paths.joined([path for path in paths if path is not None])
+                parts = self._batch.find(self._parameters[where], self._scales[where], guess)
+                self._accept(parts, (where[0], where[1]))
             self.report(self)
         self._follow(ready)
+
+    def _path(self, case: BatchedCase) -> Paths | None:
+        """Return the stable part of a response, None if it ends otherwise than at a doubling."""
+        if case.failure or not case.branches[0].stable:
+            return None
+        branch, loss = case.branches[0], case.loss
+        if branch.end != "span" if loss is None else loss.type != "PD":
+            return None
+        steps = branch.steps if loss is None else branch.steps[:-1]
+        unknowns = [z for z, _, _ in steps] + ([] if loss is None else [loss.point.z])
+        values = np.array([branch.orbits.value(z) for z in unknowns])
+        states = np.array([branch.orbits.nodes(z)[0] for z in unknowns])
+        return self._interpolated(values, states, loss is not None)
+
+    def _interpolated(self, values: Array, states: Array, doubles: bool) -> Paths:
+        """Return a response by its states at some values. Shapes: values (k,), states (k, n)."""
+        along = (values - self.span[0]) / (values[-1] - self.span[0])
+        columns = [np.interp(FRACTIONS, along, column) for column in states.T]
+        return Paths(values[-1:], np.array(columns).T[None], np.array([doubles]))
 
     def _fill(self, axis: int, known: Indices, new: Indices, others: Indices) -> None:
         """Find the thresholds on new lines, most of them from guesses."""
@@ -362,10 +385,9 @@ class ThresholdSearch:
         self.kinds[at] = np.where(doubles, "", NO_THRESHOLD)
         self.reasons[at] = np.where(doubles, "", lasting_reason(self.vary, self.span[1]))
         self.ends[at], self.states[at] = parts.paths.ends[proved], parts.paths.states[proved]
-        self.multipliers[at], self.residuals[at] = (
-            parts.multipliers[proved],
-            parts.residuals[proved],
-        )
+        found = np.flatnonzero(proved)[doubles]
+        at = where[0][found], where[1][found]
+        self.multipliers[at], self.residuals[at] = parts.multipliers[found], parts.residuals[found]
 
     def _follow(self, points: list[tuple[int, int]]) -> None:
         """Follow the responses of points that are still without a result."""
@@ -385,11 +407,14 @@ class ThresholdSearch:
 
     def _store(self, at: tuple[int, int], branch: Branch, point: SpecialPoint | None) -> None:
         """Store a response that was followed to its doubling, or to the end of the span."""
-        end = float(branch.parameter[-1] if point is None else point.value)
-        states = states_along(branch, point, FRACTIONS, self.span[0])
-        guess = Paths(np.array([end]), states[None], np.array([point is not None]))
+        values, states = branch.parameter, branch.states
+        if point is not None:
+            before = branch.arclength < point.arclength
+            values = np.append(values[before], point.value)
+            states = np.vstack([states[before], point.state])
+        guess = self._interpolated(values, states, point is not None)
         exact = self._batch.find(self._parameters[at][None], self._scales[at][None], guess)
-        self.ends[at], self.states[at] = end, exact.paths.states[0]
+        self.ends[at], self.states[at] = values[-1], exact.paths.states[0]
         self.states[at][-1] = states[-1]
         if point is not None:
             self.multipliers[at], self.residuals[at] = point.multipliers, point.residual

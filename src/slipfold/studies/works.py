@@ -37,7 +37,6 @@ from slipfold.options import (
     SteadyTolerance,
 )
 from slipfold.orbits.extrema import steady_extrema
-from slipfold.parameter_space.batch import first_doublings
 from slipfold.parameter_space.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
 
 Value = float | int | str | None
@@ -160,6 +159,21 @@ class LossWork(Work):
             CaseField("reason", "text", "why there is no threshold"),
         )  # fmt: skip
 
+    def batched_loss(self, case: BatchedCase) -> Loss | None:
+        """Return how a response loses its stability; None if it has to be followed individually."""
+        if case.failure:
+            return None
+        branch, found = case.branches[0], case.loss
+        if not branch.stable:
+            return unstable_from(self.vary, float(self.span[0]))
+        if found is not None:
+            return Loss(float(branch.orbits.value(found.point.z)), found.type, "")
+        if branch.end != "span":  # where a limit lies is not known
+            return None
+        last = float(self.span[1])
+        reason = f"reached the end of the span at {self.vary} = {last:g}"
+        return Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
+
 
 class ResponseWork(LossWork):
     """All branches of the response: their first loss of stability and all special points."""
@@ -209,22 +223,11 @@ class ResponseWork(LossWork):
         span = (float(self.span[0]), float(self.span[1]))
         settings = Settings(largest_period=self.largest_period)
         cases = follow_batch(models, self.vary, span, settings, whole=False)
-        return [None if case.failure else self._batched(case) for case in cases]
-
-    def _batched(self, case: BatchedCase) -> CaseValues | None:
-        special = case.special
-        loss = case.loss(special[0])
-        if not case.branches[0].stable:
-            text = unstable_from(self.vary, float(self.span[0]))
-        elif loss is None:
-            if case.branches[0].end != "span":  # where a limit lies is not known
-                return None
-            last = float(self.span[1])
-            reason = f"reached the end of the span at {self.vary} = {last:g}"
-            text = Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
-        else:
-            text = Loss(float(loss.value), loss.type, "")
-        return _values(text, special, 0)
+        losses = [self.batched_loss(case) for case in cases]
+        return [
+            None if loss is None else _values(loss, case.special, 0)
+            for case, loss in zip(cases, losses, strict=True)
+        ]
 
 
 def _values(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> CaseValues:
@@ -252,13 +255,12 @@ class ThresholdWork(LossWork):
     what: Literal["threshold"]
 
     def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
-        """Find first period doublings as a batch."""
-        first, last = float(self.span[0]), float(self.span[1])
-        result = first_doublings(models, self.vary, (first, last)).tolist()
-        return [
-            None if math.isnan(value) else CaseValues(Loss(value, "PD", "").values())
-            for value in result
-        ]
+        """Follow ordinary responses as a batch, each until it loses its stability."""
+        span = (float(self.span[0]), float(self.span[1]))
+        settings = Settings(largest_period=1)
+        cases = follow_batch(models, self.vary, span, settings, to_loss=True)
+        losses = [self.batched_loss(case) for case in cases]
+        return [None if loss is None else CaseValues(loss.values()) for loss in losses]
 
     def compute(self, model: Model) -> CaseValues:
         """Follow the response until it meets a bifurcation."""
