@@ -16,6 +16,7 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stability import stability_stretches
 from slipfold.errors import InputError
 from slipfold.loci.locus import Locus
+from slipfold.orbits.bifurcation_types import POINT_TYPES
 from slipfold.orbits.extrema import Extrema
 from slipfold.tori.torus_branch import TorusBranch
 
@@ -39,14 +40,6 @@ BORN, CLOSED = "born", "closed"
 
 CUSPS = ("CPC", "CP")
 """Where a locus of folds stops in both parameters and turns back."""
-
-SIGN_CHANGES = {
-    "PD": ("GPD", "LPPD", "R2"),
-    "NS": ("CH", "LPNS"),
-    "BP": ("DP", "R1", "BT"),
-    "HB": ("GH", "ZH"),
-}
-"""Where the coefficient of a normal form has a zero or a pole, and so changes its sign."""
 
 NEAR_SPECIAL = 1e-5
 """Points this near to a special point, over the length of the curve, are left out."""
@@ -193,19 +186,20 @@ def _closed(knots: list[Knot]) -> list[Knot]:
 
 def _criticalities(type_: str, knots: list[Knot]) -> list[str]:
     """Return the criticality of each interval between knots."""
-    if type_ not in SIGN_CHANGES:
+    changing = POINT_TYPES[type_].sign_changes
+    if not changing:
         return [UNKNOWN] * (len(knots) - 1)
     kinds: list[str] = []
     for i, (left, right) in enumerate(pairwise(knots)):
         known = right.kind if right.kind is not None else left.kind
         if known is None:
-            changes = i > 0 and left.type in SIGN_CHANGES[type_]
+            changes = i > 0 and left.type in changing
             known = _other(kinds[-1]) if changes else (kinds[-1] if kinds else UNKNOWN)
         kinds.append(known)
     # What precedes the first point at which the criticality is known follows from it.
     for i in reversed(range(len(kinds) - 1)):
         if kinds[i] == UNKNOWN:
-            changes = knots[i + 1].type in SIGN_CHANGES[type_]
+            changes = knots[i + 1].type in changing
             kinds[i] = _other(kinds[i + 1]) if changes else kinds[i + 1]
     return kinds
 

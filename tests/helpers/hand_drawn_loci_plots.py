@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from slipfold import Locus, LocusEnd, LocusPoint, Region, RegionCheck, RegionMap, SlidingOscillator
-from slipfold.loci.locus import CODIMENSION_TWO
+from slipfold.orbits.bifurcation_types import CODIMENSION_TWO
 
 WINDOW = ((12.0, 13.0), (0.0, 0.4))
 
@@ -13,7 +13,7 @@ WINDOW = ((12.0, 13.0), (0.0, 0.4))
 def drawn_locus_point(kind, values, arclength, *, name=None, vary=("f", "Nd"), coefficients=None):
     return LocusPoint(
         type=kind,
-        name=name or CODIMENSION_TWO.get(kind, kind),
+        name=name or (CODIMENSION_TWO[kind].title if kind in CODIMENSION_TWO else kind),
         model=SlidingOscillator(**dict(zip(vary, values, strict=True))),
         vary=vary,
         values=values,

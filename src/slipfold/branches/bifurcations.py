@@ -17,8 +17,8 @@ from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate
 from slipfold.continuation.search import Zeros, contracts_between, locate_test
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import EDGE
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PAIRED
 from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
@@ -249,8 +249,8 @@ class Bifurcations(Zeros[OrbitPoint]):
         values = found.point.multipliers
         if found.type in PAIRED:
             return is_torus(values)
-        target = -1.0 if found.type == "PD" else 1.0
-        return bool(np.abs(values - target).min(initial=np.inf) < ON_CIRCLE)
+        critical = BIFURCATION_TYPES[found.type].critical
+        return bool(np.abs(values - critical).min(initial=np.inf) < ON_CIRCLE)
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint

@@ -19,10 +19,11 @@ from slipfold.arrays import Array
 from slipfold.branches.batched_points import locate_zeros
 from slipfold.branches.batched_walk import Bracket, Located
 from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import polynomial
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.normal_forms.normal_form import normal_form
@@ -113,7 +114,7 @@ class _Draft:
 
     def __init__(self, known: Branch, model: Model, drafts: Sequence[Branch]) -> None:
         self.known = known
-        self.special = [item for item in known.special if item.type in BIFURCATIONS]
+        self.special = [item for item in known.special if item.type in BIFURCATION_TYPES]
         width, segments = float(np.ptp(known.parameter)), known.nodes.shape[1]
         self.orbits = ForcedOrbits(model, {known.vary: width}, known.period, segments)
         self.first, self.last = self._parent_points(drafts)

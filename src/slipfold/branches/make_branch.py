@@ -16,7 +16,7 @@ from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.events import Happened
 from slipfold.branches.settings import Event
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.switching_boundaries import BOUNDARIES, FoundGrazing
+from slipfold.branches.switching_boundaries import FoundGrazing
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import CLOSE
@@ -25,6 +25,7 @@ from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
@@ -36,16 +37,6 @@ from slipfold.text.one_line import certain
 
 DIFFERENCED = 1e-6
 """Arclength over which multipliers are differenced: six digits of their rates are left."""
-
-NAMES = {
-    "LP": "fold",
-    "PD": "period doubling",
-    "NS": "Neimark-Sacker (torus)",
-    "BP": "branch point",
-    "pitchfork": "pitchfork",
-    "transcritical": "transcritical branch point",
-    "HB": "Hopf",
-}
 
 AT_ONCE = 1e-9
 """Arclength beside a place where changes meet, or stick begins, within which they are at once: an
@@ -62,7 +53,7 @@ def describe(found: Found) -> SpecialPoint:
 
 def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
     """Return a located bifurcation with its normal form and its uncertainties."""
-    if found.type in BOUNDARIES:
+    if found.type in CONTACT_TYPES:
         return _describe_boundary(orbits, found)
     coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
     special = replace(
@@ -181,9 +172,12 @@ def _named(found: Found) -> tuple[str, str]:
     if isinstance(found, Happened) and found.event is not None:
         event: Event = found.event
         return "EVENT", f"{event.measure} {event.name} = {event.value:g}"
-    if found.type in BOUNDARIES:
-        return found.type, BOUNDARIES[found.type]
-    return found.type, NAMES[_form_of(found) or found.type]
+    if found.type in CONTACT_TYPES:
+        return found.type, CONTACT_TYPES[found.type].title
+    form = _form_of(found) or "BP"
+    if form == "transcritical":
+        return found.type, "transcritical branch point"
+    return found.type, form if form == "pitchfork" else BIFURCATION_TYPES[form].title
 
 
 def _uncertain(found: Found, uncertainty: float, multiplier_uncertainty: Array) -> SpecialPoint:

@@ -10,18 +10,12 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.branches.solution_curve import LocatedPoint
-from slipfold.flow.modes import MET
 from slipfold.models.model import Model
 from slipfold.models.parameter import DURATION
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 
 ALIKE = 1e-6
 """Multipliers this near to each other are one that is there more than once."""
-
-BIFURCATIONS = ("LP", "PD", "NS", "BP", "HB")
-"""Types of bifurcation: fold, period doubling, Neimark-Sacker, branch point, Hopf."""
-
-LOCUS_TYPES = ("LP", "PD", "NS", "BP", "HB", *MET)
-"""Types of special points that have a locus in two parameters."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -74,7 +68,7 @@ class SpecialPoint(LocatedPoint):
     @property
     def outcome(self) -> str:
         """What is watched, whether it is soft or hard, and where it leads, as far as known."""
-        named = "" if self.type in BIFURCATIONS and self.type != "BP" else self.name
+        named = "" if self.type in BIFURCATION_TYPES and self.type != "BP" else self.name
         started = f"to branch {self.leads_to}" if self.leads_to is not None else ""
         judged = self.criticality or self.undecided
         return ", ".join(part for part in (named, judged, started) if part)
@@ -82,9 +76,9 @@ class SpecialPoint(LocatedPoint):
     @property
     def undecided(self) -> str | None:
         """Why it is not known whether it is soft or hard; None where it is, or has no meaning."""
-        meaningless = self.type == "LP" or self.type not in BIFURCATIONS
+        meaningless = self.type == "LP" or self.type not in BIFURCATION_TYPES
         meaningless |= self.name.startswith("transcritical")
-        if self.interrupted and self.type in BIFURCATIONS:
+        if self.interrupted and self.type in BIFURCATION_TYPES:
             return "interrupted before its normal form was computed"
         if self.criticality is not None or meaningless:
             return None
@@ -103,7 +97,7 @@ class SpecialPoint(LocatedPoint):
     def several(self) -> bool:
         """Whether a PD, NS or HB has its critical multiplier more than once, as by a symmetry."""
         critical = self.critical_multiplier
-        if critical is None or self.type not in ("PD", "NS", "HB"):
+        if critical is None or self.type not in ("PD", *PAIRED):
             return False
         return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1
 
@@ -117,12 +111,12 @@ class SpecialPoint(LocatedPoint):
     @property
     def critical_multiplier(self) -> complex | None:
         """The multiplier on the unit circle (upper one of a pair), None if there is none."""
-        if self.type not in BIFURCATIONS:
+        if self.type not in BIFURCATION_TYPES:
             return None
-        target = {"LP": 1.0, "BP": 1.0, "PD": -1.0}.get(self.type)
-        if target is None:
+        if self.type in PAIRED:
             upper = self.multipliers[self.multipliers.imag > 0]
             return complex(upper[np.argmin(np.abs(np.abs(upper) - 1))])
+        target = BIFURCATION_TYPES[self.type].critical
         return complex(self.multipliers[np.argmin(np.abs(self.multipliers - target))])
 
 

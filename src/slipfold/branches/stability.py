@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.text.stability import outside
 
 Multipliers = NDArray[np.complex128]
-
-CRITICAL = {"PD": -1.0, "LP": 1.0, "BP": 1.0}
-"""Where the multiplier is that crosses the unit circle; a pair of a torus is anywhere on it."""
 
 UNDECIDED = 1e-5
 """A point this near to a bifurcation, over the length of the branch, does not tell which side."""
@@ -62,7 +60,7 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
             outside = _outside(branch.multipliers[middle])
         elif i == 0 or i == len(marks):
             outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
-        elif marks[i - 1].type not in BIFURCATIONS:
+        elif marks[i - 1].type not in BIFURCATION_TYPES:
             outside = stretches[-1].outside
         else:
             cycle = not branch.model.forced and branch.kind == "periodic"
@@ -80,7 +78,7 @@ def loss_of_stability(branch: Branch) -> SpecialPoint | None:
     begin = branch.arclength[lost - 1]
     end = branch.arclength[lost] if lost < len(stable) else math.inf
     for point in branch.special:
-        if point.type in BIFURCATIONS and begin < point.arclength <= end:
+        if point.type in BIFURCATION_TYPES and begin < point.arclength <= end:
             return point
     return None
 
@@ -92,8 +90,8 @@ def _outside(multipliers: Multipliers) -> Multipliers:
 def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:
     """Return what is outside behind a bifurcation, from how many were outside before it."""
     values = point.multipliers
-    target = CRITICAL.get(point.type)
-    if target is None:
+    target = BIFURCATION_TYPES[point.type].critical
+    if point.type in PAIRED:
         distance = np.where(values.imag != 0, np.abs(np.abs(values) - 1), np.inf)
         critical = np.argsort(distance)[:2]
     else:
@@ -103,5 +101,5 @@ def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:
     rest = _outside(np.delete(values, critical))
     if before > len(rest):
         return rest
-    crossing = values[critical[:1] if target is not None else critical]
+    crossing = values[critical if point.type in PAIRED else critical[:1]]
     return np.concatenate([rest, OUTSIDE * crossing / np.abs(crossing)])

@@ -27,6 +27,7 @@ from slipfold.continuation.pieces import (
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import Mode, Status
+from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
@@ -34,13 +35,6 @@ from slipfold.orbits.switched_shooting import SwitchedShooting
 
 BOUNDARY = "boundary"
 """Kind of an internal end: the branch continues where an orbit exists beyond it."""
-
-BOUNDARIES = {
-    "GRAZE": "touches Vrel = 0",
-    "STICK": "a crossing of Vrel = 0 begins to stick",
-    "LIFT": "contact is lost for a moment",
-    "MEET": "two changes of contacts meet",
-}
 
 
 NEAR = 1e-4
@@ -260,8 +254,9 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
     reason = (
-        f"{BOUNDARIES[kind]}; no orbit was found beyond; to follow what trajectories converge to "
-        "there, compute a response with settled=True that starts there (--start, --settled)"
+        f"{CONTACT_TYPES[kind].title}; no orbit was found beyond; to follow what trajectories "
+        "converge to there, compute a response with settled=True that starts there (--start, "
+        "--settled)"
     )
     return End(BOUNDARY, reason, curve.place(point.z))
 

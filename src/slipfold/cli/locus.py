@@ -201,7 +201,7 @@ def matching_points(
     periods: Collection[int] | None,
 ) -> list[SpecialPoint]:
     """Return the special points inside the window that are of these types and periods."""
-    from slipfold.branches.special_point import LOCUS_TYPES
+    from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 
     for kind in types or ():
         if kind not in LOCUS_TYPES:
@@ -256,7 +256,7 @@ def first_point(diagram: Diagram, kind: str | None, period: int | None) -> Speci
 
 
 def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
-    from slipfold.branches.special_point import LOCUS_TYPES
+    from slipfold.orbits.bifurcation_types import LOCUS_TYPES
     from slipfold.results.diagram import points_by_label
 
     points = points_by_label(diagram)

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.explorer.plain import BETWEEN, DRAWN, Emit, axis_of, number, short
 from slipfold.lines import branch_segments, locus_segments, measure_of
 from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import LocusLine
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.parameter_space.measurement import Measurement
 from slipfold.progress import Progress
 from slipfold.results.checks.checked import Checked
@@ -68,7 +69,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "special": [
             _special(point, show, statistic)
             for point in branch.special
-            if point.type in BIFURCATIONS
+            if point.type in BIFURCATION_TYPES
         ],
         "begun": _end(branch, "begun"),
         "stopped": _end(branch, "stopped"),

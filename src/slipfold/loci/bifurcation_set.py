@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.flow.modes import MET, contacts_of
 from slipfold.loci.fan import FanLine, GrazingEnds, follow_fan, follow_settled
@@ -26,6 +26,7 @@ from slipfold.loci.region_map import RegionMap
 from slipfold.loci.regions import map_regions
 from slipfold.loci.window import Plane, Window, check_window, measured_across
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.progress import Observer
 
 LINES = (11, 5)

@@ -15,7 +15,6 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.start import Begin
-from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.continuation.newton import Correction, correct
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.flow.modes import GRAZED, contacts_of
@@ -24,6 +23,7 @@ from slipfold.loci.window import Plane
 from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.find import attractor_from
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.limits import limit_margins, limit_met
@@ -160,7 +160,7 @@ def _as_point(
     multipliers = orbits.multipliers(point)
     return SpecialPoint(
         type=kind,
-        name=BOUNDARIES[kind],
+        name=CONTACT_TYPES[kind].title,
         model=model,
         vary=branch.vary,
         value=model.values[branch.vary],

@@ -12,7 +12,7 @@ from slipfold.branches.change import Change, Growing
 from slipfold.branches.closed_branches import Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stops import Limits, Unresolved
 from slipfold.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
@@ -38,10 +38,10 @@ from slipfold.loci.start import (
 )
 from slipfold.loci.window import LocusLine, Window, check_window, locus_progress, measured_across
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import LOCUS_TYPES, PAIRED
 from slipfold.orbits.check import rests
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PAIRED
 from slipfold.progress import Observer
 
 UNDAMPED = 1e-6

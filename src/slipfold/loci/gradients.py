@@ -8,11 +8,12 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import LOCUS_TYPES, SpecialPoint, sensitive_to
+from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.loci.special_points import VANISHES
 from slipfold.loci.start import MOVED, as_unknown, on_a_mesh
+from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.orbits.critical import Critical, crossing_gap
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits

@@ -22,7 +22,8 @@ from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.window import Plane, Window
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.orbits.test_functions import CRITICAL, critical_places
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
+from slipfold.orbits.test_functions import critical_places
 
 SAME = 1e-6
 """Distance of ends, in widths of the window, that are one."""
@@ -131,7 +132,7 @@ def changes_in_stick(line: FanLine) -> Iterator[float]:
     for branch in line.sticking:
         for point in points_in_stick(branch):
             others = np.delete(point.multipliers, critical_places(point.type, point.multipliers))
-            changes = point.type in CRITICAL or _turns_back(branch, point)
+            changes = point.type in BIFURCATION_TYPES or _turns_back(branch, point)
             if changes and (np.abs(others) <= 1).all():
                 yield point.value
         if branch.stopped.kind not in WHOLE and branch.stable[-1]:

@@ -13,7 +13,6 @@ from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.branches.stability import stability_stretches
 from slipfold.branches.start import Begin
 from slipfold.continuation.newton import correct
@@ -23,6 +22,7 @@ from slipfold.loci.fan import FanLine, extended
 from slipfold.loci.window import Plane
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
@@ -47,7 +47,7 @@ def stable_spans(branch: Branch) -> list[StableSpan]:
     """Return the stable segments of a branch; between bifurcations its parameter is monotonic."""
     if not len(branch):
         return []
-    marks = [p.value for p in branch.special if p.type in BIFURCATIONS]
+    marks = [p.value for p in branch.special if p.type in BIFURCATION_TYPES]
     values = [float(branch.parameter[0]), *marks, float(branch.parameter[-1])]
     spans = []
     for stretch, (a, b) in zip(stability_stretches(branch), pairwise(values), strict=True):

@@ -13,37 +13,10 @@ from slipfold.arrays import Array, Complex, Mask
 from slipfold.branches.solution_curve import LocatedPoint, OrbitSeries
 from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
+from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, POINT_TYPES
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.normal_forms.normal_form import criticality_of
 from slipfold.text.one_line import listed, parameter_text
-
-CODIMENSION_TWO = {
-    "CPC": "cusp of cycles",
-    "GPD": "generalized period doubling",
-    "CH": "Chenciner",
-    "R1": "1:1 resonance",
-    "R2": "1:2 resonance",
-    "R3": "1:3 resonance",
-    "R4": "1:4 resonance",
-    "DP": "degenerate pitchfork",
-    "LPBP": "fold and branch point",
-    "LPPD": "fold-flip",
-    "LPNS": "fold and Neimark-Sacker",
-    "PDNS": "flip and Neimark-Sacker",
-    "NSNS": "double Neimark-Sacker",
-    "BPPD": "branch point and flip",
-    "BPNS": "branch point and Neimark-Sacker",
-    "CP": "cusp",
-    "BT": "Bogdanov-Takens",
-    "GH": "generalized Hopf (Bautin)",
-    "ZH": "zero-Hopf",
-    "HH": "double Hopf",
-}
-"""Types of points of codimension two, with their names; the last five are those of equilibria."""
-
-COEFFICIENT = {"PD": "b", "NS": "d", "BP": "c", "HB": "l1"}
-"""Name of the coefficient whose sign is the criticality, by type of locus."""
-
 
 IMAGINARY = 1e-8
 """Real part of a pair on the imaginary axis, over the largest eigenvalue, that is rounding."""
@@ -155,7 +128,7 @@ class Locus(OrbitSeries):
         point
             A special point of the locus.
         """
-        name = COEFFICIENT.get(self.type, "")
+        name = POINT_TYPES[self.type].coefficient
         if point.type in CODIMENSION_TWO or name not in point.coefficients:
             return None
         return self._judged(point.coefficients[name])
@@ -176,12 +149,12 @@ class Locus(OrbitSeries):
     @property
     def supercritical(self) -> Mask:
         """Whether the bifurcation is supercritical at each point, shape (n_points,)."""
-        return self.coefficient > 0 if self.type == "PD" else self.coefficient < 0
+        return self.coefficient * POINT_TYPES[self.type].soft > 0
 
     @property
     def subcritical(self) -> Mask:
         """Whether the bifurcation is subcritical at each point, shape (n_points,)."""
-        return self.coefficient < 0 if self.type == "PD" else self.coefficient > 0
+        return self.coefficient * POINT_TYPES[self.type].soft < 0
 
     @property
     def closed(self) -> bool:

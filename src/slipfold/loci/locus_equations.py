@@ -16,6 +16,7 @@ from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import MET
+from slipfold.orbits.bifurcation_types import PAIRED
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.kinds import Equilibria
@@ -23,7 +24,7 @@ from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import PAIRED, critical_places, floquet_multipliers
+from slipfold.orbits.test_functions import critical_places, floquet_multipliers
 
 Multipliers = NDArray[np.complex128]
 

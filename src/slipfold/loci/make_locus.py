@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slipfold.branches.make_branch import curve_fields, evenly, point_fields
-from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS
-from slipfold.loci.locus import CODIMENSION_TWO, COEFFICIENT, Locus, LocusPoint
+from slipfold.loci.locus import Locus, LocusPoint
 from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.special_points import TWO_PAIRS, tests_of
+from slipfold.loci.special_points import tests_of
+from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, CONTACT_TYPES, POINT_TYPES, TWO_PAIRS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.uncertainty import recomputed
 
@@ -73,9 +73,9 @@ def pair_of(curve: LocusEquations, point: OrbitPoint) -> tuple[float, float]:
 
 def _named(orbits: Orbits, found: Found) -> tuple[str, str]:
     if found.type in CODIMENSION_TWO:
-        return found.type, CODIMENSION_TWO[found.type]
-    if found.type in BOUNDARIES:
-        return found.type, BOUNDARIES[found.type]
+        return found.type, CODIMENSION_TWO[found.type].title
+    if found.type in CONTACT_TYPES:
+        return found.type, CONTACT_TYPES[found.type].title
     name = plane_of(orbits)[0 if found.type == "first" else 1]
     # The test function is the rate of the parameter along the locus: where it rises through zero
     # the parameter is smallest.
@@ -89,8 +89,8 @@ def _coefficients(curve: LocusEquations, point: OrbitPoint, kind: str) -> dict[s
         except BREAKDOWNS:
             return {}
     value = coefficient_at(curve, point)
-    name = COEFFICIENT.get(curve.condition)
-    return {name: value} if name is not None and np.isfinite(value) else {}
+    name = POINT_TYPES[curve.condition].coefficient
+    return {name: value} if name and np.isfinite(value) else {}
 
 
 def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
@@ -207,5 +207,5 @@ def _first_end(trace: TracedCurve[OrbitPoint], found: Found | None) -> End:
     place = trace.curve.place(trace.points[0].z)
     at = "a point of codimension two"
     if found is not None and found.type in CODIMENSION_TWO:
-        at = f"{found.type}, {CODIMENSION_TWO[found.type]}"
+        at = f"{found.type}, {CODIMENSION_TWO[found.type].title}"
     return End("codimension-2", f"the locus begins at {at}", place)

@@ -15,10 +15,12 @@ from slipfold.continuation.newton import correct
 from slipfold.continuation.search import Zeros, contracts_between
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.errors import BREAKDOWNS
+from slipfold.flow.modes import MET
 from slipfold.loci.locus_equations import LocusEquations
+from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, DOUBLED, PAIRED, CriticalMultiplier
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint
-from slipfold.orbits.test_functions import CRITICAL, PAIRED, critical_places
+from slipfold.orbits.test_functions import critical_places
 
 STEP = 1e-3
 """First step along the branch points, in scaled variables."""
@@ -85,12 +87,6 @@ def _zero(curve: LocusEquations, known: OrbitPoint) -> Found[OrbitPoint] | None:
             return None
     return None
 
-
-DOUBLED = ("R1", "R2", "BT")
-"""Where a second multiplier joins a critical one, or a critical pair meets on the real axis."""
-
-TWO_PAIRS = ("HH", "NSNS")
-"""Where two pairs are critical: two loci of the same type cross."""
 
 VANISHES = 1e-6
 """A test function below this, of order one, vanishes where another one was located, as do both
@@ -282,23 +278,22 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return False
         if found.type in ("first", "second"):
             return not self._turns_at_parent(found.point)
-        if found.type in _PAIR.get(condition, ()):
+        critical = _also_critical(condition, found)
+        if critical == "pair":
             return is_torus(others)
-        if found.type in DOUBLED or found.type == "LPBP":
-            target = -1 if found.type == "R2" else 1
-            return condition in PAIRED or bool(np.abs(others - target).min() < DOUBLE)
-        if found.type in _SINGLE.get(condition, ()):
-            flips = found.type in ("PDNS", "BPPD") or (found.type, condition) == ("LPPD", "LP")
-            return bool(np.abs(others - (-1 if flips else 1)).min() < ON_CIRCLE)
-        return True
+        if critical is None:
+            return True
+        near = DOUBLE if found.type in (*DOUBLED, "LPBP") else ON_CIRCLE
+        return bool(np.abs(others - critical).min() < near)
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
-        if self._curve.condition not in CRITICAL:  # multipliers of what continues are not watched
+        if self._curve.condition in MET:  # multipliers of what continues are not watched
             return True
         change = abs(self._outside(b) - self._outside(a))
-        single = sum(item.type in _SINGLE[self._curve.condition] for item in found)
-        pairs = sum(item.type in _PAIR[self._curve.condition] for item in found)
+        others = [_also_critical(self._curve.condition, item) for item in found]
+        pairs = others.count("pair")
+        single = len(others) - pairs - others.count(None)
         return change <= single + 2 * pairs and (change - single) % 2 == 0
 
     def _outside(self, point: OrbitPoint) -> int:
@@ -308,21 +303,11 @@ class SpecialPoints(Zeros[OrbitPoint]):
         return int(np.count_nonzero(others > 1))
 
 
-_SINGLE = {
-    "LP": ("R1", "BT", "LPBP", "LPPD"),
-    "PD": ("R2", "LPPD", "BPPD"),
-    "NS": ("LPNS", "BPNS", "PDNS"),
-    "BP": ("R1", "BT", "LPBP", "BPPD"),
-    "HB": ("ZH",),
-}
-_PAIR = {
-    "LP": ("LPNS", "ZH"),
-    "PD": ("PDNS",),
-    "NS": ("NSNS",),
-    "BP": ("BPNS", "ZH"),
-    "HB": ("HH",),
-}
-"""Where one other multiplier, and where a pair of them, crosses the unit circle."""
+def _also_critical(condition: str, found: Found) -> CriticalMultiplier | None:
+    """Return what is critical at a point besides what makes the locus; None if nothing is."""
+    if found.type not in CODIMENSION_TWO:
+        return None
+    return next(iter(CODIMENSION_TWO[found.type].others(condition)), None)
 
 
 def _merged(

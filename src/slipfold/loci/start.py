@@ -20,11 +20,17 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow.modes import GRAZED
-from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.loci.locus_equations import LocusEquations
 from slipfold.loci.make_locus import plane_of
-from slipfold.loci.special_points import DOUBLED, NEAR_PARENT, TWO_PAIRS, VANISHES, SpecialPoints
+from slipfold.loci.special_points import NEAR_PARENT, VANISHES, SpecialPoints
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import (
+    CODIMENSION_TWO,
+    DOUBLED,
+    PAIRED,
+    TWO_PAIRS,
+    CodimensionTwoType,
+)
 from slipfold.orbits.check import rests
 from slipfold.orbits.continued import on_mesh
 from slipfold.orbits.critical import (
@@ -42,7 +48,7 @@ from slipfold.orbits.normal_forms.maps import FieldMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.switched_shooting import SwitchedShooting
-from slipfold.orbits.test_functions import PAIRED, floquet_multipliers
+from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
 UNDEFINED = 1e-9
@@ -56,21 +62,6 @@ BESIDE = 1e-2
 
 MOVED = 1e-3
 """A special point may be moved by this, in scaled variables, before it is another one."""
-
-CROSSING = {
-    "LPBP": ("LP", "BP"),
-    "LPPD": ("LP", "PD"),
-    "LPNS": ("LP", "NS"),
-    "PDNS": ("PD", "NS"),
-    "DP": ("LP", "BP"),
-    "BPPD": ("BP", "PD"),
-    "BPNS": ("BP", "NS"),
-    "R1": ("LP", "NS"),
-    "R2": ("PD", "NS"),
-    "BT": ("LP", "BP", "HB"),
-    "ZH": ("LP", "BP", "HB"),
-}
-"""Types of the loci that pass through a point of codimension two, or end there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +141,7 @@ def passing(
 ) -> Iterator[LocusStart]:
     """Return the loci of other types that pass a point of codimension two, or end there."""
     point, orbits = found.point, curve.orbits
-    for other in CROSSING.get(found.type, ()):
+    for other in _type_of(found).through:
         if other == curve.condition or other not in types:
             continue
         try:
@@ -195,16 +186,6 @@ def is_complex(point: OrbitPoint) -> bool:
     return tests["BT"] > 0 if "BT" in tests else tests["R1"] > 0 < tests["R2"]
 
 
-BORN = {
-    "GH": (("LP", 0),),
-    "HH": (("NS", 0), ("NS", 1)),
-    "ZH": (("NS", 0), ("BP", 0)),
-    "GPD": (("LP", 0),),
-    "R2": (("NS", 0),),
-}
-"""Types of the loci of cycles that emanate at an equilibrium or of orbits of twice the period, by
-type of the point of codimension two; of cycles also the number of the critical pair."""
-
 FIRST_STEPS = (BIRTH, 4 * BIRTH, 16 * BIRTH, 64 * BIRTH)
 """First steps that are tried: equations of folds vanish with the third power of the amplitude."""
 
@@ -241,10 +222,10 @@ def starts_at(
     crossed = crossing_gap(orbits, point.z) < VANISHES
     if found.type == "ZH" and crossed and "HB" in types:
         yield from _leaving_along(orbits, "HB", point, "", settings)
-    born = [] if (found.type, condition) == ("R2", "NS") else [*BORN.get(found.type, ())]
-    if found.type == "ZH" and not crossed:
-        born.remove(("BP", 0))
-    for kind, pair in [item for item in born if item[0] in types]:
+    for kind, pair in _type_of(found).emanating:
+        on_locus = found.type == "R2" and condition == "NS"
+        if kind not in types or on_locus or (kind == "BP" and not crossed):
+            continue
         first = _newborn(orbits, point.z, pair)
         if found.type == "ZH" and crossed and kind == "NS":
             mixed = _mixed(orbits, point.z, first)
@@ -252,6 +233,11 @@ def starts_at(
                 continue
             first = mixed
         yield from _born(first, kind, point, settings)
+
+
+def _type_of(found: Found) -> CodimensionTwoType:
+    """Return the type of a point of codimension two; of an extremum, that nothing passes."""
+    return CODIMENSION_TWO.get(found.type, CodimensionTwoType("extremum", ()))
 
 
 def _newborn(orbits: Orbits, z: Array, pair: int) -> Emanating:
@@ -447,7 +433,9 @@ def ends_beside_parent(
     None if there is no such point near its last orbit.
     """
     apart = float(np.linalg.norm(asymmetry(curve.orbits, last.z)))
-    kinds = {kind for kind, born in BORN.items() if curve.condition in dict(born)}
+    kinds = {
+        name for name, item in CODIMENSION_TWO.items() if curve.condition in dict(item.emanating)
+    }
     try:
         start = _parent_start(curve, last, settings) if kinds else None
         found = None if start is None else _nearest(start, kinds, REACH * apart, last, settings)
@@ -482,7 +470,7 @@ def _nearest(
 def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoint] | None:
     """Return the end of a locus at a point of its parents, with the orbit that both share."""
     orbits, parents = curve.orbits, found.point.curve.orbits
-    pairs = {pair for condition, pair in BORN[found.type] if condition == curve.condition}
+    pairs = {pair for kind, pair in _type_of(found).emanating if kind == curve.condition}
     firsts = [_newborn(parents, found.point.z, pair) for pair in sorted(pairs)]
     adopted = [orbits.in_phase(orbits.adopt(item.orbits, item.z), last.z) for item in firsts]
     gaps = [float(np.linalg.norm(z - last.z)) for z in adopted]
@@ -493,7 +481,7 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
     if point is None or not gaps[nearest] < REACH * NEAR_PARENT:
         return None
     beyond = replace(point, arclength=last.arclength + gaps[nearest])
-    name = CODIMENSION_TWO[found.type]
+    name = CODIMENSION_TWO[found.type].title
     reason = f"the locus ends at {found.type}, {name}, where its orbits {_shrinking(orbits)}"
     end = End("codimension-2", reason, found.point.curve.place(found.point.z))
     return Stop(last, end, beyond, reached=found.point)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 
 
 def floquet_multipliers(monodromy: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -115,12 +116,6 @@ PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] 
 """What is one at each bifurcation."""
 
 
-PAIRED = ("NS", "HB")
-"""Bifurcations at which a pair is critical: of orbits, and of equilibria."""
-
-CRITICAL = ("LP", "BP", "PD", *PAIRED)
-"""Bifurcations; of whatever else there are loci of, no multiplier is critical."""
-
 MET = 0.5
 """Two real multipliers further apart than this are not a pair that was complex a step before."""
 
@@ -205,9 +200,9 @@ def critical_places(kind: str, multipliers: NDArray[np.complex128]) -> NDArray[n
     """
     if kind in PAIRED:
         return np.array(critical_pair(multipliers) or (), dtype=np.int64)
-    if kind not in CRITICAL:
+    if kind not in BIFURCATION_TYPES:
         return np.empty(0, dtype=np.int64)
-    target = -1.0 if kind == "PD" else 1.0
+    target = BIFURCATION_TYPES[kind].critical
     return np.array([np.abs(multipliers - target).argmin()], dtype=np.int64)
 
 

@@ -19,7 +19,6 @@ from matplotlib.patches import Patch, Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
-from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.lines import OTHER, STABLE, torus_segments
 from slipfold.loci.locus import Locus
 from slipfold.loci.region_map import RegionMap
@@ -27,6 +26,7 @@ from slipfold.loci.window import Window
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.long_term.sweep import DOWN, UP
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.paper.cases import (
     AnyFigure,
     CompletedFigure,
@@ -252,7 +252,7 @@ def _draw_details(
             for diagram in panel.diagrams
             for branch in diagram.branches
             for mark in marks_of(branch, panel.output, measure)
-            if mark.type in BIFURCATIONS and span[0] <= mark.parameter <= span[1]
+            if mark.type in BIFURCATION_TYPES and span[0] <= mark.parameter <= span[1]
         ]
         whole = np.ptp(panel.ax.get_ylim())
         low, high = (min(values), max(values)) if values else panel.ax.get_ylim()

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import BIFURCATIONS
 from slipfold.computations.loci import bifurcation_set
 from slipfold.computations.response import response
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
-from slipfold.loci.locus import CODIMENSION_TWO
 from slipfold.long_term.spectrum import find_spectrum
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO
 from slipfold.paper.cases import (
     AnyFigure,
     Case,
@@ -324,7 +323,7 @@ def _found(diagram: Result) -> tuple[str, ...]:
     return tuple(
         f"{point.type} {point.value:.6g}"
         for _, point in diagram.special
-        if point.type in BIFURCATIONS
+        if point.type in BIFURCATION_TYPES
     )
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stability import loss_of_stability
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.progress import Progress
 
 NO_RESPONSE, UNSTABLE, STABLE = "no response", "unstable", "stable"
@@ -42,7 +43,7 @@ def followed_to_loss(
     found: list[str] = []
 
     def watch(progress: Progress) -> None:
-        found.extend(name for name in progress.values["special"] if name in BIFURCATIONS)
+        found.extend(name for name in progress.values["special"] if name in BIFURCATION_TYPES)
         if found:  # what comes later does not matter: stop the branch here
             raise KeyboardInterrupt
 

@@ -14,18 +14,19 @@ from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import BIFURCATIONS, SpecialPoint
+from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.stability import loss_of_stability
 from slipfold.continuation.newton import Correction
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.loci.gradients import column_of, corrected, plane_of_scales, solved
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import orbits_of
 from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.shooting import SEGMENTS
-from slipfold.orbits.test_functions import PAIRED, critical_pair
+from slipfold.orbits.test_functions import critical_pair
 
 FAR = 0.1
 """Maximum correction of a guess, in scaled variables; a longer one may lead to another solution."""
@@ -263,7 +264,7 @@ def is_confirmed(
     if branch is None or not branch.stable[0]:
         return False
     first = lost = loss_of_stability(branch)
-    if point.type not in BIFURCATIONS:
+    if point.type not in BIFURCATION_TYPES:
         first = next((item for item in branch.special if item.type == point.type), None)
     if first is None or (lost is not None and first.arclength > lost.arclength):
         return False

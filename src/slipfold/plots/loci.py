@@ -14,13 +14,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
-from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.errors import InputError
+from slipfold.flow.modes import MET
 from slipfold.lines import CRITICALITIES, locus_segments
-from slipfold.loci.locus import CODIMENSION_TWO, Locus, locus_title
+from slipfold.loci.locus import Locus, locus_title
 from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.regions import (
     STICKS,
@@ -36,7 +37,7 @@ from slipfold.plots.response import limit_name
 from slipfold.plots.style import MARKERS, axes_or_new, label_axis, quantity_text, settle, within
 
 LOCUS_COLORS: Mapping[str, str] = MappingProxyType(
-    {"HB": "#000000", "PD": "#0b0774", "BP": "#074e03", "NS": "#a83b98", "LP": "#d56a14"}
+    {name: BIFURCATION_TYPES[name].color for name in ("HB", "PD", "BP", "NS", "LP")}
 )
 """Color of each type of locus; they differ in lightness too, and from all pale areas."""
 
@@ -51,13 +52,7 @@ DASHES: Mapping[str, Any] = MappingProxyType(
 FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 """Line style of folds of cycles, which have no criticality; those of equilibria are solid."""
 
-TOUCHING: Mapping[str, Any] = MappingProxyType(
-    {
-        "GRAZE": (0, (3.0, 1.0, 1.0, 1.0, 1.0, 1.0)),
-        "LIFT": (0, (1.0, 1.0, 1.0, 3.0)),
-        "STICK": (0, (6.0, 1.0, 1.0, 1.0)),
-    }
-)
+TOUCHING: Mapping[str, Any] = MappingProxyType({name: CONTACT_TYPES[name].dashes for name in MET})
 """Line styles of what is no bifurcation; all are black."""
 
 
@@ -193,7 +188,7 @@ MARK_NAMES = {
     "MIN": "extremum of a locus",
     "LIMIT": "limit of the model",
     "FAILED": "given up",
-    **BOUNDARIES,
+    **{name: item.title for name, item in CONTACT_TYPES.items()},
 }
 
 

@@ -22,6 +22,7 @@ from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
 from slipfold.models.output import Output
 from slipfold.models.parameter import Parameter, State
+from slipfold.orbits.bifurcation_types import POINT_TYPES
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
@@ -37,18 +38,10 @@ LINES: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 
 MARKERS: Mapping[str, str] = MappingProxyType(
     {
-        "PD": "o",
-        "NS": "s",
-        "LP": "^",
-        "BP": "D",
-        "HB": "p",
+        **{name: item.marker for name, item in POINT_TYPES.items()},
         "LIMIT": "x",
         "FAILED": "|",
         "EVENT": "+",
-        "GRAZE": "v",
-        "STICK": "<",
-        "LIFT": ">",
-        "MEET": "1",
     }
 )
 """Marker of each type of special point, and of the end of a branch that could not be followed."""

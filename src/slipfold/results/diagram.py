@@ -13,11 +13,12 @@ import numpy as np
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Event, Settings
-from slipfold.branches.special_point import BIFURCATIONS, LOCUS_TYPES, SpecialPoint, sensitive_to
+from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.errors import InputError
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
 from slipfold.models.suggestion import suggest
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, LOCUS_TYPES
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.results.checks.checked import Checked
@@ -52,7 +53,7 @@ def points_by_label(diagram: Diagram) -> dict[int, SpecialPoint]:
 def _stability(mark: TableLine) -> str:
     """Say whether an orbit is stable; without damping it is neither that nor unstable."""
     branch: Branch = mark.curve
-    if mark.type in BIFURCATIONS:
+    if mark.type in BIFURCATION_TYPES:
         return ""
     # A branch that leaves another has a multiplier on the unit circle there, within rounding.
     if mark.point is None and mark.row == 0 and branch.begun.kind in ("born", "closed"):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.newton import Rule, correct_many, solve_each
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -21,31 +22,9 @@ QUADRATIC = ("LP", "transcritical")
 """Kinds whose coefficient is of second order; the others are of third."""
 
 
-def _from_one(values: Vector) -> Array:
-    return np.abs(values - 1)
-
-
-def _from_minus_one(values: Vector) -> Array:
-    return np.abs(values + 1)
-
-
-def _from_circle(values: Vector) -> Array:
-    return np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
-
-
 MULTIPLIER_ERROR = 1e-3
 """Distance of the map's own critical multiplier from where it was located, beyond which growth on
 the way round has taken the digits of the map, and of all that follows from it."""
-
-_DISTANCES: dict[str, Callable[[Vector], Array]] = {
-    "LP": _from_one,
-    "BP": _from_one,
-    "transcritical": _from_one,
-    "pitchfork": _from_one,
-    "PD": _from_minus_one,
-    "NS": _from_circle,
-}
-"""Functions of the multipliers that are smallest for the critical one."""
 
 
 class MapDerivatives(Protocol):
@@ -59,6 +38,14 @@ class MapDerivatives(Protocol):
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors."""
+
+
+def _distance(kind: str) -> Callable[[Vector], Array]:
+    """Return the function of the multipliers that is smallest for the critical one."""
+    if kind in PAIRED:
+        return lambda values: np.where(values.imag > 0, np.abs(np.abs(values) - 1), np.inf)
+    target = BIFURCATION_TYPES[kind if kind in BIFURCATION_TYPES else "BP"].critical
+    return lambda values: np.abs(values - target)
 
 
 def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
@@ -75,11 +62,11 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     matrix = map_.rescaled(linearization.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
-    if not _DISTANCES[kind](np.linalg.eigvals(matrix).astype(complex)).min() < MULTIPLIER_ERROR:
+    if not _distance(kind)(np.linalg.eigvals(matrix).astype(complex)).min() < MULTIPLIER_ERROR:
         if not orbits.free_phase or kind not in ("PD", "NS"):
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
         multipliers = orbits.multipliers(point)
-        critical = complex(multipliers[np.argmin(_DISTANCES[kind](multipliers))])
+        critical = complex(multipliers[np.argmin(_distance(kind)(multipliers))])
         chain = ReturnChain(orbits, point.z, orbits.scales)
         coefficient, size = chain.form(kind, critical, ratios)
         return normalized(kind, coefficient, size), criticality_of(kind, coefficient)
@@ -99,7 +86,7 @@ def critical_length(matrix: Array, kind: str, ratios: Array) -> float:
 
     Shapes: matrix (n, n); ratios (n,).
     """
-    return float(np.linalg.norm(critical_vectors(matrix, _DISTANCES[kind])[0] * ratios))
+    return float(np.linalg.norm(critical_vectors(matrix, _distance(kind))[0] * ratios))
 
 
 def normalized(kind: str, coefficient: float, size: float) -> float:
@@ -112,7 +99,7 @@ def mean_length(map_: ReturnMap, matrix: Array, product: Array, kind: str, ratio
 
     Shapes: matrix (n - 1, n - 1); product (n, n); ratios (n,).
     """
-    q, _, value = critical_vectors(matrix, _DISTANCES[kind])
+    q, _, value = critical_vectors(matrix, _distance(kind))
     return map_.length(q, value, product, ratios)
 
 
@@ -132,8 +119,8 @@ def criticality_of(kind: str, coefficient: float) -> str | None:
     """Return ``"supercritical"`` or ``"subcritical"``; None where it is not defined."""
     if kind in QUADRATIC or not abs(coefficient) > DEGENERATE:  # or it is not a number
         return None
-    soft = coefficient > 0 if kind == "PD" else coefficient < 0
-    return "supercritical" if soft else "subcritical"
+    soft = BIFURCATION_TYPES[kind].soft if kind in BIFURCATION_TYPES else -1.0
+    return "supercritical" if coefficient * soft > 0 else "subcritical"
 
 
 def _parameter_pull(linearization: Linearization) -> Array:
@@ -146,20 +133,20 @@ def _parameter_pull(linearization: Linearization) -> Array:
 
 def fold_coefficient(map_: MapDerivatives, matrix: Array, pull: Array) -> float:
     """Return the quadratic coefficient of a fold. Shapes: matrix (n, n); pull (n,)."""
-    q, p, _ = critical_vectors(matrix, _DISTANCES["LP"])
+    q, p, _ = critical_vectors(matrix, _distance("LP"))
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]) * np.sign(p.real @ pull))
 
 
 def _transcritical(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, _ = critical_vectors(matrix, _DISTANCES["BP"])
+    q, p, _ = critical_vectors(matrix, _distance("BP"))
     second, _ = map_.powers(q.real[None])
     return float(0.5 * (p.real @ second[0]))
 
 
 def _pitchfork(map_: MapDerivatives, matrix: Array) -> float:
     """Cubic coefficient on the center manifold, where the quadratic one is zero by symmetry."""
-    q, p, _ = critical_vectors(matrix, _DISTANCES["BP"])
+    q, p, _ = critical_vectors(matrix, _distance("BP"))
     second, third = map_.powers(q.real[None])
     n = len(q)
     bordered = np.block([[np.eye(n) - matrix, p.real[:, None]], [p.real[None], np.zeros((1, 1))]])
@@ -174,7 +161,7 @@ def _crossing(map_: MapDerivatives, matrix: Array) -> float:
 
 
 def _doubling(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, _ = critical_vectors(matrix, _DISTANCES["PD"])
+    q, p, _ = critical_vectors(matrix, _distance("PD"))
     second, third = map_.powers(q.real[None])
     bent = np.linalg.solve(np.eye(len(q)) - matrix, second[0])
     (mixed,) = map_.second([(q, bent.astype(complex))])
@@ -182,7 +169,7 @@ def _doubling(map_: MapDerivatives, matrix: Array) -> float:
 
 
 def _torus(map_: MapDerivatives, matrix: Array) -> float:
-    q, p, value = critical_vectors(matrix, _DISTANCES["NS"])
+    q, p, value = critical_vectors(matrix, _distance("NS"))
     a, b = q.real, q.imag
     second, third = map_.powers(np.array([a, b, a + b, a - b]))
     aa, bb = second[0], second[1]

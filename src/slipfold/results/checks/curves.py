@@ -15,9 +15,9 @@ from slipfold.branches.branch import Branch
 from slipfold.branches.progress import branch_progress
 from slipfold.branches.solution_curve import OrbitSeries
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.switching_boundaries import BOUNDARIES
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import MET, contacts_of
+from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.check import rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
@@ -95,7 +95,7 @@ def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Check
             locus.kind == "equilibrium",
         )
         for locus, point in _ranked(chosen)
-        if point.type not in BOUNDARIES
+        if point.type not in CONTACT_TYPES
     )
 
     def progress(done: int) -> Progress:
