@@ -62,10 +62,10 @@ if TYPE_CHECKING:
     from slipfold.models.friction.without_memory import Regularized as Regularized
     from slipfold.models.friction.without_memory import Stribeck as Stribeck
     from slipfold.models.model import Model as Model
-    from slipfold.models.output import Limit as Limit
-    from slipfold.models.output import Output as Output
-    from slipfold.models.parameter import Parameter as Parameter
-    from slipfold.models.parameter import State as State
+    from slipfold.models.quantities import Limit as Limit
+    from slipfold.models.quantities import Output as Output
+    from slipfold.models.quantities import Parameter as Parameter
+    from slipfold.models.quantities import State as State
     from slipfold.models.registry import built_in_models as built_in_models
     from slipfold.models.sliding_oscillator import SlidingOscillator as SlidingOscillator
     from slipfold.models.structures.contacts import ConstantLoad as ConstantLoad
@@ -165,8 +165,7 @@ _HOMES = {
         "Stribeck",
     ),
     "slipfold.models.model": ("Model",),
-    "slipfold.models.output": ("Limit", "Output"),
-    "slipfold.models.parameter": ("Parameter", "State"),
+    "slipfold.models.quantities": ("Limit", "Output", "Parameter", "State"),
     "slipfold.models.registry": ("built_in_models",),
     "slipfold.models.sliding_oscillator": ("SlidingOscillator",),
     "slipfold.models.structures.contacts": (

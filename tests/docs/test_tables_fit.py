@@ -10,7 +10,7 @@ HEADS = ["quantity", "number", "another number", "difference", "source"] * 3
 
 
 def tables(monkeypatch):
-    from slipfold.text.printed_table import PrintedTable
+    from slipfold.text import PrintedTable
 
     monkeypatch.syspath_prepend(str(DOCS / "gallery"))
     monkeypatch.delitem(sys.modules, "comparison", raising=False)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from slipfold.models.parameter import Parameter
-from slipfold.text.one_line import capitalized
+from slipfold.models.quantities import Parameter
+from slipfold.text import capitalized
 
 NAMED = [Parameter("c", 1.0, "N s/m", "damping"), Parameter("mu", 0.3, "", "friction")]
 

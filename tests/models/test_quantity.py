@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipfold import InputError
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.units import parse_quantity
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 SPACES = st.sampled_from(["", " ", "  "])

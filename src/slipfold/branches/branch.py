@@ -12,8 +12,7 @@ import numpy as np
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.solution_curve import OrbitSeries
 from slipfold.orbits.extrema import Extrema, find_extrema
-from slipfold.text.one_line import listed, number_text, parameter_text
-from slipfold.text.stability import outside, revolutions_text
+from slipfold.text import listed, number_text, outside, parameter_text, revolutions_text
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -33,7 +33,7 @@ from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
-from slipfold.text.one_line import certain
+from slipfold.text import certain
 
 DIFFERENCED = 1e-6
 """Arclength over which multipliers are differenced: six digits of their rates are left."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.progress import Observer, Progress
 
 SEARCHING = "periods before the first orbit"

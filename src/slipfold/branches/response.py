@@ -37,7 +37,7 @@ from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.progress import Observer
 

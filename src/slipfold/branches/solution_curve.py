@@ -12,11 +12,10 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import OneLine, certain, headed, number_text, parameter_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, parameter_text
 
 MULTIPLIERS = "Floquet multipliers, complex, shape ({}n_states,), largest modulus first; of an "
 MULTIPLIERS += "equilibrium, those of the flow over the model's ``duration``."

@@ -11,7 +11,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.branches.solution_curve import LocatedPoint
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 
 ALIKE = 1e-6

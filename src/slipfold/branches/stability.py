@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
-from slipfold.text.stability import outside
+from slipfold.text import outside
 
 Multipliers = NDArray[np.complex128]
 

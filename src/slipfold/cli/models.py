@@ -14,7 +14,7 @@ from slipfold.options import Option
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model
-    from slipfold.models.parameter import Parameter
+    from slipfold.models.quantities import Parameter
 
 READERS = {
     "model": given_text(

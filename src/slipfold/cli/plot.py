@@ -73,7 +73,7 @@ def plot(
     out: Out = None,
 ) -> None:
     """Draw a saved result."""
-    from slipfold.models.quantity import parse_quantity
+    from slipfold.models.units import parse_quantity
     from slipfold.results.diagram import Diagram
     from slipfold.results.result import load
     from slipfold.results.trajectories import Sweep

@@ -86,7 +86,7 @@ def parse_assignments(texts: Sequence[str] | None, option: str = "--set") -> dic
 
 def parse_states(texts: Sequence[str] | None, model: Model) -> dict[str, float] | None:
     """Read the starting states that are given; None if none is."""
-    from slipfold.models.quantity import parse_quantity
+    from slipfold.models.units import parse_quantity
 
     units = {item.name: item.unit for item in model.states}
     given = parse_assignments(texts, "--start")
@@ -238,7 +238,7 @@ def parse_bounds(texts: Sequence[str], model: Model, option: str) -> dict[str, t
 def _parse_interval(
     text: str, model: Model, example: str = "--vary Nd=0:0.98"
 ) -> tuple[str, tuple[float, float]]:
-    from slipfold.models.quantity import parse_quantity, units_of
+    from slipfold.models.units import parse_quantity, units_of
 
     name, _, values = (part.strip() for part in text.partition("="))
     first, colon, last = (part.strip() for part in values.partition(":"))
@@ -262,8 +262,8 @@ def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event
     Event(name='Vrel', value=0.2, measure='min', stop=False)
     """
     from slipfold.branches.settings import Event
-    from slipfold.models.quantity import parse_quantity
-    from slipfold.models.suggestion import suggest
+    from slipfold.errors import suggest
+    from slipfold.models.units import parse_quantity
 
     match = _EVENT.fullmatch(text)
     if match is None:

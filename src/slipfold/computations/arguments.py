@@ -13,8 +13,8 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.long_term.search import Box, box_around, checked_box
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import Parameter
+from slipfold.models.units import parse_quantity
 from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.results.diagram import Labeled
 

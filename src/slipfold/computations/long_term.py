@@ -25,7 +25,7 @@ from slipfold.errors import InputError
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import checked_periods, checked_tolerance, initial_state
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.options import (
     BasinPoints,
     Box,

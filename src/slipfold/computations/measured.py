@@ -17,7 +17,7 @@ from slipfold.computations.arguments import (
 )
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.options import (
     Bounds,
     Errors,

@@ -30,9 +30,9 @@ from slipfold.computations.arguments import (
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import Parameter
 from slipfold.models.system import System
+from slipfold.models.units import parse_quantity
 from slipfold.options import (
     Cases,
     Gradients,

@@ -20,12 +20,11 @@ from slipfold.computations.arguments import (
     parse_values,
     refuse_varied,
 )
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import suggest
+from slipfold.models.quantities import Parameter
+from slipfold.models.units import parse_quantity
 from slipfold.options import (
     Above,
     Choose,

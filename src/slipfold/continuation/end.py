@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from textwrap import shorten
 
-from slipfold.text.one_line import number_text
+from slipfold.text import number_text
 
 SHOWN = 95
 """Characters of a line that shows an end; its reason is a sentence of any length."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from slipfold.errors import InputError
-from slipfold.text.one_line import call_text
+from slipfold.text import call_text
 
 
 @dataclass(frozen=True, repr=False)

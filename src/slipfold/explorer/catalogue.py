@@ -11,16 +11,15 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.explorer.messages import MAX_NAME, UNNAMED, ViewRequest
 from slipfold.explorer.plain import axis_of
 from slipfold.flow.modes import contacts_of
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import units_of, wanted_text
+from slipfold.models.quantities import Parameter
 from slipfold.models.registry import built_in_models
-from slipfold.models.suggestion import suggest
+from slipfold.models.units import units_of, wanted_text
 
 MARGIN = 1e-3
 """Distance of a slider from a bound that is excluded, over the value."""

@@ -24,7 +24,7 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.study import StudyResult
 from slipfold.studies.plan import Grid
-from slipfold.text.one_line import certain
+from slipfold.text import certain
 
 
 def checked_view(checked: Checked | None) -> dict[str, Any] | None:

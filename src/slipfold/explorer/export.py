@@ -19,7 +19,7 @@ from slipfold.explorer.trajectories import start_of, timed
 from slipfold.models.definitions.system_file import toml_value
 from slipfold.models.friction.record import law_record
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.models.registry import built_in_models
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from slipfold.errors import unknown
 from slipfold.models.model import Model
-from slipfold.models.output import Output
-from slipfold.models.parameter import State
-from slipfold.models.suggestion import unknown
+from slipfold.models.quantities import Output, State
 from slipfold.progress import Observer, Progress
 
 Emit = Callable[[dict[str, Any]], None]

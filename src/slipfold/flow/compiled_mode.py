@@ -34,7 +34,7 @@ from slipfold.flow.modes import (
 from slipfold.flow.polynomials import UNIT
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
 from slipfold.models.formulas.functions import compiled_function
-from slipfold.models.output import Expression, Limit
+from slipfold.models.quantities import Expression, Limit
 
 BEYOND = TOLERANCE / 10
 """Distance beyond zero, over the scale, at which an event triggers. Slip is exactly zero where a

@@ -19,7 +19,7 @@ from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.modes import Mode, Status, rate_along, rate_of_phase
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact, normal_name
-from slipfold.models.output import Expression
+from slipfold.models.quantities import Expression
 
 
 class Arguments(threading.local):

@@ -21,7 +21,7 @@ from slipfold.flow.modes import Ending, Mode, Status, mode_equations
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
-from slipfold.models.output import Expression
+from slipfold.models.quantities import Expression
 
 GRAZING = 1e-7
 """Slip, over its scale, that counts as zero; setting it to zero causes an error of its size."""

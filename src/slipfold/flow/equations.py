@@ -16,7 +16,7 @@ from slipfold.arrays import Array
 from slipfold.flow.batches import by_lane
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.model import Model
-from slipfold.models.output import Expression, Symbols
+from slipfold.models.quantities import Expression, Symbols
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.sharp_turns import invariant_groups
 from slipfold.models.equilibria import damped_newton
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 
 
 def state_sizes(model: Model, states: Array) -> Array:

@@ -21,7 +21,7 @@ from slipfold.flow.compiled_code import cached, shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, with_variations
 from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns, take_apart
 from slipfold.models.model import Model
-from slipfold.models.output import Expression, Limit
+from slipfold.models.quantities import Expression, Limit
 
 BEFORE = 0.4
 """Distance of a limit in changes over a step at the present rate: more than 1/3, so that a cubic

@@ -38,7 +38,7 @@ from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.integrators import JET_ORDER, Integrators
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.models.model import COLUMNS, Model, propagated_together
-from slipfold.models.output import Limit
+from slipfold.models.quantities import Limit
 
 
 class Flow(Evaluated):

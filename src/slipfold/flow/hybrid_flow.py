@@ -37,7 +37,7 @@ from slipfold.flow.polynomials import (
 )
 from slipfold.flow.slip_onset import SlipOnset
 from slipfold.models.model import Model
-from slipfold.models.output import Limit
+from slipfold.models.quantities import Limit
 
 FOREVER = 1e30
 """End of the rescaled time, beyond that of any trajectory."""

@@ -13,7 +13,7 @@ from slipfold.flow.batches import LANES, OPTIMIZATION
 from slipfold.flow.compiled_code import OwnCopies, cached
 from slipfold.flow.equations import Equations, Scaled, with_variations
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.output import Limit
+from slipfold.models.quantities import Limit
 
 JET_ORDER = 3
 

@@ -14,7 +14,7 @@ from slipfold.flow.equations import Equations, build_equations, written
 from slipfold.flow.polynomials import UNIT
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.model import Model
-from slipfold.models.output import Expression, Limit
+from slipfold.models.quantities import Expression, Limit
 
 
 class Status(IntEnum):

@@ -25,7 +25,7 @@ from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.polynomials import DenseTrajectory
 from slipfold.models.angles import NO_ANGLES, wrap_angles
 from slipfold.models.model import Model
-from slipfold.text.one_line import number_text
+from slipfold.text import number_text
 
 MAX_PERIOD = 8
 """Longest period of a response, in forcing periods."""

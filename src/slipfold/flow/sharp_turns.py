@@ -21,7 +21,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Equations, Scaled
 from slipfold.models.formulas.functions import compiled_function
-from slipfold.models.output import Expression
+from slipfold.models.quantities import Expression
 
 
 @dataclass(frozen=True)

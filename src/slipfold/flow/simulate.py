@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import (
@@ -38,10 +38,9 @@ from slipfold.flow.settlement import (
 from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.angles import count_revolutions, revolutions_by_name
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
-from slipfold.models.suggestion import unknown
+from slipfold.models.quantities import DURATION
 from slipfold.progress import Observer, Progress
-from slipfold.text.stability import revolutions_text
+from slipfold.text import revolutions_text
 
 PERIODS = 1000
 """Forcing periods of a trajectory by default."""

@@ -24,8 +24,7 @@ from slipfold.flow.polynomials import BegunPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.text.one_line import OneLine, headed, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, headed, number_text
 
 
 @dataclass(frozen=True, eq=False)

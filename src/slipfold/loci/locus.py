@@ -16,7 +16,7 @@ from slipfold.models.model import evaluation_of
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, POINT_TYPES
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.normal_forms.normal_form import criticality_of
-from slipfold.text.one_line import listed, parameter_text
+from slipfold.text import listed, parameter_text
 
 IMAGINARY = 1e-8
 """Real part of a pair on the imaginary axis, over the largest eigenvalue, that is rounding."""

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import OneLine, listed, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
 @dataclass(frozen=True, repr=False)

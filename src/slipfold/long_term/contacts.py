@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory, contact_trajectories
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import Mode, contacts_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.model import Model
-from slipfold.models.suggestion import unknown
 from slipfold.models.system import System
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 

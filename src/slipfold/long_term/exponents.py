@@ -23,7 +23,7 @@ from slipfold.flow.simulate import (
 )
 from slipfold.long_term.rotation import Rotation, average, rotation_of
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.progress import Observer, Progress
 
 SURE = 3.0

@@ -11,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.flow.ensembles import released
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.verified import Known, Trajectories, Verified
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
-from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import unknown
+from slipfold.models.quantities import DURATION
+from slipfold.models.units import parse_quantity
 from slipfold.progress import Observer, Progress
 
 REACH = 1.5

@@ -14,8 +14,7 @@ from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.text.one_line import OneLine, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, number_text
 
 FINER = 32
 """Times as many samples where contacts stick: lines of a corner fall only with their order squared,

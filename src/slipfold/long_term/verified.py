@@ -22,7 +22,7 @@ from slipfold.models.model import Model
 from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
-from slipfold.text.stability import stability_word
+from slipfold.text import stability_word
 
 
 class Trajectories:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.models.parameter import State
+from slipfold.models.quantities import State
 
 REVOLUTION = 2 * np.pi
 """Radians in a revolution."""

@@ -11,10 +11,9 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.model import Model, evaluation_of
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.models.unforced import Unforced
-from slipfold.text.one_line import OneLine, listed, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)

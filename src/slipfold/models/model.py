@@ -14,14 +14,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.output import Expression, Limit, Output, Symbols
-from slipfold.models.parameter import DURATION, Parameter, State
-from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import unknown
+from slipfold.models.quantities import (
+    DURATION,
+    Expression,
+    Limit,
+    Output,
+    Parameter,
+    State,
+    Symbols,
+)
+from slipfold.models.units import parse_quantity
 
 if TYPE_CHECKING:
     from slipfold.models.friction.contact import Contact

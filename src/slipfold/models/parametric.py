@@ -10,10 +10,9 @@ from functools import cache, cached_property
 from textwrap import fill
 from typing import Any, ClassVar, Self
 
-from slipfold.errors import InputError
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import unknown
+from slipfold.errors import InputError, unknown
+from slipfold.models.quantities import Parameter
+from slipfold.models.units import parse_quantity
 
 SECTIONS = ("Raises", "References", "Examples")
 """Headings of docstrings that follow the section on parameters."""

@@ -9,17 +9,15 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
-from slipfold.errors import InputError
-from slipfold.models.definitions.parts import check_keys
+from slipfold.errors import InputError, not_supported, suggest
 from slipfold.models.definitions.source import Source, source_of_file, source_of_text
+from slipfold.models.definitions.tables import WrongEntry, check_keys, type_name
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import read_law
 from slipfold.models.model import Model
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.models.structures.structure import Structure
-from slipfold.models.suggestion import not_supported, suggest
 from slipfold.models.system import System
-from slipfold.text.validated import WrongEntry, type_name
 
 WITH_FRICTION = ("sliding", "steady-sliding")
 """Models that take a friction law as ``friction``."""

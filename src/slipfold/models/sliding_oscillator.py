@@ -16,16 +16,19 @@ from slipfold.models.friction.contact import Contact, contact_outputs
 from slipfold.models.friction.law import FrictionLaw, cos, sin
 from slipfold.models.friction.without_memory import Coulomb
 from slipfold.models.linear_modes import MechanicalModel
-from slipfold.models.output import (
+from slipfold.models.parametric import described
+from slipfold.models.quantities import (
     COLLAPSE_LIMIT,
     PULSATING_LIMIT,
     STICK_LIMIT,
     Expression,
     Output,
+    Parameter,
+    State,
     Symbols,
+    nonnegative,
+    positive,
 )
-from slipfold.models.parameter import Parameter, State, nonnegative, positive
-from slipfold.models.parametric import described
 from slipfold.models.structures.component import LocalState
 from slipfold.models.structures.contacts import ModulatedLoad
 

@@ -14,7 +14,7 @@ from slipfold.models.definitions.source import Source, source_of_file, source_of
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Model
-from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.quantities import Expression, Output, Symbols
 
 if TYPE_CHECKING:
     from slipfold.models.definitions.equations import SystemEquations

@@ -16,8 +16,7 @@ from slipfold.errors import InputError
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
-from slipfold.models.output import Expression, Output, Symbols
-from slipfold.models.parameter import DURATION, Parameter
+from slipfold.models.quantities import DURATION, Expression, Output, Parameter, Symbols
 
 _ZERO = hy.expression(0.0)
 """The phase, and the parameter that switches the forcing off."""

@@ -25,9 +25,7 @@ from slipfold.orbits.multipliers import (
 )
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import OneLine, number_text
-from slipfold.text.printed_table import PrintedTable
-from slipfold.text.stability import multipliers_text
+from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
 
 TOLERANCE = 1e-10
 """Difference from the result on half as many intervals, whose error is 2^14 times as large."""

@@ -15,8 +15,7 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import REVOLUTION, count_revolutions
 from slipfold.models.model import Model
-from slipfold.text.one_line import OneLine, listed, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 
 def turns_of_segments(

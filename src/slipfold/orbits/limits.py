@@ -14,7 +14,7 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_trajectory import Broken
 from slipfold.flow.modes import UndeterminedMode
-from slipfold.models.output import Limit
+from slipfold.models.quantities import Limit
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.extrema import refine_minimum
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits

@@ -21,9 +21,15 @@ from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_
 from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema, find_extrema, turns_of_segments
 from slipfold.orbits.test_functions import floquet_multipliers
-from slipfold.text.one_line import OneLine, headed, number_text
-from slipfold.text.printed_table import PrintedTable
-from slipfold.text.stability import multipliers_text, outside, revolutions_text
+from slipfold.text import (
+    OneLine,
+    PrintedTable,
+    headed,
+    multipliers_text,
+    number_text,
+    outside,
+    revolutions_text,
+)
 
 if TYPE_CHECKING:
     from slipfold.orbits.check import OrbitCheck

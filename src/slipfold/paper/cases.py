@@ -11,7 +11,7 @@ from importlib.resources import files
 from typing import Any
 
 from slipfold.loci.window import Window
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.models.sliding_oscillator import SlidingOscillator
 from slipfold.results.attractors import Basins
 from slipfold.results.trajectories import RegimeMap, Sweep

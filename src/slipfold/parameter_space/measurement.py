@@ -15,14 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
+from slipfold.errors import InputError, unknown
 from slipfold.models.model import Model
-from slipfold.models.quantity import units_of
-from slipfold.models.suggestion import unknown
+from slipfold.models.units import units_of
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import OneLine, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, number_text
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What of an output is measured over a period, as diagrams draw it."""

@@ -12,11 +12,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
-from slipfold.models.suggestion import unknown
-from slipfold.text.validated import validated
+from slipfold.errors import InputError, unknown
+from slipfold.models.definitions.tables import validated
+from slipfold.models.quantities import Parameter
+from slipfold.models.units import parse_quantity
 
 SINGULAR = 1e-10
 """Eigenvalue of a correlation matrix that counts as zero: then parameters determine each other."""

@@ -22,7 +22,7 @@ from slipfold.orbits.find import periodic_orbit
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.parameter_space.measurement import Quantity, read_off
-from slipfold.text.stability import outside
+from slipfold.text import outside
 
 FINE = 65
 """Arclengths between two points of a branch at which the parameter is interpolated."""

@@ -22,7 +22,7 @@ from slipfold.errors import InputError
 from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 from slipfold.parameter_space.threshold_map import INTERRUPTED, GridThresholds
 from slipfold.plots.loci import HasLoci, draw_loci, legend_options
 from slipfold.plots.regions import COLORS, OTHERS, grouped
@@ -39,7 +39,7 @@ from slipfold.results.study import StudyResult
 from slipfold.results.trajectories import RegimeMap
 from slipfold.studies.plan import Grid
 from slipfold.studies.works import CaseField
-from slipfold.text.one_line import headed
+from slipfold.text import headed
 
 Edges = tuple[Array, Array]
 

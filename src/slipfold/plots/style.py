@@ -20,8 +20,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
-from slipfold.models.output import Output
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.quantities import Output, Parameter, State
 from slipfold.orbits.bifurcation_types import POINT_TYPES
 
 COLUMN = 3.45

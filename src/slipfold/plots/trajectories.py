@@ -32,7 +32,7 @@ from slipfold.plots.style import (
 from slipfold.results.diagram import Diagram
 from slipfold.results.simulation import Simulation
 from slipfold.results.trajectories import Sweep
-from slipfold.text.printed_table import with_unit
+from slipfold.text import with_unit
 from slipfold.tori.surface import TorusSpectrum
 
 Motion = Trajectory | PeriodicOrbit

@@ -15,13 +15,12 @@ from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, Box, kind_of
 from slipfold.models.model import Model
-from slipfold.models.parameter import State
+from slipfold.models.quantities import State
 from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Entry, Items, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame
-from slipfold.text.one_line import listed, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, listed, number_text
 
 SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""

@@ -13,7 +13,7 @@ import numpy as np
 from slipfold.arrays import Array, Complex
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION, Parameter
+from slipfold.models.quantities import DURATION, Parameter
 from slipfold.results.fields import (
     COMPLEX,
     REAL,
@@ -29,9 +29,7 @@ from slipfold.results.fields import (
 from slipfold.results.records import SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable, frame_of, joined
-from slipfold.text.one_line import certain, listed, parameter_text
-from slipfold.text.printed_table import with_unit
-from slipfold.text.stability import outside
+from slipfold.text import certain, listed, outside, parameter_text, with_unit
 
 if TYPE_CHECKING:
     from slipfold.branches.branch import Branch

@@ -14,10 +14,9 @@ import numpy as np
 from slipfold.branches.branch import Branch
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
-from slipfold.models.suggestion import suggest
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, LOCUS_TYPES
 from slipfold.orbits.extrema import Extrema, find_extrema
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
@@ -26,9 +25,7 @@ from slipfold.results.curves import ROUNDING, CurveDiagram, CurveList, TableLine
 from slipfold.results.records import Provenance
 from slipfold.results.tables import Frame
 from slipfold.results.tori import ToriList, torus_sentence
-from slipfold.text.one_line import certain, headed
-from slipfold.text.printed_table import PrintedTable, with_unit
-from slipfold.text.stability import revolutions_text, stability_word
+from slipfold.text import PrintedTable, certain, headed, revolutions_text, stability_word, with_unit
 from slipfold.tori.torus_branch import TorusBranch
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.models.model import Model
-from slipfold.models.output import Output
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.quantities import Output, Parameter, State
 from slipfold.results.records import SavedTable, types_of
 from slipfold.results.tables import Variable
-from slipfold.text.one_line import headed
+from slipfold.text import headed
 
 Axes = Mapping[str, Sequence[str]]
 """Labels along each dimension, with units."""

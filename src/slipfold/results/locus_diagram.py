@@ -34,8 +34,7 @@ from slipfold.results.fields import (
 )
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.tables import Frame, Variable
-from slipfold.text.one_line import capitalized
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, capitalized
 
 CHECKS = ItemTable(
     ("check",),

@@ -21,8 +21,7 @@ from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable,
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
-from slipfold.text.one_line import capitalized, headed, listed, number_text
-from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.text import PrintedTable, capitalized, headed, listed, number_text, with_unit
 
 QUANTITIES = Items("quantity", Quantity, (
     Column("text", TEXT, "what is measured of which output", name="quantity", label=True, get=str,

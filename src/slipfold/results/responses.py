@@ -19,8 +19,7 @@ from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Entry, Items, Lab
 from slipfold.results.records import Provenance, SavedTable, open_table
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, LabeledTable, frame_of
-from slipfold.text.one_line import listed
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, listed
 
 INTERRUPTED = "interrupted before this case was reached"
 

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, cast
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.models.output import Output
-from slipfold.models.parameter import Parameter, State
+from slipfold.models.quantities import Output, Parameter, State
 from slipfold.read_only import ReadOnly
 from slipfold.results.checks.checked import Checked
 from slipfold.results.fields import ResultPart, bound, names, parts_of
@@ -33,8 +32,7 @@ from slipfold.results.records import (
 )
 from slipfold.results.tables import Frame, LabeledTable, Variable, frame_of, read_netcdf
 from slipfold.results.writing import write_file
-from slipfold.text.one_line import OneLine
-from slipfold.text.printed_table import PrintedTable, html_list
+from slipfold.text import OneLine, PrintedTable, html_list
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped]

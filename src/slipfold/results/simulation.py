@@ -18,7 +18,7 @@ from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.results.checks.checked import Checked
 from slipfold.results.fields import (
     REAL,
@@ -34,8 +34,7 @@ from slipfold.results.fields import (
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
-from slipfold.text.one_line import capitalized
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, capitalized
 
 if TYPE_CHECKING:
     from slipfold.long_term.spectrum import Spectrum

@@ -23,8 +23,7 @@ from slipfold.results.tables import Frame, Variable
 from slipfold.studies.plan import Grid, Plan, Rows, StudyCases, total
 from slipfold.studies.store import Record
 from slipfold.studies.works import WORK, CaseField, Work
-from slipfold.text.one_line import headed, listed
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, headed, listed
 
 
 class _OnDemand(Mapping[str, Variable]):

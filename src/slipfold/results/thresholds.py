@@ -17,8 +17,7 @@ from slipfold.results.curves import without_defaults
 from slipfold.results.fields import TEXT, Entry, Labels
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.text.one_line import headed, parameter_text
-from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.text import PrintedTable, headed, parameter_text, with_unit
 
 GRID = "{axes[0]} {axes[1]}"
 

@@ -26,7 +26,7 @@ from slipfold.results.fields import (
 )
 from slipfold.results.records import SavedTable
 from slipfold.results.tables import Variable
-from slipfold.text.printed_table import with_unit
+from slipfold.text import with_unit
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
 LASTING = "duration of a round, after which the circle lies on itself"

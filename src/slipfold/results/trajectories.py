@@ -27,12 +27,11 @@ from slipfold.long_term.exponents import ExponentEstimate, Verdict
 from slipfold.long_term.regimes import NONE, SAME
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.results.fields import REAL, TRUTH, WHOLE, Column, Entry, Items, Labels, axis
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.text.one_line import capitalized, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, capitalized, number_text
 
 
 @dataclass(frozen=True, eq=False, repr=False)

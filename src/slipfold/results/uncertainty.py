@@ -18,8 +18,7 @@ from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable,
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
-from slipfold.text.one_line import headed, parameter_text
-from slipfold.text.printed_table import PrintedTable, with_unit
+from slipfold.text import PrintedTable, headed, parameter_text, with_unit
 
 LEVEL = 0.95
 """Probability of the bands in summaries and records."""

@@ -16,14 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Source, source_of_file
+from slipfold.models.definitions.tables import validated
 from slipfold.models.model import Model
-from slipfold.models.parameter import Parameter
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import Parameter
 from slipfold.models.registry import model_of_case
+from slipfold.models.units import parse_quantity
 from slipfold.parameter_space.sampling import SALTELLI, check_power, drawn, index_design
 from slipfold.parameter_space.scatter import parse_correlation, parse_scatter
 from slipfold.studies.works import WORK, Work
-from slipfold.text.validated import validated
 
 
 class StudyCases(Protocol):

@@ -24,9 +24,8 @@ from slipfold.long_term.exponents import find_exponents
 from slipfold.long_term.search import ENDED, UNDECIDED, Box, box_around, checked_box, search
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
-from slipfold.models.output import Output
-from slipfold.models.parameter import DURATION, State
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import DURATION, Output, State
+from slipfold.models.units import parse_quantity
 from slipfold.options import (
     ExponentPeriods,
     ExponentTolerance,

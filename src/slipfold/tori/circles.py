@@ -17,7 +17,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 
 
 def turned(points: Array, turns: float) -> Array:

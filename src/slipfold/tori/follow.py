@@ -23,7 +23,7 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.continuation.walk import Failure
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.orbits.extrema import Extrema
 from slipfold.progress import Observer
 from slipfold.tori.circles import MAX_ANGLES, RESONANCES, STRONG, TAIL, CirclePoint, tail

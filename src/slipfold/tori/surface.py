@@ -16,8 +16,7 @@ from slipfold.long_term.rotation import Average, average
 from slipfold.long_term.spectrum import SpectralLines
 from slipfold.models.model import Model, evaluation_of
 from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import PrintedTable, number_text
 from slipfold.tori.circles import slopes, turned
 
 STARTS = 15

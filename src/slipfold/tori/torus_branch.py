@@ -14,8 +14,7 @@ from slipfold.continuation.end import End
 from slipfold.models.model import evaluation_of
 from slipfold.orbits.extrema import Extrema
 from slipfold.read_only import ReadOnly
-from slipfold.text.one_line import OneLine, headed, listed, number_text, parameter_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable, headed, listed, number_text, parameter_text
 
 if TYPE_CHECKING:
     from slipfold.tori.surface import TorusSpectrum

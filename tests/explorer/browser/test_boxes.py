@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from slipfold import InputError, Parameter
-from slipfold.models.quantity import parse_quantity, units_of, wanted_text
+from slipfold.models.units import parse_quantity, units_of, wanted_text
 
 UNITS = ("N", "rad", "m/s", "", "Hz", "Pa/m", "1/s")
 

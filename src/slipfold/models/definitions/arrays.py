@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 from pydantic import Field, StrictInt, TypeAdapter
 
 from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
+from slipfold.models.definitions.tables import validate
 from slipfold.models.formulas.grammar import (
     LONGEST_FORMULA,
     Binary,
@@ -23,7 +24,6 @@ from slipfold.models.formulas.grammar import (
     format_tree,
     parse_formula,
 )
-from slipfold.text.validated import validate
 
 Numbers = Mapping[str, int]
 """Values of indices and sizes by name."""

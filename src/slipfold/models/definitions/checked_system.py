@@ -23,7 +23,7 @@ from slipfold.models.definitions.system_file import SystemFile, read_system
 from slipfold.models.formulas.grammar import Name, Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import normal_name
-from slipfold.models.parameter import Parameter
+from slipfold.models.quantities import Parameter
 
 
 def build_system(source: Source, default_name: str = "system") -> SystemEquations:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import heyoka as hy
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.system_file import ContactTable, SystemFile, write_system
 from slipfold.models.formulas.functions import CONSTANTS, TIME
@@ -22,10 +22,17 @@ from slipfold.models.formulas.grammar import (
 from slipfold.models.formulas.values import PHASE, CoefficientFinder, as_symbol, value_of
 from slipfold.models.friction.contact import Contact, friction_name, normal_name
 from slipfold.models.friction.law import ContactState, FrictionLaw
-from slipfold.models.output import STICK, Expression, Limit, Output, Symbols
-from slipfold.models.parameter import DURATION, Parameter, State
-from slipfold.models.suggestion import suggest
-from slipfold.text.one_line import listed
+from slipfold.models.quantities import (
+    DURATION,
+    STICK,
+    Expression,
+    Limit,
+    Output,
+    Parameter,
+    State,
+    Symbols,
+)
+from slipfold.text import listed
 
 PERIOD = ("forcing", "period")
 """The path of the formula of the forcing period."""

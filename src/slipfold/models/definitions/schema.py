@@ -18,9 +18,8 @@ from pydantic import (
     model_validator,
 )
 
-from slipfold.models.definitions.parts import check_keys
-from slipfold.models.quantity import parse_quantity
-from slipfold.text.validated import WrongEntry, type_name
+from slipfold.models.definitions.tables import WrongEntry, check_keys, type_name
+from slipfold.models.units import parse_quantity
 
 
 class Table(BaseModel):

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from slipfold.errors import InputError
+from slipfold.models.definitions.tables import WrongEntry
 from slipfold.models.formulas.grammar import FormulaError
-from slipfold.text.validated import WrongEntry
 
 T = TypeVar("T")
 

@@ -21,18 +21,16 @@ from pydantic import (
     model_validator,
 )
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.models.definitions.schema import Formula, Line, Number, Table
 from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
+from slipfold.models.definitions.tables import WrongEntry, type_name, validate
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
 from slipfold.models.model import Model
-from slipfold.models.output import Limit
-from slipfold.models.parameter import Parameter
 from slipfold.models.parametric import declared
-from slipfold.models.suggestion import suggest
-from slipfold.text.validated import WrongEntry, type_name, validate
+from slipfold.models.quantities import Limit, Parameter
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
 

@@ -10,8 +10,8 @@ from typing import Any
 import heyoka as hy
 import numpy as np
 
-from slipfold.models.output import Expression
-from slipfold.models.suggestion import not_supported, suggest
+from slipfold.errors import not_supported, suggest
+from slipfold.models.quantities import Expression
 
 NEAR = 2.0
 """Argument from which `exprel` is a quotient: no Taylor step from there passes zero, and nothing

@@ -34,7 +34,7 @@ from slipfold.models.formulas.grammar import (
     names_in,
     with_children,
 )
-from slipfold.models.output import Expression
+from slipfold.models.quantities import Expression
 
 
 def without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:

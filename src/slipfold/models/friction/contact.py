@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.law import ContactState, FrictionLaw, sqrt
-from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.quantities import Expression, Output, Symbols
 
 
 def normal_name(contact: str) -> str:

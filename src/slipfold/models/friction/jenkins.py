@@ -24,9 +24,8 @@ from slipfold.models.friction.law import (
     sqrt,
 )
 from slipfold.models.friction.with_memory import checked_exponent
-from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import State, positive
 from slipfold.models.parametric import described, structural
+from slipfold.models.quantities import Expression, State, Symbols, positive
 
 _CREEP = 1e-4
 """Fraction of the fading that acts at any deflection. With it a contact on a body at rest has one

@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
-from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import State, nonnegative, positive
 from slipfold.models.parametric import Parametric
+from slipfold.models.quantities import Expression, State, Symbols, nonnegative, positive
 
 STATIC = nonnegative("mu_s", 0.5, "", "static friction coefficient, reached at rest", r"$\mu_s$")
 KINETIC = nonnegative("mu_k", 0.3, "", "kinetic friction coefficient", r"$\mu_k$")

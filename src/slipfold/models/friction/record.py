@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from slipfold.errors import InputError
-from slipfold.models.definitions.parts import part_table, read_part
 from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.tables import WrongEntry, part_table, read_part, type_name
 from slipfold.models.friction.jenkins import Iwan, Jenkins
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.with_memory import BoucWen, Dahl, LuGre
@@ -19,7 +19,6 @@ from slipfold.models.friction.without_memory import (
     Regularized,
     Stribeck,
 )
-from slipfold.text.validated import WrongEntry, type_name
 
 _LAWS: tuple[type[FrictionLaw], ...] = (
     Coulomb,

@@ -20,9 +20,8 @@ from slipfold.models.friction.law import (
     exp,
     sqrt,
 )
-from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter, nonnegative, positive
 from slipfold.models.parametric import described, structural
+from slipfold.models.quantities import Expression, Parameter, Symbols, nonnegative, positive
 
 BRISTLE_STIFFNESS = positive(
     "s0", 1e4, "1/m", "stiffness of the contact over the normal force", r"$\sigma_0$"

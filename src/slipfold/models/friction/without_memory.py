@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.models.friction.law import (
     KINETIC,
     STATIC,
@@ -19,10 +19,8 @@ from slipfold.models.friction.law import (
     sqrt,
     tanh,
 )
-from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import nonnegative, positive
 from slipfold.models.parametric import described, structural
-from slipfold.models.suggestion import suggest
+from slipfold.models.quantities import Expression, Symbols, nonnegative, positive
 
 
 @dataclass(frozen=True)

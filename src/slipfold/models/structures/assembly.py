@@ -11,8 +11,16 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.friction.contact import Contact
-from slipfold.models.output import Expression, Limit, Output, Symbols
-from slipfold.models.parameter import DURATION, Parameter, State, positive
+from slipfold.models.quantities import (
+    DURATION,
+    Expression,
+    Limit,
+    Output,
+    Parameter,
+    State,
+    Symbols,
+    positive,
+)
 from slipfold.models.structures.component import (
     Component,
     Direction,

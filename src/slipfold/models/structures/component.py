@@ -13,12 +13,10 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.errors import InputError
-from slipfold.models.output import Expression, Limit, Output, Symbols
-from slipfold.models.parameter import Parameter, State
+from slipfold.errors import InputError, suggest
 from slipfold.models.parametric import Parametric, structural
-from slipfold.models.suggestion import suggest
-from slipfold.text.one_line import listed
+from slipfold.models.quantities import Expression, Limit, Output, Parameter, State, Symbols
+from slipfold.text import listed
 
 LONGEST_LINE = 60
 

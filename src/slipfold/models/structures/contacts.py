@@ -15,9 +15,19 @@ from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import Contact, contact_outputs
 from slipfold.models.friction.law import FrictionLaw, cos, sin
 from slipfold.models.friction.without_memory import Coulomb
-from slipfold.models.output import PULSATING_LIMIT, STICK_LIMIT, Expression, Limit, Output, Symbols
-from slipfold.models.parameter import Parameter, State, nonnegative, positive
 from slipfold.models.parametric import Parametric, declared, described, structural
+from slipfold.models.quantities import (
+    PULSATING_LIMIT,
+    STICK_LIMIT,
+    Expression,
+    Limit,
+    Output,
+    Parameter,
+    State,
+    Symbols,
+    nonnegative,
+    positive,
+)
 from slipfold.models.structures.component import (
     Component,
     Direction,

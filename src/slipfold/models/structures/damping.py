@@ -12,11 +12,11 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.models.parameter import Parameter, nonnegative
 from slipfold.models.parametric import Parametric, described, structural
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import Parameter, nonnegative
 from slipfold.models.structures.component import shown
 from slipfold.models.structures.matrices import lowest_modes
+from slipfold.models.units import parse_quantity
 
 
 @dataclass(frozen=True)

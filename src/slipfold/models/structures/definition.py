@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from slipfold.errors import InputError, about
-from slipfold.models.quantity import parse_quantity
 from slipfold.models.structures.component import NAME, Component, Direction, as_direction, shown
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
 from slipfold.models.structures.damping import Damping
@@ -33,6 +32,7 @@ from slipfold.models.structures.springs import (
     LinearSpring,
     PolynomialSpring,
 )
+from slipfold.models.units import parse_quantity
 
 ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
 """Classes of elements."""

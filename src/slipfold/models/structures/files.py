@@ -10,9 +10,16 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo
 
-from slipfold.models.definitions.parts import check_keys, part_table, read_part
 from slipfold.models.definitions.schema import Line, Table
 from slipfold.models.definitions.source import MOST_ENTRIES, Source
+from slipfold.models.definitions.tables import (
+    WrongEntry,
+    check_keys,
+    part_table,
+    read_part,
+    type_name,
+    validate,
+)
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
 from slipfold.models.structures.component import Direction
@@ -21,7 +28,6 @@ from slipfold.models.structures.damping import Damping, ModalDamping, Proportion
 from slipfold.models.structures.definition import CONTACTS, ELEMENTS, FORCING, Definition
 from slipfold.models.structures.matrices import Matrix, read_matrix
 from slipfold.models.structures.reduction import CraigBampton, ModalReduction
-from slipfold.text.validated import WrongEntry, type_name, validate
 
 FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "

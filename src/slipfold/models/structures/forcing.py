@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from slipfold.errors import InputError
 from slipfold.models.friction.law import cos, sin
-from slipfold.models.output import Expression, Symbols
-from slipfold.models.parameter import Parameter
 from slipfold.models.parametric import described, structural
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import Expression, Parameter, Symbols
 from slipfold.models.structures.component import (
     HIGHEST,
     Component,
@@ -28,6 +26,7 @@ from slipfold.models.structures.component import (
     shown,
     total,
 )
+from slipfold.models.units import parse_quantity
 
 _PHASE = Parameter("phi", 0.0, "rad", "phase by which a forcing leads", symbol=r"$\varphi$")
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.text.one_line import listed
+from slipfold.text import listed
 
 
 def read_matrix(path: Path, name: str) -> Any:

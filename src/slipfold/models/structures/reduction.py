@@ -10,13 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from slipfold.arrays import Array, Indices
-from slipfold.errors import InputError
-from slipfold.models.quantity import parse_quantity
+from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import Direction, shown
 from slipfold.models.structures.matrices import Matrix, lowest_modes, require_symmetric, solver
-from slipfold.models.suggestion import suggest
-from slipfold.text.one_line import OneLine, listed, number_text
-from slipfold.text.printed_table import PrintedTable
+from slipfold.models.units import parse_quantity
+from slipfold.text import OneLine, PrintedTable, listed, number_text
 
 FREE = 1e-6
 """Frequency over the largest one below which a motion is free: it has no relative error."""

@@ -10,12 +10,19 @@ from typing import Any, ClassVar, Self
 
 import heyoka as hy
 
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.models.formulas.functions import whole_power
-from slipfold.models.output import COLLAPSE_LIMIT, Expression, Limit, Output, Symbols
-from slipfold.models.parameter import Parameter, nonnegative, positive
 from slipfold.models.parametric import described, structural
-from slipfold.models.quantity import parse_quantity
+from slipfold.models.quantities import (
+    COLLAPSE_LIMIT,
+    Expression,
+    Limit,
+    Output,
+    Parameter,
+    Symbols,
+    nonnegative,
+    positive,
+)
 from slipfold.models.structures.component import (
     Component,
     Direction,
@@ -27,7 +34,7 @@ from slipfold.models.structures.component import (
     shown,
     total,
 )
-from slipfold.models.suggestion import suggest
+from slipfold.models.units import parse_quantity
 
 HIGHEST = 15
 """Highest power of a polynomial: beyond it, fitted coefficients are seldom worth anything."""

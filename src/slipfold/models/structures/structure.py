@@ -18,7 +18,7 @@ from slipfold.models.definitions.source import (
 )
 from slipfold.models.friction.contact import Contact
 from slipfold.models.linear_modes import MechanicalModel
-from slipfold.models.output import Expression, Output, Symbols
+from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import Assembly, assemble
 from slipfold.models.structures.cost import Cost, estimate_cost
 from slipfold.models.structures.damping import Damping

@@ -6,8 +6,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from slipfold.text.one_line import OneLine
-from slipfold.text.printed_table import PrintedTable
+from slipfold.text import OneLine, PrintedTable
 
 ROUNDING = 1e-12
 """Smallest agreement that is reported: the digits below differ from processor to processor."""

@@ -30,7 +30,7 @@ from slipfold.results.checks.orbit_difference import (
     retraced_difference,
 )
 from slipfold.results.checks.switched import switched_difference
-from slipfold.text.one_line import parameter_text
+from slipfold.text import parameter_text
 
 if TYPE_CHECKING:
     from slipfold.loci.locus import Locus

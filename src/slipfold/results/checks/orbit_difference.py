@@ -18,7 +18,7 @@ from slipfold.flow.intervals import Field, newton_step
 from slipfold.flow.stage_equations import LinearPart
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.models.parameter import DURATION
+from slipfold.models.quantities import DURATION
 from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
 from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit

@@ -1,1 +1,0 @@
-"""How values read: one line each, tables for terminals and notebooks."""
