@@ -14,7 +14,7 @@ from helpers.studies import files_of_at_most
 from slipfold import InputError
 from slipfold.results import writing
 from slipfold.results.tables import LabeledTable, Variable
-from slipfold.results.writing import check_writable, write_file
+from slipfold.results.writing import NETCDF, check_writable, write_file
 
 FULL = Path("/dev/full")
 needs_full = pytest.mark.skipif(not FULL.is_char_device(), reason="there is no /dev/full")
@@ -81,11 +81,10 @@ def test_netcdf_on_a_disk_that_fills_up(tmp_path, room):
     values = np.arange(10_000.0)
     table = LabeledTable({name: Variable(("row",), values) for name in "ab"}, {"title": "rows"})
     path = tmp_path / "a.nc"
-    write_file(path, table.write_netcdf)
+    write_file(path, table.to_netcdf())
     whole = path.read_bytes()
-    assert whole == table.to_netcdf()
     with files_of_at_most(room), pytest.raises(InputError, match=r"written \(file too large\)"):
-        write_file(path, table.write_netcdf)
+        write_file(path, table.to_netcdf())
     assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["a.nc"]
 
@@ -133,3 +132,10 @@ def test_checking_refuses_to_replace_the_file_of_somebody_else(tmp_path, monkeyp
     monkeypatch.setattr(writing.os, "geteuid", lambda: 12345)
     with pytest.raises(InputError, match="belongs to somebody else"):
         check_writable(theirs)
+
+
+def test_checking_refuses_a_suffix_of_another_format(tmp_path):
+    check_writable(tmp_path / "a.NC", NETCDF)
+    check_writable(tmp_path / "a", NETCDF)
+    with pytest.raises(InputError, match=r"a\.txt would be a netCDF file.*ends with \.nc, "):
+        check_writable(tmp_path / "a.txt", NETCDF)

@@ -4,13 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import slipfold as sf
 from helpers.studies import CHEAP, content
 from slipfold import InputError
 from slipfold.parameter_space.sampling import drawn
-from slipfold.results import gathered
 from slipfold.studies import plan
 from slipfold.studies.plan import read_plan
 from slipfold.studies.run import StudyTask, compute, versions
@@ -118,25 +116,6 @@ def test_interrupted_while_failed_cases_are_tried_again_it_says_so(tmp_path):
             raise KeyboardInterrupt
 
     assert not sf.study(LISTED, store, retry_failed=True, on_progress=stop_at_the_end).interrupted
-
-
-def test_columns_on_disk_are_those_in_memory(tmp_path, monkeypatch):
-    given = {
-        "model": "duffing",
-        "compute": {"what": "response", "vary": "W", "span": [0.5, 0.9]},
-        "cases": {"list": [{"d": 0.1}, {"d": 0.2}, {"d": -1e9}, {"d": 0.15}]},
-    }
-    found = sf.study(given)
-    monkeypatch.setattr(gathered, "ROOM", 0)
-    monkeypatch.setattr(gathered, "BLOCK", 2)
-    on_disk = sf.study(given)
-    assert not isinstance(on_disk.values, dict)
-    assert content(on_disk, tmp_path) == content(found, tmp_path)
-    assert on_disk.summary() == found.summary()
-    assert on_disk.to_json() == found.to_json()
-    assert not any(values.flags.writeable for values in on_disk.values.values())
-    assert content(pickle.loads(pickle.dumps(on_disk)), tmp_path) == content(found, tmp_path)
-    xr.testing.assert_identical(on_disk.to_xarray(), found.to_xarray())
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin hypercube", "random"])

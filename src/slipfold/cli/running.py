@@ -119,14 +119,14 @@ class Outputs:
 
     def checked(self) -> Self:
         """Return them, made sure before computing that all files can be written."""
-        from slipfold.results.writing import check_writable
+        from slipfold.results.writing import NETCDF, check_writable
 
         paths = [path for path in (self.out, self.csv) if path is not None]
         if self.json not in (None, "-"):
             paths.append(str(self.json))
         seen: set[str] = set()
         for path in paths:
-            check_writable(path)
+            check_writable(path, NETCDF if path == self.out else ())
             real = os.path.realpath(path)
             if real in seen and os.path.isfile(real) | (not os.path.exists(real)):
                 raise InputError(f"{path} is given for two outputs; give each a file of its own")

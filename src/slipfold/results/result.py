@@ -31,7 +31,7 @@ from slipfold.results.records import (
     types_of,
 )
 from slipfold.results.tables import Frame, LabeledTable, Variable, frame_of, read_netcdf
-from slipfold.results.writing import write_file
+from slipfold.results.writing import NETCDF, check_writable, write_file
 from slipfold.text import OneLine, PrintedTable, html_list
 
 if TYPE_CHECKING:
@@ -168,14 +168,16 @@ class Result(OneLine, ReadOnly, ABC):
         Parameters
         ----------
         path
-            The file, by custom ``....nc``. It is written whole or not at all.
+            The file, ``....nc``; also ``.nc4``, ``.h5`` and ``.hdf5``. It is written whole or not
+            at all.
 
         Raises
         ------
         InputError
-            If the file cannot be written.
+            If the file cannot be written, or has another suffix.
         """
-        write_file(path, self._table().write_netcdf)
+        check_writable(path, NETCDF)
+        write_file(path, self._table().to_netcdf())
 
     def to_csv(self, path: str | Path) -> None:
         """Write a spreadsheet; the notes of the class say what is a row.

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from array import array
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,8 +17,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.parameter_space.sampling import SALTELLI, SobolIndices, indices_of
-from slipfold.results.fields import REAL, TEXT, Column, meaning_of
-from slipfold.results.gathered import KINDS, Gathered, type_of
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, meaning_of
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable
@@ -25,22 +26,8 @@ from slipfold.studies.store import Record
 from slipfold.studies.works import WORK, CaseField, Work
 from slipfold.text import PrintedTable, headed, listed
 
-
-class _OnDemand(Mapping[str, Variable]):
-    """Variables by name, each made whenever it is read: a study may not fit into memory."""
-
-    def __init__(self, made: Mapping[str, Callable[[], Variable]]) -> None:
-        self._made = made
-
-    def __getitem__(self, name: str) -> Variable:
-        return self._made[name]()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._made)
-
-    def __len__(self) -> int:
-        return len(self._made)
-
+KINDS = {"real": REAL, "whole": WHOLE, "text": TEXT}
+"""Types of values by the kinds of fields of cases."""
 
 CONSTANT = 1e-12
 """Deviation over size of what is the same in all cases but for rounding."""
@@ -323,38 +310,29 @@ class StudyResult(Result):
         grid = self.cases.axes if isinstance(self.cases, Grid) else None
         along = tuple(labels.values()) if grid is not None else ("case",)
         shape, each = self.cases.shape, self.work.listed
-        made: dict[str, Callable[[], Variable]] = {}
-
-        def add(name: str, column: Column, axes: tuple[str, ...], get: Callable[[], Any]) -> None:
-            made[name] = lambda: column.variables(name, axes, get())[name]
-
+        result: dict[str, Variable] = {}
+        given = None if grid is not None else self.cases.values(np.arange(len(self)))
         for index, (name, label) in enumerate(labels.items()):
             item = self.model.parameter(name)
             column = Column(name, REAL, meaning_of(item), item.unit, label=True)
             if grid is not None:
-                add(label, column, (label,), partial(grid.__getitem__, name))
-            else:
-                add(label, column, along, partial(self._given_values, index))
+                result |= column.variables(label, (label,), grid[name])
+            elif given is not None:
+                values = np.ascontiguousarray(given[:, index])
+                result |= column.variables(label, along, values)
         for quantity in self.quantities:
-            values = partial(self._shaped, quantity.name)
-            add(quantity.name, _column(quantity), along, values)
+            values = self.values[quantity.name].reshape(shape)
+            result |= _column(quantity).variables(quantity.name, along, values)
         reasons = Column("failed", TEXT, "why there is nothing of this case")
-        add("failed", reasons, along, lambda: self.reasons.reshape(shape))
+        result |= reasons.variables("failed", along, self.reasons.reshape(shape))
         for described in [OWNER, *self.work.lists(self.model)] if self.listed else ():
             owner = described is OWNER
             name = f"case_of_{each}" if owner else f"{each}_{described.name}"
             column = replace(
                 _column(described), label=owner, unit=None if owner else described.unit
             )
-            add(name, column, (each,), partial(self.listed.__getitem__, described.name))
-        return _OnDemand(made)
-
-    def _given_values(self, place: int) -> Array:
-        """Return the values of one parameter, case after case."""
-        return np.ascontiguousarray(self.cases.values(np.arange(len(self)))[:, place])
-
-    def _shaped(self, name: str) -> NDArray[Any]:
-        return self.values[name].reshape(self.cases.shape)
+            result |= column.variables(name, (each,), self.listed[described.name])
+        return result
 
     def _record(self) -> dict[str, Any]:
         failures = [
@@ -417,14 +395,13 @@ class StudyResult(Result):
             rows = np.stack([columns[name] for name in named], axis=1)
             cases = Rows(cases.names, rows, cases.record() if "sample" in cases.record() else None)
         values = {
-            item.name: columns[item.name].ravel().astype(type_of(item))
-            for item in work.quantities(model)
+            item.name: _stored(item, columns[item.name].ravel()) for item in work.quantities(model)
         }
         listed = {}
         if work.lists(model):
             listed["case"] = columns[f"case_of_{work.listed}"]
             for item in work.lists(model):
-                listed[item.name] = columns[f"{work.listed}_{item.name}"].astype(type_of(item))
+                listed[item.name] = _stored(item, columns[f"{work.listed}_{item.name}"])
         reasons = columns["failed"].ravel().astype(object)
         stopped = bool(saved.given.get("stopped", False))
         return cls(model, work, cases, values, listed, reasons, saved.provenance, stopped)
@@ -439,8 +416,8 @@ def study_result(
 ) -> StudyResult:
     """Put the finished cases together, in the order of their numbers."""
     described = plan.work.lists(plan.model)
-    values = Gathered(plan.work.quantities(plan.model))
-    listed = Gathered([OWNER, *described])
+    values = CaseColumns(plan.work.quantities(plan.model))
+    listed = CaseColumns([OWNER, *described])
     reasons = np.full(total(plan.cases), NOT_REACHED, object)
     number = -1
     for record in records:
@@ -453,9 +430,42 @@ def study_result(
             listed.add({"case": number, **each})
     for _ in range(number + 1, len(reasons)):
         values.add({})
-    table = listed.columns() if described else {}
-    result = values.columns(), table, reasons
+    result = values.arrays(), listed.arrays() if described else {}, reasons
     return StudyResult(plan.model, plan.work, plan.cases, *result, origin, stopped, damaged)
+
+
+class CaseColumns:
+    """Columns that grow row by row; values that a row lacks are missing.
+
+    >>> table = CaseColumns([CaseField("x", "real", ""), CaseField("why", "text", "")])
+    >>> table.add({"x": 1.5, "why": "limit"})
+    >>> table.add({"why": "limit"})
+    >>> {name: column.tolist() for name, column in table.arrays().items()}
+    {'x': [1.5, nan], 'why': ['limit', 'limit']}
+    """
+
+    def __init__(self, items: Sequence[CaseField]) -> None:
+        self._items = items
+        codes = {"real": "d", "whole": "q"}
+        self._values: dict[str, Any] = {
+            item.name: array(codes[item.kind]) if item.kind in codes else [] for item in items
+        }
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Add a row at the end."""
+        for item in self._items:
+            value = row.get(item.name)
+            value = KINDS[item.kind].missing if value is None else value
+            self._values[item.name].append(sys.intern(value) if item.kind == "text" else value)
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the columns."""
+        return {item.name: _stored(item, self._values[item.name]) for item in self._items}
+
+
+def _stored(item: CaseField, values: Any) -> NDArray[Any]:
+    """Return a column as an array; texts are objects, which share repeated ones."""
+    return np.array(values, object if item.kind == "text" else KINDS[item.kind].type)
 
 
 def _cases_of(record: Mapping[str, Any]) -> StudyCases:

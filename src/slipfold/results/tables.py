@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
 LARGE = 2**18
 """Bytes of an array above which it is packed: maps of regions shrink to a hundredth."""
-
-PIECE = 2**14
-"""Rows of texts that are written at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,19 +87,15 @@ class LabeledTable:
 
     def to_netcdf(self) -> bytes:
         """Return it as the content of a netCDF-4 file."""
-        memory = io.BytesIO()
-        self.write_netcdf(memory)
-        return memory.getvalue()
-
-    def write_netcdf(self, target: IO[bytes]) -> None:
-        """Write it as a netCDF-4 file, one variable after the other."""
         import h5netcdf
         import h5py
 
-        with h5py.File(target, "w", track_order=True) as store:
+        memory = io.BytesIO()
+        with h5py.File(memory, "w", track_order=True) as store:
             file = h5netcdf.File(store, "w")
             self._write(file)
             file.close()
+        return memory.getvalue()
 
     def _write(self, file: Any) -> None:
         """Write to a file or to a group in it."""
@@ -128,10 +121,7 @@ def _write_variable(file: Any, name: str, item: Variable) -> None:
     attributes = dict(item.attributes)
     if values.dtype.kind in "UO":
         written = file.create_variable(name, item.dimensions, dtype=h5py.string_dtype())
-        # In pieces, as HDF5 makes a copy of each text.
-        for begin in range(0, len(values) if values.ndim else 1, PIECE):
-            piece = slice(begin, begin + PIECE) if values.ndim else ()
-            written[piece] = np.asarray(values[piece], object)
+        written[...] = np.asarray(values, object)
     elif values.dtype.kind == "b":
         # netCDF has no truth values; this is how xarray marks them.
         written = file.create_variable(name, item.dimensions, data=values.astype(np.int8))

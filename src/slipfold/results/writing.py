@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 import errno
-import io
 import os
 import secrets
 import stat
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, cast
 
 from slipfold.errors import InputError
-
-if TYPE_CHECKING:
-    from typing_extensions import Buffer
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors that space would cure."""
 
+NETCDF = (".nc", ".nc4", ".h5", ".hdf5")
+"""Suffixes of netCDF-4 files."""
 
-def check_writable(path: str | Path) -> None:
-    """Make sure before a long computation that its result can be written."""
-    target = Path(os.path.realpath(path))
+
+def check_writable(path: str | Path, suffixes: Sequence[str] = ()) -> None:
+    """Make sure before a long computation that its result can be written.
+
+    A name with a suffix must have one of `suffixes`, if there are any.
+    """
+    target, suffix = Path(os.path.realpath(path)), Path(path).suffix
     try:
         if target.is_dir():
             raise InputError(f"{path} is a folder; give the name of a file")
@@ -35,6 +36,11 @@ def check_writable(path: str | Path) -> None:
             with open(target, "ab"):
                 return
         _check_replaceable(path, target)
+        if suffixes and suffix and suffix.lower() not in suffixes:
+            raise InputError(
+                f"{path} would be a netCDF file, which {suffix} does not stand for; give a name "
+                f"that ends with {', '.join(suffixes)}"
+            )
         # Permissions do not tell all (read-only disks, quotas): only a trial does.
         trial = _beside(target)
         os.close(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
@@ -43,66 +49,29 @@ def check_writable(path: str | Path) -> None:
         raise InputError(_cannot_write(path, error)) from error
 
 
-def write_file(path: str | Path, content: bytes | Callable[[IO[bytes]], object]) -> None:
+def write_file(path: str | Path, content: bytes) -> None:
     """Write a file so that, whatever happens, the old one or the new one is there.
 
-    The content, or what writes it to a file given to it, goes into a new file in the same folder,
-    which then takes the place of the old one. Devices and pipes, such as ``/dev/stdout``, are
-    written to directly.
+    The content goes into a new file in the same folder, which then replaces the old one. Devices
+    and pipes, such as ``/dev/stdout``, are written to directly.
     """
     target = Path(os.path.realpath(path))
-    trial = _beside(target)
-    write = (lambda file: file.write(content)) if isinstance(content, bytes) else content
     try:
         if _is_special(target):
-            with open(target, "wb") as file:
-                file.write(_whole(write))
+            target.write_bytes(content)
             return
+        trial = _beside(target)
         try:
-            descriptor = os.open(trial, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o666)
-            _write_in_pieces(descriptor, write)
+            with open(os.open(trial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666), "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
             os.replace(trial, target)
         except BaseException:
             trial.unlink(missing_ok=True)
             raise
     except OSError as error:
         raise InputError(_cannot_write(path, error)) from error
-
-
-def _whole(write: Callable[[IO[bytes]], object]) -> bytes:
-    memory = io.BytesIO()
-    write(memory)
-    return memory.getvalue()
-
-
-def _write_in_pieces(descriptor: int, write: Callable[[IO[bytes]], object]) -> None:
-    """Have `write` write to a file; raise the first error of the disk, not its consequences."""
-    with _Patient(descriptor, "r+") as file:
-        try:
-            write(cast("IO[bytes]", file))
-        finally:
-            if file.failure is not None:
-                raise file.failure
-        os.fsync(descriptor)
-
-
-class _Patient(io.FileIO):
-    """A file that stores its first failure and continues as if there were room.
-
-    HDF5 gives up neither its place nor its memory while it cannot write the rest of a file.
-    """
-
-    failure: OSError | None = None
-
-    def write(self, content: Buffer) -> int:
-        """Write all of it."""
-        rest = memoryview(content).cast("B")
-        try:
-            while self.failure is None and rest:
-                rest = rest[super().write(rest) :]
-        except OSError as error:
-            self.failure = error
-        return memoryview(content).nbytes
 
 
 def _check_replaceable(path: str | Path, target: Path) -> None:
