@@ -273,3 +273,12 @@ def test_too_few_readings_and_other_things_that_are_none(noisy):
     errors[2] = np.nan
     with pytest.raises(sf.InputError, match="11 of 12 readings have an error"):
         sf.fit(LINEAR, replace(noisy, errors=errors), bounds)
+
+
+def test_readings_in_another_unit_are_farther_from_the_model_than_from_their_mean():
+    found = sf.fit(
+        LINEAR, measured(10 * amplitude(FREQUENCIES, 1.1, 0.12, LINEAR.F)), {"k": (1, 2)}
+    )
+    assert "lie farther from the model than from their own means; check their units" in (
+        found.message
+    )

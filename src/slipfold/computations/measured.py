@@ -239,7 +239,7 @@ def plan_measurement(
     >>> planned.errors_expected.shape
     (2,)
     """
-    from slipfold.parameter_space.information import plan
+    from slipfold.parameter_space.stable_orbits import plan
     from slipfold.results.measured import MeasurementPlan
 
     changed = checked_model(model).replace(**parameters)
@@ -259,15 +259,15 @@ def plan_measurement(
         )
     started = perf_counter()
     chosen = checked_values(changed.variable_parameter(vary), values)
-    result = plan(changed, vary, chosen, measured, tuple(fitted), noise)
+    read, slopes = plan(changed, vary, chosen, measured, fitted, noise)
     return MeasurementPlan(
         model=changed,
         vary=vary,
         quantities=measured,
         fitted=tuple(fitted),
         values=chosen,
-        read=result.read,
-        slopes=result.slopes,
+        read=read,
+        slopes=slopes,
         errors=noise,
         provenance=provenance(perf_counter() - started),
     )

@@ -1,4 +1,4 @@
-"""Parameters of a model by least squares, with intervals from profiles."""
+"""Parameters of a model fitted to a measurement by least squares, with intervals from profiles."""
 
 from __future__ import annotations
 
@@ -8,26 +8,16 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model
-from slipfold.parameter_space.explanation import Explanation, Readings
+from slipfold.parameter_space.explanation import LIMITS, Explanation, Weighted
 from slipfold.parameter_space.measurement import Measurement
+from slipfold.parameter_space.stable_orbits import covariance_of
 from slipfold.progress import Observer, Progress
 
 Report = Callable[[Explanation], None]
-
-ROUNDS = 12
-"""Maximum number of times that orbits are assigned to readings again."""
-
-DECREASE = 1e-6
-"""Smallest relative decrease of the sum of squares: far below the accuracy of intervals."""
-
-CRAWL = 1e-3
-"""Relative decrease of the sum of squares below which no more steps are tried where orbits vanish:
-trust regions shrink fourfold each time that an orbit is lost."""
 
 
 class _Finished(Exception):
@@ -39,30 +29,30 @@ def best_of_rounds(
     free: tuple[str, ...],
     report: Report = lambda found: None,
     scale: float = np.inf,
-    close: float = DECREASE,
+    close: float = LIMITS.decrease,
 ) -> tuple[Explanation, float, bool]:
     """Return the best explanation near a start, the typical distance, and whether it converged.
 
     Each iteration minimizes the sum of squares for fixed orbits, then assigns orbits to the
-    readings again, with these orbits among the candidates. So the sum never grows, and iterations
+    rows again, with these orbits among the candidates. So the sum never grows, and iterations
     cannot cycle. The typical distance is at most the given `scale`; `close` is that of `closest`.
     """
-    best, scale = start, min(start.scale, scale)
-    for _ in range(ROUNDS):
+    best, scale, enough = start, min(start.scale, scale), 1 - LIMITS.decrease
+    for _ in range(LIMITS.rounds):
         report(best)
         held = closest(best, free, scale, close)
-        found = held.readings.explained(held.model, held)
-        narrower = min(scale, found.scale)
-        better = found.cost(narrower) < (1 - DECREASE) * best.cost(narrower)
-        done = not better and narrower >= (1 - DECREASE) * scale
-        best, scale = found if better else best, narrower
+        again = held.measured.explained(held.model, held)
+        narrower = min(scale, again.scale)
+        better = again.cost(narrower) < enough * best.cost(narrower)
+        done = not better and narrower >= enough * scale
+        best, scale = again if better else best, narrower
         if done:
             return best, scale, True
     return best, scale, False
 
 
 def closest(
-    start: Explanation, free: tuple[str, ...], scale: float, close: float = DECREASE
+    start: Explanation, free: tuple[str, ...], scale: float, close: float = LIMITS.decrease
 ) -> Explanation:
     """Return the least squares for fixed orbits, of the rows that are used.
 
@@ -74,62 +64,45 @@ def closest(
     rows = start.used(scale)
     if not free or not rows.any():
         return start
-    low, high = np.array([start.readings.bounds[name] for name in free]).T
+    low, high = np.array([start.measured.bounds[name] for name in free]).T
     here = np.array([start.model.values[name] for name in free])
-    cache: dict[bytes, Explanation | None] = {here.tobytes(): start}
-    best, lost = start, 0
+    known: dict[bytes, Explanation | None] = {here.tobytes(): start}
+    best, lost, missing = start, False, np.full(len(start.residuals(rows)), np.inf)
 
     def at(values: Array) -> Explanation | None:
         key = values.tobytes()
-        if key not in cache:
-            cache[key] = best.moved(dict(zip(free, values.tolist(), strict=True)), rows)
-        return cache[key]
+        if key not in known:
+            known[key] = best.moved(free, values, rows)
+        return known[key]
 
     def away(values: Array) -> Array:
         nonlocal lost
-        found = at(values)
-        if found is None:  # SciPy takes a shorter step then
-            lost += 1
-            return np.full(size, np.inf)
-        return found.residuals(rows)
+        there = at(values)
+        lost = lost or there is None
+        return missing if there is None else there.residuals(rows)  # SciPy then steps shorter
 
     def slopes(values: Array) -> Array:
         nonlocal best, lost
-        found = at(values)
-        if found is None:  # rounding moved it to its bound, where the orbit is lost
+        there = at(values)
+        if there is None:  # rounding moved it to its bound, where the orbit is lost
             raise _Finished
-        before, now = (float(np.sum(item.residuals(rows) ** 2)) for item in (best, found))
-        if found is not start and lost and before - now < CRAWL * now:
+        before, now = (float(np.sum(item.residuals(rows) ** 2)) for item in (best, there))
+        if there is not start and lost and before - now < LIMITS.same * now:
             raise _Finished
-        best, lost = found, 0
-        return np.nan_to_num(found.slopes(free, rows))
+        best, lost = there, False
+        return np.nan_to_num(there.slopes(free, rows))
 
-    size = len(start.residuals(rows))
     try:
         solved: Any = least_squares(
             away, here, slopes, bounds=(low, high), x_scale=high - low, method="dogbox",
-            xtol=close, ftol=close, gtol=1e-14, max_nfev=60,
+            xtol=close, ftol=close, gtol=1e-14, max_nfev=LIMITS.iterations,
         )  # fmt: skip
     except _Finished:
         return best
     return at(solved.x) or best
 
 
-PROFILE_CLOSE = 1e-2
-"""Relative error of an end where orbits vanish, over its distance from the fitted value."""
-
-REACHED = 0.96
-"""Growth of the sum of squares, over that at the ends, at which a parabola gives the end with about
-the square of the remaining error."""
-
-BETTER = 1e-2
-"""Decrease of the sum of squares, over the growth at the ends, that makes a fit better."""
-
-POINTS = 60
-"""Maximum number of points of a profile on one side."""
-
-CHECKS = 3
-"""Maximum number of times that orbits are assigned again at its end."""
+# -- intervals from profiles -----------------------------------------------------------------------
 
 
 class BetterFit(Exception):
@@ -148,7 +121,7 @@ class Profile:
     scale: float
     rise: float
     known: Sequence[Explanation]  # computed before: some may lie in other minima
-    report: Callable[[Explanation], None]
+    report: Report
 
     def end(self, place: int, way: int, slopes: Array, step: float) -> float:
         """Return the end of the interval of a parameter, downward (-1) or upward (1).
@@ -158,47 +131,44 @@ class Profile:
 
         Shapes: slopes (p,).
         """
+        bound = float(self.best.measured.ends[max(way, 0), place])
         inside = [item for item in self.known if self._growth(item) <= self.rise]
         here = max([self.best, *inside], key=lambda item: way * item.values[place])
-        for _ in range(CHECKS):
-            here = self._followed(here, place, way, slopes, step)
-            if here.values[place] == self._bound(place, way):
+        for _ in range(LIMITS.agreeing):
+            here = self._followed(here, place, bound, slopes, step)
+            if here.values[place] == bound:
                 break
-            again = here.readings.explained(here.model, here)
+            again = here.measured.explained(here.model, here)
             if self._growth(again) > 0.9 * self._growth(here):
                 break
-            here = again  # other orbits are nearer to the readings there
-        value, growth, bound = here.values[place], self._growth(here), self._bound(place, way)
-        if growth > REACHED * self.rise:
+            here = again  # other orbits are nearer to the rows there
+        value, growth = here.values[place], self._growth(here)
+        if growth > LIMITS.reached * self.rise:
             value += (value - self.best.values[place]) * (np.sqrt(self.rise / growth) - 1)
         return float(min(value, bound) if way > 0 else max(value, bound))
 
     def _followed(
-        self, here: Explanation, place: int, way: int, slopes: Array, step: float
+        self, here: Explanation, place: int, bound: float, slopes: Array, step: float
     ) -> Explanation:
         """Return the last point of a profile at which the sum of squares has not grown too much.
 
         Where orbits vanish, as at a fold, steps are halved. Just beyond, orbits are assigned to the
-        readings again; the profile continues if others are near enough.
+        rows again; the profile continues if others are near enough.
         """
-        bound, middle, least = (
-            self._bound(place, way),
-            self.best.values[place],
-            PROFILE_CLOSE * step,
-        )
-        over: tuple[float, float] | None = None
-        for _ in range(POINTS):
+        middle, least = self.best.values[place], LIMITS.profile * step
+        over: tuple[float, float] | None = None  # a value, and the growth there, beyond the end
+        for _ in range(LIMITS.iterations):
             value = float(here.values[place])
             limit = bound if over is None else over[0]
             room = abs(limit - value)
-            if room == 0 or self._growth(here) > REACHED * self.rise:
+            if room == 0 or self._growth(here) > LIMITS.reached * self.rise:
                 break
-            if over is not None and room <= max(PROFILE_CLOSE * abs(limit - middle), least):
+            if over is not None and room <= max(LIMITS.profile * abs(limit - middle), least):
                 break
             length = min(step, room if over is None else self._between(here, over[1], room))
-            target = limit if length == room else value + way * length
+            target = limit if length == room else value + np.sign(bound - middle) * length
             there = self._held(here, place, target, slopes)
-            if there is None and length > max(PROFILE_CLOSE * abs(target - middle), least):
+            if there is None and length > max(LIMITS.profile * abs(target - middle), least):
                 step = length / 2
                 continue
             if there is None:
@@ -212,79 +182,43 @@ class Profile:
                 here, step = there, 2 * length
         return here
 
-    def _bound(self, place: int, way: int) -> float:
-        return list(self.best.readings.bounds.values())[place][max(way, 0)]
-
     def _growth(self, found: Explanation) -> float:
         """Return by how much the sum of squares is above that of the fit."""
         growth = found.cost(self.scale) - self.best.cost(self.scale)
-        if growth < -BETTER * self.rise:
+        if growth < -LIMITS.profile * self.rise:
             raise BetterFit(found)
         return growth
 
     def _between(self, here: Explanation, growth: float, room: float) -> float:
         """Return the step to where a parabola through two points has grown by `rise`."""
-        inner, middle, outer = np.sqrt(
-            np.clip([self._growth(here), (1 + REACHED) / 2 * self.rise, growth], 0, 9 * self.rise)
-        )
+        middle = (1 + LIMITS.reached) / 2 * self.rise
+        grown = np.clip([self._growth(here), middle, growth], 0, 9 * self.rise)
+        inner, middle, outer = np.sqrt(grown)
         return float(np.clip((middle - inner) / (outer - inner), 0.05, 0.95) * room)
 
     def _held(
         self, here: Explanation, place: int, target: float, slopes: Array
     ) -> Explanation | None:
         """Return the best explanation by the same orbits with a parameter held; None if lost."""
-        names, rows = tuple(here.readings.bounds), here.used(self.scale)
-        low, high = np.array(list(here.readings.bounds.values())).T
+        names, rows = here.measured.names, here.used(self.scale)
         for rates in (slopes, np.zeros_like(slopes)):
-            values = np.clip(here.values + rates * (target - here.values[place]), low, high)
+            values = np.clip(
+                here.values + rates * (target - here.values[place]), *here.measured.ends
+            )
             values[place] = target
-            there = here.moved(dict(zip(names, values.tolist(), strict=True)), rows)
+            there = here.moved(names, values, rows)
             if there is not None:
                 return closest(there, names[:place] + names[place + 1 :], self.scale)
         return None
 
     def _assigned_again(self, here: Explanation, place: int, target: float) -> Explanation:
         """Return the best explanation with a parameter held, after orbits are assigned again."""
-        names = tuple(here.readings.bounds)
-        start = here.readings.explained(here.model.replace(**{names[place]: target}))
+        names = here.measured.names
+        start = here.measured.explained(here.model.replace(**{names[place]: target}))
         return best_of_rounds(start, names[:place] + names[place + 1 :])[0]
 
 
-Truth = NDArray[np.bool_]
-
-CONFIDENCE = 0.95
-
-STARTS = 3
-"""Logarithm to base 2 of the number of further initial values within the bounds: where the response
-jumps, the sum of squares has several minima."""
-
-DESCENTS = 3
-"""Fits from the best of these if they explain the readings; else until as many agree."""
-
-CLOSE = 1e-11
-"""Change of the parameters, over their bounds, at which a fit ends."""
-
-SAME = 1e-3
-"""Relative difference of sums of squares in the same minimum."""
-
-UNLIKELY = 1e-3
-"""Probability of so large a sum of squares below which readings are not explained."""
-
-EXACT = 1e-9
-"""Minimum of the typical residual, in ranges of the readings: the accuracy of orbits."""
-
-WIDER = 1.5
-"""Ratio of an interval to that of the linearized model above which its error is not reliable."""
-
-LISTED = 5
-"""Maximum number of excluded rows that are named."""
-
-REPEATS = 20
-"""Maximum number of times that a fit begins again from a better one."""
-
-BLIND = 1e-10
-"""Singular value of the scaled derivatives, over the largest or the readings' error, below which
-the readings do not determine a combination of parameters."""
+# -- the fit ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,9 +272,14 @@ def find_fit(
     bounds: Mapping[str, tuple[float, float]],
     observer: Observer | None = None,
 ) -> Fitted:
-    """Find the parameters within bounds with which stable responses are nearest to readings."""
-    _check(measurement, tuple(bounds))
-    readings = Readings.weighted(measurement, bounds)
+    """Find parameters within bounds with which stable responses are nearest to a measurement."""
+    if not bounds:
+        raise InputError("no parameter is fitted; give at least one with its bounds")
+    if measurement.vary in bounds:
+        raise InputError(
+            f"{measurement.vary} was varied in the measurement, so it cannot be fitted; fit others"
+        )
+    measured = Weighted.from_measurement(measurement, bounds)
     known: list[Explanation] = []
 
     def report(found: Explanation) -> None:
@@ -353,9 +292,9 @@ def find_fit(
             text = f"{named}  distance {distance:.3g}"
             observer(Progress("rounds", len(known), None, text, {**values, "distance": distance}))
 
-    near, scale = _least(readings, model, report)
-    for _ in range(REPEATS):
-        best, scale, converged = best_of_rounds(near, tuple(bounds), report, scale, CLOSE)
+    near, scale = _best_start(measured, model, report)
+    for _ in range(LIMITS.rounds):
+        best, scale, converged = best_of_rounds(near, measured.names, report, scale, LIMITS.close)
         fit = _Fit(best, scale)
         try:
             ends = fit.intervals(known, report)
@@ -363,45 +302,36 @@ def find_fit(
         except BetterFit as better:
             near = better.found
     else:
-        ends, converged = np.array(list(bounds.values())), False
-    return Fitted(
-        best, scale, fit.estimates(ends), fit.scatter, converged, fit.message(ends, converged)
-    )
+        ends, converged = measured.ends.T, False
+    estimates = fit.estimates(ends)
+    message = fit.message(estimates, converged)
+    return Fitted(best, scale, estimates, fit.scatter, converged, message)
 
 
-def _check(measurement: Measurement, names: tuple[str, ...]) -> None:
-    if not names:
-        raise InputError("no parameter is fitted; give at least one with its bounds")
-    if measurement.vary in names:
-        raise InputError(
-            f"{measurement.vary} was varied in the measurement, so it cannot be fitted; fit others"
-        )
-
-
-def _least(
-    readings: Readings, model: Model, report: Callable[[Explanation], None]
-) -> tuple[Explanation, float]:
+def _best_start(measured: Weighted, model: Model, report: Report) -> tuple[Explanation, float]:
     """Return the best of several fits: from the given values, and from others in the bounds."""
     from scipy.stats import qmc
 
-    names = tuple(readings.bounds)
-    low, high = np.array(list(readings.bounds.values())).T
-    starts = [readings.explained(model)]
-    for share in qmc.Sobol(len(names), seed=0).random_base2(STARTS):
-        values = dict(zip(names, (low + share * (high - low)).tolist(), strict=True))
+    low, high = measured.ends
+    starts = [measured.explained(model)]
+    for fraction in qmc.Sobol(len(low), seed=0).random(LIMITS.starts):
+        values = (low + fraction * (high - low)).tolist()
         try:
-            starts.append(readings.explained(model.replace(**values)))
+            changed = model.replace(**dict(zip(measured.names, values, strict=True)))
+            starts.append(measured.explained(changed))
         except (InputError, *BREAKDOWNS):  # the model has no response there
             continue
     starts[1:] = sorted(starts[1:], key=lambda item: item.cost(item.scale))
     best, scale, again = starts[0], starts[0].scale, 0
     for number, start in enumerate(starts, 1):
-        found, size, _ = best_of_rounds(start, names, report)
+        found, size, _ = best_of_rounds(start, measured.names, report)
         gain = best.cost(scale) - found.cost(size)
-        again = 1 if gain > SAME * best.cost(scale) else again + (gain > -SAME * best.cost(scale))
+        same = LIMITS.same * best.cost(scale)
+        again = 1 if gain > same else again + (gain > -same)
         if gain > 0:
             best, scale = found, size
-        if again >= DESCENTS or (number >= DESCENTS and _likelihood(best, scale) > UNLIKELY):
+        explained = number >= LIMITS.agreeing and _likelihood(best, scale) > LIMITS.unlikely
+        if again >= LIMITS.agreeing or explained:
             break
     return best, scale
 
@@ -413,57 +343,63 @@ def _likelihood(best: Explanation, scale: float) -> float:
     """
     from scipy.special import chdtrc
 
-    readings, rows = best.readings, best.used(scale)
-    freedom = int(readings.counts[rows].sum()) - len(readings.bounds)
-    if freedom < 1 or not rows[readings.counts > 0].all():
+    measured, rows = best.measured, best.used(scale)
+    freedom = int(measured.counts[rows].sum()) - len(measured.bounds)
+    if freedom < 1 or not rows[measured.counts > 0].all():
         return 0.0
-    return float(chdtrc(freedom, best.cost(scale))) if readings.known else 1.0
+    return float(chdtrc(freedom, best.cost(scale))) if measured.known else 1.0
 
 
 class _Fit:
-    """Covariance, intervals and message of the best explanation of readings."""
+    """Covariance, intervals and message of the best explanation of a measurement."""
 
     def __init__(self, best: Explanation, scale: float) -> None:
         self.best, self.scale = best, scale
-        self.readings, self.rows = best.readings, best.used(scale)
-        self.names = tuple(self.readings.bounds)
-        count = int(self.readings.counts[self.rows].sum())
+        self.measured, self.rows = best.measured, best.used(scale)
+        self.names, counts = self.measured.names, self.measured.counts
+        count = int(counts[self.rows].sum())
         self.freedom = count - len(self.names)
         if self.freedom < 1:
             raise InputError(
-                f"stable responses explain {count} of {self.readings.counts.sum()} readings, too "
-                f"few for {len(self.names)} parameters; begin nearer to what was measured, or fit "
-                "fewer parameters"
+                f"stable responses explain {count} of {counts.sum()} readings, too few for "
+                f"{len(self.names)} parameters; begin nearer to what was measured, or fit fewer "
+                "parameters"
             )
         self.scatter = float(np.linalg.norm(best.residuals(self.rows)) / np.sqrt(self.freedom))
 
     @cached_property
     def covariance(self) -> Array:
         """Covariance of the parameters as the linearized model has it, shape (p, p)."""
-        slopes = self.best.slopes(self.names, self.rows)
-        sizes = np.array([np.ptp(ends) for ends in self.readings.bounds.values()])
-        known = covariance_of(slopes[np.isfinite(slopes).all(axis=1)], sizes)
-        return known if self.readings.known else known * self.scatter**2
+        low, high = self.measured.ends
+        known = covariance_of(self.best.slopes(self.names, self.rows), high - low)
+        return known if self.measured.known else known * self.scatter**2
 
     @property
     def reach(self) -> float:
         """Half of an interval over the standard error, where a profile is a parabola."""
         from scipy.special import ndtri, stdtrit
 
-        share = 0.5 + CONFIDENCE / 2
-        return float(ndtri(share) if self.readings.known else stdtrit(self.freedom, share))
+        fraction = 0.5 + LIMITS.confidence / 2
+        return float(ndtri(fraction) if self.measured.known else stdtrit(self.freedom, fraction))
 
-    def intervals(self, known: list[Explanation], report: Callable[[Explanation], None]) -> Array:
+    @property
+    def _explains_nothing(self) -> bool:
+        """Whether the means of the quantities explain what was measured better than the model."""
+        weights, readings = self.measured.weights[self.rows], self.measured.measurement.readings
+        spread = (readings[self.rows] - np.nanmean(readings[self.rows], axis=0)) * weights
+        total = float(np.sum(spread[weights > 0] ** 2))
+        return 0 < total < float(np.sum(self.best.residuals(self.rows) ** 2))
+
+    def intervals(self, known: list[Explanation], report: Report) -> Array:
         """Return the ends of the intervals of confidence, shape (p, 2). Raises `BetterFit`."""
-        typical = 1.0 if self.readings.known else max(self.scatter, EXACT)
-        rise = (self.reach * typical) ** 2
-        profile = Profile(self.best, self.scale, rise, tuple(known), report)
+        typical = 1.0 if self.measured.known else max(self.scatter, LIMITS.exact)
+        profile = Profile(self.best, self.scale, (self.reach * typical) ** 2, [*known], report)
         ends = np.empty((len(self.names), 2))
-        for place, (low, high) in enumerate(self.readings.bounds.values()):
+        for place, width in enumerate(np.diff(self.measured.ends, axis=0)[0]):
             variance = self.covariance[place, place]
-            with np.errstate(invalid="ignore"):  # infinite where readings say nothing
+            with np.errstate(invalid="ignore"):  # infinite where measurements say nothing
                 slopes = np.nan_to_num(self.covariance[place] / variance)
-            step = min(self.reach * float(np.sqrt(variance)), high - low) or high - low
+            step = min(self.reach * float(np.sqrt(variance)), width) or width
             ends[place] = [profile.end(place, way, slopes, step) for way in (-1, 1)]
         return ends
 
@@ -473,34 +409,36 @@ class _Fit:
         with np.errstate(invalid="ignore"):
             correlations = self.covariance / np.outer(errors, errors)
         np.fill_diagonal(correlations, 1.0)
-        found = []
-        for row, (name, (least, most)) in enumerate(self.readings.bounds.items()):
-            unit, value = self.best.model.parameter(name).unit, self.best.model.values[name]
-            interval = float(ends[row, 0]), float(ends[row, 1])
+        model, result = self.best.model, []
+        for row, (name, (least, most)) in enumerate(self.measured.bounds.items()):
+            unit, value = model.parameter(name).unit, model.values[name]
+            low, high = ends[row].tolist()
             error = float(errors[row])
-            found.append(
-                Estimate(name, unit, value, error, *interval, least, most, correlations[row])
-            )
-        return tuple(found)
+            correlation = correlations[row]
+            result.append(Estimate(name, unit, value, error, low, high, least, most, correlation))
+        return tuple(result)
 
-    def message(self, ends: Array, converged: bool) -> str:
+    def message(self, estimates: Sequence[Estimate], converged: bool) -> str:
         """Return warnings about a fit, empty if there are none."""
-        said = (
-            []
-            if converged
-            else ["the fit has not converged; begin nearer, or fit fewer parameters"]
-        )
-        if self.readings.known and _likelihood(self.best, self.scale) < UNLIKELY:
+        said = []
+        if not converged:
+            said.append("the fit has not converged; begin nearer, or fit fewer parameters")
+        if self.measured.known and _likelihood(self.best, self.scale) < LIMITS.unlikely:
             said.append("the readings lie farther from the model than their errors explain")
-        for item in self.estimates(ends):
+        if not self.measured.known and self._explains_nothing:
+            said.append(
+                "the readings lie farther from the model than from their own means; check their "
+                "units"
+            )
+        uncertain = self.measured.known or self.scatter > LIMITS.exact
+        for item in estimates:
+            width, linear = item.high - item.low, 2 * self.reach * item.error
             if not np.isfinite(item.error):
                 said.append(
                     f"the readings say nothing about {item.name}" if len(self.names) == 1 else
                     f"the readings cannot distinguish {item.name} from the others"
                 )  # fmt: skip
-            elif item.high - item.low > WIDER * 2 * self.reach * item.error and (
-                self.readings.known or self.scatter > EXACT
-            ):
+            elif uncertain and width > LIMITS.wider * linear:
                 said.append(
                     f"the sum of squares is not a parabola over {item.name}, so that its error "
                     "says little: use its interval"
@@ -509,34 +447,9 @@ class _Fit:
             met = [side for side, (end, bound) in bounds.items() if end == bound]
             if met:
                 said.append(f"the interval of {item.name} is open at its {' and '.join(met)} bound")
-        return "; ".join([*said, *self._left_out()])
-
-    def _left_out(self) -> list[str]:
-        """Say which rows are excluded, and why."""
-        measured = self.readings.measurement
-        unit = f" {measured.unit}".rstrip()
-        reasons = self.best.reasons(self.scale)
-        rows = [
-            f"row {row + 1} ({measured.vary} = {measured.values[row]:.6g}{unit}: {reason})"
-            for row, reason in enumerate(reasons)
-            if reason
-        ]
-        more = f" and {len(rows) - LISTED} more" if len(rows) > LISTED else ""
-        out = f"{len(rows)} of {len(reasons)} rows are left out: {', '.join(rows[:LISTED])}{more}"
-        return [out] if rows else []
-
-
-def covariance_of(slopes: Array, sizes: Array) -> Array:
-    """Return the covariance of parameters from the derivatives of readings of unit error.
-
-    Infinite where readings do not determine one. Shapes: slopes (k, p), sizes (p,); returns (p, p).
-    """
-    _, singular, rows = np.linalg.svd(slopes * sizes, full_matrices=True)
-    sharp = np.zeros(len(sizes))
-    sharp[: len(singular)] = singular
-    known = sharp > BLIND * max(sharp.max(), 1.0)
-    covariance = (rows[known].T / sharp[known] ** 2) @ rows[known] * np.outer(sizes, sizes)
-    blind = (np.abs(rows[~known]) > np.sqrt(BLIND)).any(axis=0)
-    covariance[blind] = covariance[:, blind] = np.nan
-    covariance[blind, blind] = np.inf
-    return np.asarray(covariance)
+        rows, count = self.best.excluded(self.scale), len(self.rows)
+        if rows:
+            more = len(rows) - LIMITS.listed
+            named = ", ".join(rows[: LIMITS.listed]) + (f" and {more} more" if more > 0 else "")
+            said.append(f"{len(rows)} of {count} rows are left out: {named}")
+        return "; ".join(said)

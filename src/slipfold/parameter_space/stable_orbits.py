@@ -1,12 +1,11 @@
-"""The stable orbits of a response at given values of its parameter, and at other parameters."""
+"""Stable orbits of a response at given parameter values: predictions, sensitivities and plans."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.branches.branch import Branch
@@ -24,20 +23,21 @@ from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.parameter_space.measurement import Quantity, read_off
 from slipfold.text import outside
 
-FINE = 65
-"""Arclengths between two points of a branch at which the parameter is interpolated."""
-
-CLOSE = 1e-9
-"""A correction shorter than this is the last: readings are then exact to rounding."""
-
 MARGIN = 0.02
 """Fraction of the span by which branches are followed beyond it, so that its ends lie inside."""
 
-SAME_STATE = 1e-6
-"""Relative difference of states of the same orbit."""
+CLOSE = 1e-9
+"""A correction shorter than this is the last: measured quantities are then exact to rounding."""
 
 SAME = 1e-7
-"""Relative difference of readings of the same orbit."""
+"""Relative difference of measured quantities, or states, of the same orbit."""
+
+STEP = 1e-4
+"""Relative step of finite differences: orbits are known to 1e-12, and central differences then to
+about 1e-8."""
+
+ROUNDING = 1e-12
+"""Relative difference of measured quantities below which they are equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,11 @@ class StableOrbit:
     period: int
     nodes: Array  # shape (m, n)
     read: Array  # shape (q,)
+
+    def is_same(self, other: StableOrbit) -> bool:
+        """Whether another orbit has the same measured quantities."""
+        size = np.abs(self.read) + np.abs(other.read)
+        return bool((np.abs(self.read - other.read) <= SAME * size).all())
 
 
 def stable_orbits(
@@ -65,15 +70,27 @@ def stable_orbits(
     distinct = np.unique(values)
     span = _span(model, vary, float(distinct[0]), float(distinct[-1]))
     model = measured_over(model, vary, span)
-    found: dict[float, list[StableOrbit]] = {float(value): [] for value in distinct}
+    result: dict[float, list[StableOrbit]] = {float(value): [] for value in distinct}
     for branch in _from_both_ends(model, vary, span):
         if branch.interrupted:  # the orbits would not be complete
             raise KeyboardInterrupt
         for orbit in _stable_on(branch, distinct, quantities):
-            known = found[orbit.value]
-            if not any(_same(orbit, other) for other in known):
-                known.append(orbit)
-    return [found[float(value)] for value in values]
+            if not any(orbit.is_same(other) for other in result[orbit.value]):
+                result[orbit.value].append(orbit)
+    return [result[float(value)] for value in values]
+
+
+def _span(model: Model, vary: str, low: float, high: float) -> tuple[float, float]:
+    """Return a span about values of a parameter, as far as its bounds allow."""
+    margin = MARGIN * ((high - low) or abs(high) or 1.0)
+    ends = []
+    for end, wider in ((low, low - margin), (high, high + margin)):
+        try:
+            model.replace(**{vary: wider})
+            ends.append(wider)
+        except InputError:
+            ends.append(model.parameter(vary).check(end))
+    return ends[0], ends[1]
 
 
 def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[Branch]:
@@ -84,52 +101,60 @@ def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[
     branches = [*trace_response(model, vary, span, settings=Settings())]
     try:
         far = periodic_orbit(model.replace(**{vary: span[1]}))
-    except (InputError, *BREAKDOWNS):
-        return branches
-    there = [nodes[0] for item in branches for nodes in item.nodes[item.parameter == span[1]]]
-    size = np.abs(far.nodes).max(axis=0)
-    if any((np.abs(state - far.nodes[0]) <= SAME_STATE * size).all() for state in there):
-        return branches
-    try:
+        size = np.abs(far.nodes).max(axis=0)
+        there = [nodes[0] for item in branches for nodes in item.nodes[item.parameter == span[1]]]
+        if any((np.abs(state - far.nodes[0]) <= SAME * size).all() for state in there):
+            return branches
         return [*branches, *trace_response(model, vary, span[::-1], settings=Settings())]
     except (InputError, *BREAKDOWNS):
         return branches
 
 
-def _span(model: Model, vary: str, low: float, high: float) -> tuple[float, float]:
-    """Return a span about values of a parameter, as far as its bounds allow."""
-    parameter = model.parameter(vary)
-    margin = MARGIN * ((high - low) or abs(high) or 1.0)
-    ends = []
-    for end, wider in ((low, low - margin), (high, high + margin)):
-        try:
-            model.replace(**{vary: wider})
-            ends.append(wider)
-        except InputError:
-            ends.append(parameter.check(end))
-    return ends[0], ends[1]
-
-
-def _same(one: StableOrbit, other: StableOrbit) -> bool:
-    size = np.abs(one.read) + np.abs(other.read)
-    return bool((np.abs(one.read - other.read) <= SAME * size).all())
-
-
 def _stable_on(branch: Branch, values: Array, quantities: Sequence[Quantity]) -> list[StableOrbit]:
     """Return the stable orbits of a branch at given values of its parameter."""
-    line = _line_of(branch)
-    arclengths = [(value, place) for value in values for place in _arclengths(line, float(value))]
-    if not arclengths:
+    guesses = [(value, nodes) for value in values for nodes in _guesses(branch, float(value))]
+    if not guesses:
         return []
-    guesses = np.array([_between(line, place) for _, place in arclengths])
-    at = np.array([value for value, _ in arclengths])
-    nodes, read, stable = orbits_at(
-        branch.model, branch.vary, branch.period, guesses, at, quantities
-    )
+    at, nodes = (np.array(item) for item in zip(*guesses, strict=True))
     return [
-        StableOrbit(float(at[row]), branch.period, nodes[row], read[row])
-        for row in np.flatnonzero(stable)
+        orbit
+        for orbit in orbits_at(branch.model, branch.vary, branch.period, nodes, at, quantities)
+        if orbit is not None
     ]
+
+
+def _guesses(branch: Branch, value: float) -> list[Array]:
+    """Return orbits interpolated at a value of the parameter, where contacts slip all the time.
+
+    Folds are among the points, so that the parameter does not turn between two of them.
+    """
+    if branch.kind != "periodic" or branch.durations is not None or len(branch) < 2:
+        return []
+    stuck = np.zeros(len(branch)) if branch.stuck_fraction is None else branch.stuck_fraction
+    shape = branch.nodes.shape[1:]
+    folds = [item for item in branch.special if item.type == "LP" and item.nodes.shape == shape]
+    arclength, order = np.unique(
+        np.append(branch.arclength, [item.arclength for item in folds]), return_index=True
+    )
+    parameter = np.append(branch.parameter, [item.value for item in folds])[order]
+    nodes = np.concatenate([branch.nodes, *(item.nodes[None] for item in folds)])[order]
+    slips = np.append(~(np.nan_to_num(stuck) > 0), np.ones(len(folds), dtype=bool))[order]
+    result = []
+    for first in np.flatnonzero(slips[:-1] & slips[1:]).tolist():
+        before, after = parameter[first : first + 2] - value
+        if before * after > 0 or (after == 0 and first + 2 < len(parameter)):
+            continue
+        start = max(min(first - 1, len(arclength) - 4), 0)
+        near = slice(start, start + 4)
+        along = np.linspace(arclength[first], arclength[first + 1], 65)
+        between = polynomial(arclength[near], parameter[near], along) - value
+        between[[0, -1]] = before, after
+        place = int(np.flatnonzero(between[:-1] * between[1:] <= 0)[0])
+        low, high = between[place : place + 2]
+        target = along[place] + (along[1] - along[0]) * (-low / (high - low) if high != low else 0)
+        flat = polynomial(arclength[near], nodes[near].reshape(-1, nodes[0].size), target[None])
+        result.append(flat[0].reshape(shape))
+    return result
 
 
 def orbits_at(
@@ -139,93 +164,191 @@ def orbits_at(
     guesses: Array,
     values: Array,
     quantities: Sequence[Quantity],
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return orbits near guesses at values of a parameter, their readings, and which are stable.
+) -> list[StableOrbit | None]:
+    """Return the stable orbits near guesses at values of a parameter, None where none is found.
 
-    Those that are not found are NaN, and not stable.
-
-    Shapes: guesses (k, m, n), values (k,); returns (k, m, n), (k, q), (k,).
+    Shapes: guesses (k, m, n), values (k,).
     """
     width = float(np.ptp(values)) or abs(float(values[0])) or 1.0
     orbits = ForcedOrbits(model, {vary: width}, period, guesses.shape[1])
     z = np.array([orbits.pack(*item) for item in zip(guesses, values, strict=True)])
     rows = np.tile(hold_parameter(orbits.size), (len(z), 1))
     corrected = correct_orbits(orbits, z, rows, CLOSE)
+    result: list[StableOrbit | None] = [None] * len(z)
     there = np.flatnonzero(corrected.found)
-    nodes = np.full(guesses.shape, np.nan)
-    read = np.full((len(z), len(quantities)), np.nan)
-    stable = np.zeros(len(z), dtype=bool)
+    there = there[~outside(corrected.multipliers[there]).any(axis=1)]
     if len(there):
-        nodes[there] = [orbits.nodes(item) for item in corrected.z[there]]
-        stable[there] = ~outside(corrected.multipliers[there]).any(axis=1)
+        nodes = np.array([orbits.nodes(item) for item in corrected.z[there]])
         vectors = np.tile(model.vector, (len(there), 1))
         vectors[:, model.parameter_index(vary)] = values[there]
         names = list(dict.fromkeys(item.output for item in quantities))
-        read[there] = read_off(
-            find_extrema(model, vectors, nodes[there], period, names), quantities
-        )
-    return nodes, read, stable
+        read = read_off(find_extrema(model, vectors, nodes, period, names), quantities)
+        for row, *own in zip(there.tolist(), nodes, read, strict=True):
+            result[row] = StableOrbit(float(values[row]), period, own[0], own[1])
+    return result
+
+
+# -- predictions -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class _Line:
-    """The orbits of a branch in order, folds among them: between two there is no fold."""
+class Prediction:
+    """Orbits of a model at some values of its parameter, one for each measurement."""
 
-    arclength: Array  # shape (k,)
-    parameter: Array  # shape (k,)
-    nodes: Array  # shape (k, m, n)
-    slips: NDArray[np.bool_]  # whether contacts slip all the time, shape (k,)
+    model: Model
+    vary: str
+    quantities: tuple[Quantity, ...]
+    orbits: tuple[StableOrbit, ...]
 
-    def near(self, first: int) -> slice:
-        """Return the four orbits about an interval."""
-        begin = max(min(first - 1, len(self.arclength) - 4), 0)
-        return slice(begin, begin + 4)
+    @property
+    def read(self) -> Array:
+        """Measured quantities of each, shape (k, q)."""
+        return np.array([orbit.read for orbit in self.orbits]).reshape(-1, len(self.quantities))
 
+    def moved(self, model: Model) -> Prediction | None:
+        """Return the same orbits at other parameters; None if one is lost or not stable."""
+        result = [orbit for orbit in self._corrected(model) if orbit is not None]
+        if len(result) < len(self.orbits):
+            return None
+        return replace(self, model=model, orbits=tuple(result))
 
-def _line_of(branch: Branch) -> _Line:
-    forced = branch.kind == "periodic" and branch.durations is None
-    stuck = np.zeros(len(branch)) if branch.stuck_fraction is None else branch.stuck_fraction
-    folds = [
-        item
-        for item in branch.special
-        if item.type == "LP" and item.nodes.shape == branch.nodes.shape[1:]
-    ]
-    arclength = np.append(branch.arclength, [item.arclength for item in folds])
-    order = np.argsort(arclength, kind="stable")
-    order = order[np.append(True, np.diff(arclength[order]) > 0)]
-    slips = np.append(~(np.nan_to_num(stuck) > 0), np.ones(len(folds), dtype=bool)) & forced
-    return _Line(
-        arclength[order],
-        np.append(branch.parameter, [item.value for item in folds])[order],
-        np.concatenate([branch.nodes, *(item.nodes[None] for item in folds)])[order],
-        slips[order],
-    )
+    def read_at(self, model: Model) -> Array:
+        """Return the measured quantities of the same orbits at other parameters; NaN if lost."""
+        lost = np.full(len(self.quantities), np.nan)
+        orbits = self._corrected(model)
+        return np.array([lost if orbit is None else orbit.read for orbit in orbits])
 
-
-def _arclengths(line: _Line, value: float) -> list[float]:
-    """Return the arclengths at which orbits that slip have a value of the parameter."""
-    found = []
-    for first in np.flatnonzero(line.slips[:-1] & line.slips[1:]).tolist():
-        ends = line.parameter[first : first + 2] - value
-        if ends[0] * ends[1] > 0 or (ends[1] == 0 and first + 2 < len(line.parameter)):
-            continue
-        near = line.near(first)
-        low, high = line.arclength[first : first + 2].tolist()
-        fine = np.linspace(low, high, FINE)
-        along = polynomial(line.arclength[near], line.parameter[near], fine) - value
-        along[[0, -1]] = ends
-        crossing = np.flatnonzero(along[:-1] * along[1:] <= 0)
-        for place in crossing:
-            step = along[place + 1] - along[place]
-            share = 0.0 if step == 0 else -along[place] / step
-            found.append(float(fine[place] + share * (fine[place + 1] - fine[place])))
-    return found
+    def _corrected(self, model: Model) -> list[StableOrbit | None]:
+        """Return the same orbits at other parameters, None where they are lost or not stable."""
+        batches: dict[tuple[int, int], list[int]] = {}
+        for row, orbit in enumerate(self.orbits):
+            batches.setdefault((orbit.period, len(orbit.nodes)), []).append(row)
+        result: list[StableOrbit | None] = [None] * len(self.orbits)
+        for (period, _), rows in batches.items():
+            guesses = np.array([self.orbits[row].nodes for row in rows])
+            values = np.array([self.orbits[row].value for row in rows])
+            try:
+                moved = orbits_at(model, self.vary, period, guesses, values, self.quantities)
+            except BREAKDOWNS:
+                continue
+            for row, corrected in zip(rows, moved, strict=True):
+                result[row] = corrected
+        return result
 
 
-def _between(line: _Line, place: float) -> Array:
-    """Return the interpolated orbit at an arclength, shape (m, n)."""
-    first = int(np.clip(np.searchsorted(line.arclength, place) - 1, 0, len(line.arclength) - 2))
-    near = line.near(first)
-    nodes = line.nodes[near]
-    flat = polynomial(line.arclength[near], nodes.reshape(len(nodes), -1), np.array([place]))
-    return np.asarray(flat[0]).reshape(nodes.shape[1:])
+def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) -> Array:
+    """Return the derivatives of predictions with respect to parameters.
+
+    NaN where an orbit is lost on both sides; one-sided where it is lost on one, as near a fold.
+    Shapes: sizes (p,); returns (k, q, p).
+    """
+    model, here = prediction.model, prediction.read
+    result = np.full((*here.shape, len(names)), np.nan)
+    for column, (name, size) in enumerate(zip(names, sizes, strict=True)):
+        step, sides = STEP * size, []
+        for way in (-1, 1):
+            try:
+                changed = model.replace(**{name: model.values[name] + way * step})
+            except InputError:  # beyond the bounds of the parameter
+                sides.append(np.full_like(here, np.nan))
+            else:
+                sides.append((prediction.read_at(changed) - here) / (way * step))
+        known = np.isfinite(sides)
+        total = np.where(known, sides, 0.0).sum(axis=0)
+        total[np.abs(total) * step <= ROUNDING * np.abs(here)] = 0.0
+        with np.errstate(invalid="ignore"):
+            result[..., column] = total / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
+    return result
+
+
+# -- plans of measurements -------------------------------------------------------------------------
+
+BLIND = 1e-10
+"""Singular value of the scaled derivatives, over the largest or the measurements' error, below
+which the measurements do not determine a combination of parameters."""
+
+
+def covariance_of(slopes: Array, sizes: Array) -> Array:
+    """Return the covariance of parameters from the derivatives of measurements of unit error.
+
+    Rows with NaN are left out. Infinite where measurements do not determine a parameter.
+    Shapes: slopes (k, p), sizes (p,); returns (p, p).
+    """
+    finite = slopes[np.isfinite(slopes).all(axis=1)]
+    _, singular, rows = np.linalg.svd(finite * sizes, full_matrices=True)
+    sharp = np.zeros(len(sizes))
+    sharp[: len(singular)] = singular
+    known = sharp > BLIND * max(sharp.max(), 1.0)
+    covariance = (rows[known].T / sharp[known] ** 2) @ rows[known] * np.outer(sizes, sizes)
+    blind = (np.abs(rows[~known]) > np.sqrt(BLIND)).any(axis=0)
+    covariance[blind] = covariance[:, blind] = np.nan
+    covariance[blind, blind] = np.inf
+    return np.asarray(covariance)
+
+
+def plan(
+    model: Model,
+    vary: str,
+    values: Array,
+    quantities: tuple[Quantity, ...],
+    names: Sequence[str],
+    errors: Array,
+) -> tuple[Array, Array]:
+    """Predict measurements at values in their order, and their derivatives by parameters.
+
+    Each belongs to the stable response nearest to the one before, in units of `errors`, as in a
+    sweep; the first belongs to the one that is followed first from the response of period 1. NaN
+    where no response is stable.
+
+    Shapes: values (m,), errors (q,); returns (m, q), (m, q, p).
+    """
+    for name in names:
+        if model.values[name] == 0:
+            raise InputError(f"{name} = 0 has no size to compare with; give it a value above zero")
+    there, chosen = list[int](), list[StableOrbit]()
+    for row, orbits in enumerate(stable_orbits(model, vary, values, quantities)):
+        if orbits:
+            last = chosen[-1].read if chosen else orbits[0].read
+            away = [float((np.abs(orbit.read - last) / errors).max()) for orbit in orbits]
+            chosen.append(orbits[int(np.argmin(away))])
+            there.append(row)
+    if not there:
+        raise InputError(
+            f"no response is stable at the {len(values)} values of {vary} planned; plan others"
+        )
+    prediction = Prediction(model, vary, quantities, tuple(chosen))
+    read = np.full((len(values), len(quantities)), np.nan)
+    slopes = np.full((*read.shape, len(names)), np.nan)
+    sizes = np.array([abs(model.values[name]) for name in names])
+    read[there], slopes[there] = prediction.read, sensitivities(prediction, names, sizes)
+    return read, slopes
+
+
+def best_rows(scaled: Array, count: int) -> list[int]:
+    """Return the rows that determine all parameters best together, `count` of them, in their order.
+
+    One by one that row is taken which makes the determinant of the information matrix largest (a
+    D-optimal design), then each is exchanged for a better one while there is one.
+
+    Shapes: scaled (m, q, p), derivatives by scaled parameters over the errors of measurements.
+    """
+    parts = {row: item.T @ item for row, item in enumerate(scaled) if np.isfinite(item).all()}
+    count = min(count, len(parts))
+    # A little information beforehand, so that the first rows can be compared at all.
+    prior = 1e-9 * max(np.trace(part) for part in parts.values()) * np.eye(scaled.shape[2])
+
+    def best_next(chosen: Sequence[int]) -> int:
+        known = prior + sum((parts[row] for row in chosen), np.zeros_like(prior))
+        left = [row for row in parts if row not in chosen]
+        return max(left, key=lambda row: float(np.linalg.slogdet(known + parts[row])[1]))
+
+    chosen: list[int] = []
+    for _ in range(count):
+        chosen.append(best_next(chosen))
+    for _ in range(10 * count):
+        before = sorted(chosen)
+        for place in range(count):
+            chosen[place] = best_next(chosen[:place] + chosen[place + 1 :])
+        if sorted(chosen) == before:
+            break
+    return sorted(chosen)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.model import Model
-from slipfold.parameter_space.information import Planned, best_rows, expected
 from slipfold.parameter_space.least_squares import Estimate
 from slipfold.parameter_space.measurement import Measurement, Quantity
+from slipfold.parameter_space.stable_orbits import best_rows, covariance_of
 from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable, ResultPart
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
@@ -112,7 +112,8 @@ class MeasurementPlan(Result):
     @property
     def covariance(self) -> Array:
         """Expected covariance of the parameters, shape (p, p); infinite where nothing tells."""
-        return expected(self._planned, self.errors, slice(None))
+        scaled = self.slopes / self.errors[:, None]
+        return covariance_of(scaled.reshape(-1, len(self.fitted)), self._sizes)
 
     @property
     def errors_expected(self) -> Array:
@@ -154,7 +155,7 @@ class MeasurementPlan(Result):
                 f"count = {count} rows cannot be chosen; give {least}, the fewest that tell "
                 f"{len(self.fitted)} parameters, to {there}"
             )
-        return best_rows(self._planned, self.errors, count)
+        return best_rows(self.slopes / self.errors[:, None] * self._sizes, count)
 
     def some(self, rows: Sequence[int]) -> MeasurementPlan:
         """Return the plan with some of its rows.
@@ -176,9 +177,8 @@ class MeasurementPlan(Result):
         return f"{self.model!r}: {what} at {len(self.values)} values of {self.vary}{lost}"
 
     @property
-    def _planned(self) -> Planned:
-        sizes = np.abs([self.model.values[name] for name in self.fitted])
-        return Planned(self.values, self.read, self.slopes, sizes)
+    def _sizes(self) -> Array:
+        return np.abs([self.model.values[name] for name in self.fitted])
 
     def _line(self) -> str:
         pairs = zip(self.fitted, self.errors_expected, strict=True)
