@@ -44,7 +44,19 @@ SPECIAL = 1e-12
 STEPS = ("point", "locus_point", "strobe", "sample")
 """Dimensions whose length the steps decide."""
 
-LATER_NAMES: dict[str, str] = {}
+LATER_NAMES: dict[str, str] = {
+    "scattered": "uncertain",
+    "scattered_units": "uncertain_units",
+    **{
+        f"scatter_{name}": f"uncertain_{name}"
+        for name in (
+            *("kind", "mean", "size", "low", "high", "gradient", "correlation"),
+            *("first", "total", "first_error", "total_error"),
+        )
+    },
+    "region_share": "region_fraction",
+    **{f"begun_{name}": f"started_{name}" for name in ("kind", "reason", "value")},
+}
 """Names of variables and dimensions in files of before, and what they are called now."""
 
 NOT_COMPARED = (
@@ -253,11 +265,11 @@ def trajectories() -> Iterator[tuple[str, Callable[[], Any]]]:
 
 def designs() -> Iterator[tuple[str, Callable[[], Any]]]:
     """Uncertainties, designs, fits, maps and studies."""
-    scatter = {"mu": "normal 5%", "Vd": "uniform 1%"}
+    distributions = {"mu": "normal 5%", "Vd": "uniform 1%"}
     yield (
         "uncertainty",
         lambda: sf.uncertainty(
-            doubling(), scatter, samples=32, loads=[0.0434, "50mN"], indices=True
+            doubling(), distributions, samples=32, loads=[0.0434, "50mN"], indices=True
         ),
     )
     bounds = {"Vd": (0.4, 0.8)}
@@ -284,7 +296,11 @@ def designs() -> Iterator[tuple[str, Callable[[], Any]]]:
     for label, compute in {"threshold": threshold, "response": response}.items():
         given = {"model": "sliding", "parameters": {"f": 12.5}, "compute": compute, "cases": grid}
         yield f"study-{label}", lambda given=given: sf.study(given)
-    drawn = {"sample": "saltelli", "count": 4, "scatter": {"mu": "normal 2%", "Vd": "normal 2%"}}
+    drawn = {
+        "sample": "saltelli",
+        "count": 4,
+        "distributions": {"mu": "normal 2%", "Vd": "normal 2%"},
+    }
     given = {"model": "sliding", "parameters": {"f": 12.5, "Nd": 0.02}, "cases": drawn}
     yield "study-drawn", lambda: sf.study(given | {"compute": {"what": "simulation"}})
 

@@ -46,11 +46,18 @@ GROUP = 64
 def scattered(count):
     """So many cases over Vd, mu and alpha, spread evenly."""
     ends = {"Vd": (0.4, 1.2), "mu": (0.2, 0.6), "alpha": ("25deg", "70deg")}
-    scatter = {
+    distributions = {
         name: {"distribution": "uniform", "from": low, "to": high}
         for name, (low, high) in ends.items()
     }
-    return {"cases": {"sample": "latin hypercube", "count": count, "seed": 0, "scatter": scatter}}
+    return {
+        "cases": {
+            "sample": "latin hypercube",
+            "count": count,
+            "seed": 0,
+            "distributions": distributions,
+        }
+    }
 
 
 def timed(study, executor):

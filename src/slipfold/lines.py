@@ -124,7 +124,7 @@ def branch_segments(branch: Branch, output: str, measure: str = "max") -> tuple[
     values = np.column_stack([branch.parameter, measured_along(branch, output, measure)])
     knots = _arranged(located, branch.arclength, values)
     # A doubled branch begins, and may end, on its parent, where a multiplier is one.
-    on_parent = {0: branch.begun.kind == BORN, -1: branch.stopped.kind == CLOSED}
+    on_parent = {0: branch.started.kind == BORN, -1: branch.stopped.kind == CLOSED}
     for end, lies_on_parent in on_parent.items():
         if knots and lies_on_parent and not knots[end].type:
             knots[end] = knots[end]._replace(type=BORN)

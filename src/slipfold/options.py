@@ -356,6 +356,7 @@ Distributions = Annotated[
         "with a unit, or in the SI unit. Or a table as studies have it.",
         "values",
         "NAME=normal:SIZE",
+        flags=("--distribution",),
         command_help="Distribution of a parameter: normal (standard deviation), uniform (half the "
         "width, or FROM:TO) or lognormal, e.g. mu=normal:5% or alpha=uniform:58deg:62deg.",
     ),
@@ -377,11 +378,11 @@ Samples = Annotated[
 Loads = Annotated[
     Sequence[float | str],
     Option(
-        "Values of the followed parameter at which the probability of staying below the threshold "
-        "is computed.",
+        "Values of the followed parameter at which the probability is computed that the "
+        "threshold is above them.",
         "texts",
         "VALUE",
-        flags=("--quiet",),
+        flags=("--load",),
     ),
 ]
 Indices = Annotated[

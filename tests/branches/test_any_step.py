@@ -56,5 +56,5 @@ def test_same_special_points(largest, tolerance, backward, case):
 @pytest.mark.parametrize("case", CASES[:2], ids=str)
 def test_a_span_without_response_at_its_start_is_followed_from_its_end(case):
     branches = traced(case, case.reverse)
-    assert "from its other end" in branches[0].begun.reason
+    assert "from its other end" in branches[0].started.reason
     assert specials(branches) == specials(traced(case))

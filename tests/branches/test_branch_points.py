@@ -60,7 +60,7 @@ def test_a_branch_between_two_branch_points_is_followed_once():
     assert [(item.type, item.leads_to) for item in rest.special] == [("BP", 2), ("BP", 2)]
     assert kinds(other) == ["BP", "BP"]
     assert [item.value for item in other.special] == pytest.approx([0, 1], abs=1e-12)
-    assert (other.stopped.kind, other.begun.kind) == ("closed", "closed")
+    assert (other.stopped.kind, other.started.kind) == ("closed", "closed")
     assert other.stopped.value == pytest.approx(0, abs=1e-12)
     x, r = other.states[:, 0], other.parameter
     assert x**2 == pytest.approx(r * (1 - r), abs=1e-10)

@@ -130,7 +130,7 @@ def test_a_breakdown_ends_a_locus_with_a_sentence(
             found = sf.locus(diagram.special[0], ("f", "Nd"), ((12.3, 12.7), (0, 0.1)))
         for locus in found.loci:
             assert locus.stopped.reason
-            assert locus.begun.reason
+            assert locus.started.reason
 
 
 def test_a_cycle_that_comes_to_a_singularity_says_so():

@@ -28,7 +28,7 @@ TWO_PERIODS = {
     },
 }
 """With x + i y = A exp(i pi t/2), A^2 = p + i u: once round p^2 + u^2 = 1/4 A becomes -A, which is
-the same orbit begun a period later."""
+the same orbit started a period later."""
 
 SETTINGS = [
     sf.Settings(),
@@ -45,7 +45,7 @@ def test_an_isola_has_two_folds(system, settings):
     (branch,) = diagram.branches
     assert sorted(item.value for item in branch.special) == pytest.approx([-0.5, 0.5], abs=1e-10)
     assert {item.type for item in branch.special} == {"LP"}
-    assert (branch.stopped.kind, branch.begun.kind) == ("closed", "closed")
+    assert (branch.stopped.kind, branch.started.kind) == ("closed", "closed")
     assert branch.stopped.value == pytest.approx(0.3, abs=1e-9)
     # Its length is that of one round, and no point of it lies beyond the first.
     assert 1.9 < abs(branch.parameter[:-1] - branch.parameter[1:]).sum() < 2

@@ -76,5 +76,5 @@ def test_each_turn_of_a_locus_is_an_extremum(monkeypatch):
     assert (reversals(locus.values[:, 0]), reversals(locus.values[:, 1])) == (0, 1)
     monkeypatch.setattr(SpecialPoints, "watch", lambda self, stretch: MonitorResult())
     diagram = sf.locus(branch.special[0], ("w", "h"), window, switch=False)
-    assert "contradiction" in (diagram.loci[0].begun.kind, diagram.loci[0].stopped.kind)
+    assert "contradiction" in (diagram.loci[0].started.kind, diagram.loci[0].stopped.kind)
     assert diagram.failed

@@ -42,7 +42,7 @@ def check_links(branches, largest_period=8):
                 assert child.parent == branch.id
                 assert child.period == 2 * branch.period
                 reached.add(child.id)
-                ends = (child.begun.value, child.stopped.value)
+                ends = (child.started.value, child.stopped.value)
                 assert min(abs(value - item.value) for value in ends) < 1e-9
             else:
                 assert item.leads_to is None
@@ -57,7 +57,7 @@ def test_frequency_response_closes_on_both_doublings(case, backward):
     assert child.stopped.kind == "closed"
     assert [item.leads_to for item in main.special] == [2, 2]
     begin, end = (item.value for item in main.special)
-    assert child.begun.value == pytest.approx(begin, abs=1e-10)
+    assert child.started.value == pytest.approx(begin, abs=1e-10)
     assert child.stopped.value == pytest.approx(end, abs=1e-10)
     assert child.parameter[[0, -1]] == pytest.approx([begin, end], abs=1e-9)
     # Its ends are the parent's orbits, twice around.

@@ -51,7 +51,7 @@ def test_a_branch_is_followed_in_both_directions_from_inside_the_span():
     (branch,) = diagram.branches
     assert values(branch, "LP") == pytest.approx(FOLDS, abs=1e-10)
     assert branch.parameter[[0, -1]] == pytest.approx([0.5, 2.0])
-    assert branch.begun.reason == "reached the end of the span at W = 0.5"
+    assert branch.started.reason == "reached the end of the span at W = 0.5"
 
 
 def test_a_state_near_an_orbit_of_period_two_finds_it():

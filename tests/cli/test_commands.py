@@ -131,7 +131,7 @@ def test_locus_as_json_on_standard_output_and_nothing_else():
     assert (locus["type"], locus["period"]) == ("PD", 1)
     assert {point["type"] for point in locus["special"]} == {"GPD", "MIN"}
     # shared/reference/sliding.json, force response at 12.5 Hz.
-    ends = dict(end["values"] for end in (locus["begun"], locus["stopped"]))
+    ends = dict(end["values"] for end in (locus["started"], locus["stopped"]))
     assert ends[12.5] == pytest.approx(0.043578911491, rel=1e-8)
 
 

@@ -280,4 +280,4 @@ def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
     assert {label for row in fine["labels"] for label in row} == {1, 2}
     assert [item["name"] for item in fine["attractors"]] == ["period 1", "period 1"]
     counts = [sum(row.count(number) for row in fine["labels"]) for number in (1, 2)]
-    assert [item["share"] * 121 for item in fine["attractors"]] == pytest.approx(counts)
+    assert [item["fraction"] * 121 for item in fine["attractors"]] == pytest.approx(counts)

@@ -15,7 +15,7 @@ THREADS = 16
 
 
 def together(task, items):
-    """Results of a task for each item, one thread an item, all begun at once."""
+    """Results of a task for each item, one thread an item, all started at once."""
     ready = Barrier(len(items))
 
     def run(item):

@@ -53,8 +53,8 @@ def one_cell(b, state, duration):
         return solve_ivp(rates, (0, time), begin, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
 
     def misses(z):
-        begun = np.array([state[0], z[0]])
-        return after(begun, z[1])[:2] - begun
+        started = np.array([state[0], z[0]])
+        return after(started, z[1])[:2] - started
 
     y, time = fsolve(misses, [state[1], duration], xtol=1e-13)
     matrix = after(np.array([state[0], y]), time)[2:].reshape(2, 2)

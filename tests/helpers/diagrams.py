@@ -78,7 +78,7 @@ def response_branch(**changes):
             ),
         ),
         "stopped": End("limit", "spring collapsed: l/L fell to 0.01; stay below <this> value", 0.1),
-        "begun": End("span", "the span begins here", 0.0),
+        "started": End("span", "the span begins here", 0.0),
     }
     given.update(changes)
     return Branch(**given)
@@ -102,7 +102,7 @@ def doubled_branch():
             special_point("EVENT", name="x", value=0.07, arclength=0.2, nodes=nodes[1], **none),
         ),
         stopped=End("span", "the span ends here", 0.1),
-        begun=End("born", "left branch 1 at a period doubling", 0.05),
+        started=End("born", "left branch 1 at a period doubling", 0.05),
     )
 
 

@@ -77,7 +77,7 @@ def drawn_branch(
     *,
     arclength=None,
     period=1,
-    begun="span",
+    started="span",
     stopped="span",
     reason="the end",
     vary="Nd",
@@ -100,7 +100,7 @@ def drawn_branch(
         arclength=np.asarray(arclength, float),
         special=tuple(special),
         stopped=End(stopped, reason, parameter[-1] if count else 0.0),
-        begun=End(begun, "the beginning", parameter[0] if count else 0.0),
+        started=End(started, "the beginning", parameter[0] if count else 0.0),
     )
     branch.__dict__["extrema"] = extrema_of(reach)
     return branch
@@ -128,7 +128,7 @@ def threshold_diagram(doubling, tori=(), *, criticality="supercritical", vary="N
         [drawn_point("NS", torus, torus, _reach(torus, slope)) for torus in tori],
         arclength=grid,
         period=2,
-        begun="born",
+        started="born",
         vary=vary,
     )
     return diagram_of(first, second)

@@ -36,7 +36,7 @@ def drawn_locus(
     arclength=None,
     period=1,
     number=1,
-    begun="window",
+    started="window",
     stopped="window",
     reason="left the window",
     vary=("f", "Nd"),
@@ -62,7 +62,7 @@ def drawn_locus(
         residual=np.zeros(count),
         arclength=np.array(arclength, dtype=float),
         special=tuple(special),
-        begun=LocusEnd(begun, "left the window", tuple(values[0]) if count else place),
+        started=LocusEnd(started, "left the window", tuple(values[0]) if count else place),
         stopped=LocusEnd(stopped, reason, place),
     )
 
@@ -84,7 +84,7 @@ def valley(*, number=1):
 def drawn_fold(*, number=2):
     """An LP of period 2 from the GPD of `valley` to the left."""
     values = np.column_stack([np.linspace(12.4, 12.0, 5), np.linspace(0.06, 0.1, 5)])
-    return drawn_locus("LP", values, period=2, begun="codimension-2", number=number)
+    return drawn_locus("LP", values, period=2, started="codimension-2", number=number)
 
 
 def drawn_torus(*, number=3, special=()):

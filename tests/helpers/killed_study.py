@@ -2,7 +2,7 @@
 
     python killed_study.py FOLDER KILLS
 
-Everything is imported once, and no thread has begun: each attempt is a copy of this process.
+Everything is imported once, and no thread has started: each attempt is a copy of this process.
 """
 
 import json
@@ -36,7 +36,7 @@ def main():
         _, status = os.waitpid(attempt, 0)
         if os.WIFSIGNALED(status):
             killed += 1
-        else:  # it was done before; another one is begun
+        else:  # it was done before; another one is started
             assert os.WEXITSTATUS(status) == 0
             finished += 1
     undisturbed = content(study(CHEAP), folder)

@@ -75,7 +75,7 @@ def doubling_locus(**changes):
         "residual": np.array([1e-14, 2e-14, 3e-13]),
         "arclength": np.array([0.0, 0.6, 1.1]),
         "special": (locus_point(), minimum()),
-        "begun": LocusEnd("window", "left the window at f = 11.5", (11.5, 0.58)),
+        "started": LocusEnd("window", "left the window at f = 11.5", (11.5, 0.58)),
         "stopped": LocusEnd("limit", "spring collapsed; stay below <this> value", (13.5, 0.29)),
     }
     given.update(changes)
@@ -97,7 +97,7 @@ def fold_locus(**changes):
         "residual": np.array([1e-14, 2e-14]),
         "arclength": np.array([0.0, 0.25]),
         "special": (),
-        "begun": LocusEnd("codimension-2", "born at a GPD of locus 1", (12.4362, 0.042)),
+        "started": LocusEnd("codimension-2", "born at a GPD of locus 1", (12.4362, 0.042)),
         "stopped": LocusEnd("window", "left the window at f = 11.5", (11.5, 0.15)),
     }
     given.update(changes)
@@ -119,7 +119,7 @@ def torus_locus(**changes):
         "residual": np.full(4, 1e-14),
         "arclength": np.array([0.0, 0.1, 0.3, 0.4]),
         "special": (chenciner,),
-        "begun": LocusEnd("closed", "the locus closed on itself", (12.54, 0.2)),
+        "started": LocusEnd("closed", "the locus closed on itself", (12.54, 0.2)),
         "stopped": LocusEnd("closed", "the locus closed on itself", (12.54, 0.2)),
     }
     given.update(changes)

@@ -80,7 +80,7 @@ def test_lines_say_what_was_found():
 
 SHORT = {
     "end at a limit": lambda: diagram().branches[0].stopped,
-    "end at birth": lambda: diagram().branches[1].begun,
+    "end at birth": lambda: diagram().branches[1].started,
     "end of a locus": lambda: plane().loci[0].stopped,
     "check": lambda: diagram().special[0].point.orbit.check(),
     "settled": lambda: motion().settlement,
@@ -99,7 +99,7 @@ def test_a_verdict_prints_as_less_than_one_hundred_characters(name):
 
 
 def test_verdicts_say_what_a_person_wants():
-    start, born = diagram().branches[0].stopped, diagram().branches[1].begun
+    start, born = diagram().branches[0].stopped, diagram().branches[1].started
     assert repr(start).startswith("<End: limit at 0.375947: spring collapsed: l/L fell to")
     assert str(start) == start.reason
     assert repr(born) == "<End: born at 0.0435789: born at Nd = 0.0435789115>"

@@ -1,10 +1,8 @@
 """What ``import slipfold`` imports, and when: nothing before it is requested."""
 
-import ast
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -40,14 +38,6 @@ def test_no_public_name_imports_what_takes_a_second():
         "print({'scipy', 'xarray', 'pandas', 'matplotlib'} & set(sys.modules))"
     )
     assert run(text) == "set()"
-
-
-def test_type_checkers_find_the_same_names_in_the_same_places():
-    tree = ast.parse(Path(slipfold.__file__).read_text())
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
-    seen = {alias.name: line.module for line in block.body for alias in line.names}
-    homes = {name: home for home, names in slipfold._HOMES.items() for name in names}
-    assert seen == homes
 
 
 def test_what_is_not_there_is_said():

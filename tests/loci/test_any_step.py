@@ -45,8 +45,8 @@ def check_same(found, other, close=1e-8):
     assert [name for name, _ in named(found)] == [name for name, _ in named(other)]
     for (_, values), (_, others) in zip(named(found), named(other), strict=True):
         assert values == pytest.approx(others, abs=close)
-    ends = sorted((e.values, e.kind) for e in (found.begun, found.stopped))
-    others = sorted((e.values, e.kind) for e in (other.begun, other.stopped))
+    ends = sorted((e.values, e.kind) for e in (found.started, found.stopped))
+    others = sorted((e.values, e.kind) for e in (other.started, other.stopped))
     assert [kind for _, kind in ends] == [kind for _, kind in others]
     for (values, kind), (known, _) in zip(ends, others, strict=True):
         # Next to orbits of half the period a locus ends a short step before.
@@ -103,7 +103,7 @@ def ring(value, largest=0.5):
 def test_a_closed_locus_closes():
     found = ring(12.5)
     assert found.closed
-    assert found.begun.kind == found.stopped.kind == "closed"
+    assert found.started.kind == found.stopped.kind == "closed"
     assert found.values[0] == pytest.approx(found.values[-1], abs=0.2)
     # It encloses the place where the threshold is least: one smallest and one largest of each.
     turns = sorted(p.name for p in found.special if p.type in ("MIN", "MAX"))

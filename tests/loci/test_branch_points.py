@@ -52,7 +52,7 @@ def test_the_folds_of_a_hard_pitchfork_end_where_it_turns_soft():
     assert turn.values == pytest.approx((0, 0), abs=1e-9)
     assert same.values == pytest.approx((0, 0), abs=1e-9)
     assert max(turn.uncertainty) < 1e-9
-    assert folds.begun.values == tuple(folds.values[0]) == turn.values
+    assert folds.started.values == tuple(folds.values[0]) == turn.values
     assert np.abs(crossing.values[:, 0]).max() < 1e-12
     assert found.checked.disagreeing == ()
 
@@ -154,7 +154,7 @@ def test_folds_are_drawn_once_from_where_a_pitchfork_turns_soft():
     point = branch_point(line("mu*x + b*x^3 - x^5", b=-0.5))
     crossing, folds = locus(point, ("mu", "b"), WINDOW).loci
     assert (crossing.type, folds.type) == ("BP", "LP")
-    assert (folds.begun.kind, folds.stopped.kind) == ("codimension-2", "window")
+    assert (folds.started.kind, folds.stopped.kind) == ("codimension-2", "window")
     assert types(folds) == ["DP"]
     mu, b = folds.values.T
     assert mu == pytest.approx(-(b**2) / 4, abs=1e-9)

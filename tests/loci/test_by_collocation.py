@@ -36,7 +36,7 @@ def folds():
 
 def test_the_fold_of_cycles_is_followed_through_all_canards(folds):
     (locus,) = folds.loci
-    assert (locus.type, locus.begun.kind, locus.stopped.kind) == ("LP", "window", "window")
+    assert (locus.type, locus.started.kind, locus.stopped.kind) == ("LP", "window", "window")
     assert sorted(locus.values[[0, -1], 1]) == pytest.approx([0.02, 0.2])
     assert len(locus) < 300
     assert locus.special == ()

@@ -128,7 +128,7 @@ def test_folds_of_the_reaction_end_at_its_bautin_point():
     found = sf.locus(folds, *plane)
     (cycles,), (hopf,) = of_type(found, "LP"), of_type(found, "HB", "equilibrium")
     assert named([hopf], "GH") == [pytest.approx((0.2789854, 11.0158491), abs=1e-7)]
-    end = next(end for end in (cycles.begun, cycles.stopped) if end.kind == "codimension-2")
+    end = next(end for end in (cycles.started, cycles.stopped) if end.kind == "codimension-2")
     assert end.values == pytest.approx((0.2789854, 11.0158491), abs=1e-7)
     assert end.reason.startswith("the locus ends at GH, generalized Hopf")
     assert cycles.special == ()
@@ -194,7 +194,7 @@ def test_tori_of_the_atmosphere_begin_at_the_double_hopf_point():
         assert gap.max() < 1e-5
     frequencies = sorted(value for value in double.eigenvalues.imag if value > 1e-3)
     for locus in tori:
-        assert any(locus.begun.values == pytest.approx(item.values, abs=1e-7) for item in doubles)
+        assert any(locus.started.values == pytest.approx(item.values, abs=1e-7) for item in doubles)
         assert locus.parent in [item.id for item in hopf]
     assert sorted(2 * pi / locus.durations[0] for locus in tori) == pytest.approx(
         frequencies, rel=1e-5
@@ -301,7 +301,7 @@ def test_zero_hopf_point_of_a_symmetry():
     (crossed,) = of_type(found, "BP", "equilibrium")
     assert crossed.values.sum(axis=1) == pytest.approx(0, abs=1e-10)
     other = next(locus for locus in of_type(found, "HB", "equilibrium") if locus is not hopf)
-    ends = sorted(end.values for end in (other.begun, other.stopped))
+    ends = sorted(end.values for end in (other.started, other.stopped))
     assert ends[1] == pytest.approx((-0.6, 0.6), abs=1e-9)
     assert ends[0] == pytest.approx((-sqrt(0.6), sqrt(0.6)), abs=1e-6)
     assert [item.type for item in other.special][-1] == "BT"
@@ -361,7 +361,7 @@ def test_tori_begin_at_a_zero_hopf_point_of_a_symmetry():
     (tori,) = of_type(found, "NS")
     point = next(p for locus in found.loci for p in locus.special if p.type == "ZH")
     assert tori.id in point.leads_to
-    assert tori.begun.values == pytest.approx((0, 0), abs=1e-9)
+    assert tori.started.values == pytest.approx((0, 0), abs=1e-9)
     # With unit vectors x' = -x^3 + x |w|^2 / 2 (y + iz = w) is as it stands, but r2 = 2 |w|^2.
     assert point.coefficients == pytest.approx({"p11": -1, "p12": 1, "p21": -1.5, "p22": 1.2})
     m, b = tori.values.T
@@ -389,7 +389,7 @@ def test_a_fold_that_meets_a_pitchfork_is_no_bogdanov_takens_point(kind, back, o
     (point,) = (item for item in locus.special if item.type not in ("MIN", "MAX"))
     assert (point.type, point.name) == ("LPBP", "fold and branch point")
     assert point.values == pytest.approx((0, 0), abs=1e-9)
-    assert {end.kind for end in (locus.begun, locus.stopped)} == {"window"}
+    assert {end.kind for end in (locus.started, locus.stopped)} == {"window"}
 
 
 def test_symmetric_cycles_of_the_circuit_fold_and_lose_symmetry_at_one_point():
@@ -403,7 +403,7 @@ def test_symmetric_cycles_of_the_circuit_fold_and_lose_symmetry_at_one_point():
     (tori,) = of_type(found, "NS")
     assert ends[1] == pytest.approx(ends[0], abs=1e-6)
     assert ends[2] == pytest.approx(ends[1], abs=1e-8)
-    assert tori.begun.values == pytest.approx((-0.6, 0.6), abs=1e-9)
+    assert tori.started.values == pytest.approx((-0.6, 0.6), abs=1e-9)
     assert tori.stopped.values == ends[2]
     assert [item.type for item in tori.special] == ["MAX", "LPBP"]
 

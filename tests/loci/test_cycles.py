@@ -60,7 +60,7 @@ def test_cycles_of_a_locus_under_another_integrator():
 
 
 def test_a_locus_of_cycles_is_known_in_any_phase():
-    # Of the same doubling begun elsewhere on the cycle there is no second locus.
+    # Of the same doubling started elsewhere on the cycle there is no second locus.
     point = doubling(b=1.05)
     later = sf.SpecialPoint(
         **{
@@ -82,7 +82,7 @@ def test_folds_and_tori_of_freire():
     assert (locus.type, locus.kind) == ("LP", "periodic")
     row = int(np.abs(locus.values[:, 1] - 0.6).argmin())
     assert locus.values[row] == pytest.approx([point.value, 0.6], abs=1e-9)
-    for end in (locus.begun, locus.stopped):
+    for end in (locus.started, locus.stopped):
         assert end.kind == "window"
     # The mirror image of a cycle of this circuit is a cycle too, at the same parameters.
     mirrored = sf.SpecialPoint(
@@ -92,7 +92,7 @@ def test_folds_and_tori_of_freire():
         }
     )
     (other,) = sf.locus(mirrored, ("n", "r"), ((-0.59, -0.57), (0.58, 0.62)), switch=False).loci
-    assert np.array(other.begun.values) == pytest.approx(locus.begun.values, abs=1e-9)
+    assert np.array(other.started.values) == pytest.approx(locus.started.values, abs=1e-9)
 
 
 def test_a_model_and_a_type_are_enough():

@@ -57,7 +57,7 @@ def test_lure_hopf_locus_is_a_hyperbola():
     )
     (locus,) = found.loci
     assert (locus.type, locus.kind, locus.special) == ("HB", "equilibrium", ())
-    assert {locus.begun.kind, locus.stopped.kind} == {"window"}
+    assert {locus.started.kind, locus.stopped.kind} == {"window"}
     assert locus.values.prod(axis=1) == pytest.approx(1, abs=1e-12)
     assert np.abs(locus.eigenvalues.imag).max(axis=1) == pytest.approx(np.sqrt(locus.values[:, 1]))
     assert locus.supercritical.all()
@@ -72,7 +72,7 @@ def test_lyapunov_coefficient_along_the_locus_is_that_of_the_branch():
     # The branch takes it from the flow over a time, the locus from the vector field.
     point = point_of(model_named("lure"), "a", (1.2, 0.9), "HB")
     (locus,) = sf.locus(point, ("a", "b"), ((0.5, 1.7), (0.2, 3))).loci
-    for row, end in ((0, locus.begun), (-1, locus.stopped)):
+    for row, end in ((0, locus.started), (-1, locus.stopped)):
         a = locus.values[row, 0]
         assert end.values == pytest.approx([a, 1 / a], abs=1e-12)
         there = point_of(model_named("lure"), "a", (a + 0.2, a - 0.1), "HB", b=1 / a)
@@ -117,8 +117,8 @@ def test_hopf_locus_ends_at_bogdanov_takens():
     assert hopf.values[:, 0] == pytest.approx(0, abs=1e-13)
     assert hopf.values[:, 1].max() == pytest.approx(0, abs=1e-12)
     assert hopf.values[:, 1].min() == -3
-    assert {hopf.begun.kind, hopf.stopped.kind} == {"window", "codimension-2"}
-    end = hopf.stopped if hopf.stopped.kind == "codimension-2" else hopf.begun
+    assert {hopf.started.kind, hopf.stopped.kind} == {"window", "codimension-2"}
+    end = hopf.stopped if hopf.stopped.kind == "codimension-2" else hopf.started
     assert "BT" in end.reason
     assert "neutral saddle" in end.reason
     assert folds.values[:, 0] == pytest.approx(folds.values[:, 1] ** 2 / 4, abs=1e-13)
@@ -268,4 +268,4 @@ def test_a_locus_that_comes_to_where_nothing_damps_says_so():
     window = ("mu", "c"), ((0.5, 1.0), (0, 0.2))
     (locus,) = sf.locus(hopf, *window, switch=False).loci
     assert locus.values[0] == pytest.approx([0.75, 0], abs=1e-6)
-    assert "4 multipliers lie on the unit circle" in locus.begun.reason
+    assert "4 multipliers lie on the unit circle" in locus.started.reason

@@ -29,7 +29,7 @@ def test_a_fold_followed_to_its_birth_finds_the_period_doubling_it_was_born_at()
     (birth,) = [point for point in doubling.special if point.type == "GPD"]
     # tests/reference/loci.json
     assert birth.values == pytest.approx((12.436208469546, 0.042015324815), abs=1e-10)
-    ends = [end for end in (fold.begun, fold.stopped) if end.kind == "codimension-2"]
+    ends = [end for end in (fold.started, fold.stopped) if end.kind == "codimension-2"]
     assert [end.values for end in ends] == [birth.values]
     assert birth.leads_to == (fold.id,)
 

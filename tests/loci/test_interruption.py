@@ -65,7 +65,7 @@ def test_what_is_done_is_kept(points, whole, share):
     assert len(seen) == count  # it stops at once
     assert 1 <= len(found) <= len(loci)
     assert found[-1].interrupted
-    ends = (found[-1].begun, found[-1].stopped)
+    ends = (found[-1].started, found[-1].stopped)
     assert "interrupted" in [end.kind for end in ends]
     for one, other in zip(found[:-1], loci, strict=False):
         assert (one.type, one.period) == (other.type, other.period)

@@ -79,7 +79,7 @@ def test_simulations_agree_with_the_labels(plane):
         for check in region.checks:
             assert check.agrees, check.note
             assert check.note
-        if region.share > 2e-3:
+        if region.fraction > 2e-3:
             starts = [check.start for check in region.checks]
             assert starts[0] == "rest"
             assert set(starts[1:]) == {f"period {period}" for period in region.stable}
@@ -90,11 +90,11 @@ def test_regions_cover_the_window(plane):
     found = whole_set(plane, regions=True).regions
     assert found.labels.min() >= 1
     assert [region.id for region in found.regions] == list(range(1, len(found.regions) + 1))
-    assert sum(region.share for region in found.regions) == pytest.approx(1.0, abs=5e-3)
+    assert sum(region.fraction for region in found.regions) == pytest.approx(1.0, abs=5e-3)
     for region in found.regions:
         assert found.at(*region.place) is region
         area = np.mean(found.labels == region.id)
-        assert area == pytest.approx(region.share, abs=0.01)
+        assert area == pytest.approx(region.fraction, abs=0.01)
 
 
 def test_the_plane_of_frequency_and_force_has_every_kind_of_region():

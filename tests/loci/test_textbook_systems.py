@@ -88,7 +88,7 @@ def test_torus_of_the_van_der_pol_oscillator_ends_in_strong_resonances(tongue):
         assert item.state == pytest.approx(by_hand[:2], abs=1e-6)
     ends = [
         end for item in tongue if item.type == "NS"
-        for end in (item.begun, item.stopped) if end.kind == "codimension-2"
+        for end in (item.started, item.stopped) if end.kind == "codimension-2"
     ]  # fmt: skip
     for item in items:  # the torus ends where the fold has its resonance
         gaps = [np.abs(np.subtract(end.values, item.values)).max() for end in ends]

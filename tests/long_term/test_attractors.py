@@ -59,13 +59,13 @@ def test_both_responses_at_12_2_hz_with_their_shares():
     found = sf.attractors(sf.SlidingOscillator(f=12.2, Nd=0.1), WHOLE_BOX, starts=96)
     assert kinds(found) == [("periodic", 1), ("periodic", 2)]
     (double,) = (item for item in found if item.period == 2)
-    share = found.share(double)
+    fraction = found.fraction(double)
     # shared/reference/beyond.md: 0.712 +- 0.010 of starts uniform in this box.
-    assert share.low <= 0.712 <= share.high
-    assert share.value == pytest.approx(0.712, abs=0.07)
+    assert fraction.low <= 0.712 <= fraction.high
+    assert fraction.value == pytest.approx(0.712, abs=0.07)
     orbit = sf.periodic_orbit(found.model, 2, double.state)
     assert double.multipliers == pytest.approx(orbit.multipliers, abs=1e-8)
-    assert found.share(0).value == 0
+    assert found.fraction(0).value == 0
 
 
 @pytest.mark.long
@@ -74,7 +74,7 @@ def test_every_start_is_where_a_long_motion_ends():
     assert kinds(found) == [("periodic", 1), ("periodic", 2)]
     (double,) = (item for item in found if item.period == 2)
     # shared/reference/beyond.md, 0.712 with a standard error of 0.010: within three of them.
-    assert found.share(double).value == pytest.approx(0.712, abs=0.03)
+    assert found.fraction(double).value == pytest.approx(0.712, abs=0.03)
     for state, label in zip(found.starts[:200], found.labels[:200], strict=True):
         motion = sf.simulate(found.model, 600, state)  # by Taylor's method, to 1e-13
         assert motion.settlement.period == found[label - 1].period
@@ -85,7 +85,7 @@ def test_a_torus_is_told_by_its_exponents_once():
     assert kinds(found) == [("torus", 0)]
     # shared/reference/beyond.md, over 2000 periods here.
     assert found[0].exponents == pytest.approx([0, -0.0050116, -0.1170780, -0.2697660], abs=2e-4)
-    assert found.share(1).value == 1
+    assert found.fraction(1).value == 1
 
 
 def test_motions_that_stick_come_to_the_orbit_that_sticks():
@@ -93,7 +93,7 @@ def test_motions_that_stick_come_to_the_orbit_that_sticks():
     assert kinds(found) == [("periodic", 1)]
     # shared/reference/beyond.md.
     assert found[0].maximum[0] == pytest.approx(0.1900998927, abs=1e-8)
-    assert found.share(1).value == 1
+    assert found.fraction(1).value == 1
 
 
 # -- those of textbooks --------------------------------------------------------------------------
@@ -132,14 +132,14 @@ def test_a_forced_pendulum_turns_round_either_way():
 def test_a_cycle_that_motions_come_to_in_a_spiral():
     found = sf.attractors(MODELS["squeal"](), starts=4)
     assert kinds(found) == [("cycle", 0)]
-    assert found.share(1).value == 1
+    assert found.fraction(1).value == 1
 
 
 def test_motions_that_end_are_counted_and_no_attractor():
     found = sf.attractors(MODELS["stribeck"](), {"x": (-3, 3), "v": (-3, 1)}, starts=16)
     assert kinds(found) == [("equilibrium", 0)]
     assert found.ends == {"stick": int((found.labels == -1).sum())}
-    assert 0 < found.share(-1).value < 1
+    assert 0 < found.fraction(-1).value < 1
     assert "ended: stick" in found.summary()
 
 

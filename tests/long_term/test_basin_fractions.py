@@ -1,4 +1,4 @@
-"""Shares of starts that each attractor wins along a parameter."""
+"""Fractions of starts that each attractor wins along a parameter."""
 
 import json
 from math import sqrt
@@ -43,21 +43,21 @@ def kinds(found):
 
 def test_shares_are_those_of_areas(circle):
     assert circle.numbers == (1, 2)
-    rest = circle.share(kinds(circle)["equilibrium"])
+    rest = circle.fraction(kinds(circle)["equilibrium"])
     area = np.pi * circle.values**2 / 16
     assert rest.value == pytest.approx(area, abs=0.03)  # starts are spread evenly
     assert np.all((rest.low < area) & (area < rest.high))
-    assert rest.value + circle.share(kinds(circle)["cycle"]).value == pytest.approx(1)
+    assert rest.value + circle.fraction(kinds(circle)["cycle"]).value == pytest.approx(1)
     inside = (circle.starts**2).sum(axis=1) < circle.values[:, None] ** 2
     assert np.array_equal(circle.labels == kinds(circle)["equilibrium"], inside)
 
 
 def test_bounds_are_those_of_wilson(circle):
     number = kinds(circle)["cycle"]
-    share, low, high = (each[1] for each in circle.share(number))
+    fraction, low, high = (each[1] for each in circle.fraction(number))
     n, z = len(circle.starts), 1.96
-    for bound in (low, high):  # where the share is z standard deviations of the bound away
-        assert abs(share - bound) == pytest.approx(z * sqrt(bound * (1 - bound) / n), rel=1e-9)
+    for bound in (low, high):  # where the fraction is z standard deviations of the bound away
+        assert abs(fraction - bound) == pytest.approx(z * sqrt(bound * (1 - bound) / n), rel=1e-9)
 
 
 def test_each_attractor_keeps_its_number():
@@ -80,7 +80,7 @@ def test_period_two_wins_seven_of_ten_starts_of_the_sliding_oscillator():
     assert periods[0] == [1]
     assert periods[-1] == [2]
     assert found.numbers == (1, 2)
-    value, low, high = (each[4] for each in found.share(2))  # at 0.1 N
+    value, low, high = (each[4] for each in found.fraction(2))  # at 0.1 N
     assert low < 0.69 < high
     assert value == pytest.approx(0.69, abs=0.03)
 
@@ -99,7 +99,7 @@ def test_an_interruption_keeps_the_values_that_are_finished(tmp_path):
     assert found.interrupted
     assert all(progress.total == 64 for progress in told)
     assert np.all(np.diff([progress.done for progress in told]) >= 0)
-    assert np.isfinite(found.share(1).value).tolist() == [True, True, False, False]
+    assert np.isfinite(found.fraction(1).value).tolist() == [True, True, False, False]
     assert "2 values not finished" in found.summary()
     found.save(tmp_path / "f.nc")
     assert sf.load(tmp_path / "f.nc").to_json() == found.to_json()

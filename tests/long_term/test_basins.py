@@ -32,7 +32,7 @@ def test_the_boundary_is_the_unstable_cycle(circle):
     x, y = np.meshgrid(circle.first, circle.second)
     (rest,) = (item for item in circle if item.kind == "equilibrium")
     assert np.array_equal(circle.labels == rest.id, np.hypot(x, y) < 1)
-    assert circle.share(rest).value == np.mean(np.hypot(x, y) < 1)
+    assert circle.fraction(rest).value == np.mean(np.hypot(x, y) < 1)
     assert set(np.unique(circle.labels)) == {item.id for item in circle}
 
 
@@ -58,7 +58,7 @@ def test_starts_that_were_not_finished_may_belong_to_any_attractor(circle):
     labels = circle.labels.copy()
     labels[::2] = -2
     part = replace(circle, labels=labels, interrupted=True)
-    whole, some = circle.share(circle[0]), part.share(part[0])
+    whole, some = circle.fraction(circle[0]), part.fraction(part[0])
     assert some.value < whole.value
     assert some.low < whole.value < some.high
     assert some.high > 0.5
@@ -125,7 +125,7 @@ def test_the_picture_has_a_color_for_each_and_its_share(circle):
     texts = sorted(text.get_text() for text in ax.get_legend().get_texts())
     (rest,) = (item for item in circle if item.kind == "equilibrium")
     assert texts[0] == f"changes within the cell: {100 * circle.uncertain_share():.3g} %"
-    assert texts[2] == f"equilibrium: {100 * circle.share(rest).value:.3g} %"
+    assert texts[2] == f"equilibrium: {100 * circle.fraction(rest).value:.3g} %"
     left, right, bottom, top = image.get_extent()
     assert (left, right) == pytest.approx((-2 - 2 / 39, 2 + 2 / 39))
     assert (bottom, top) == pytest.approx((-1 - 1 / 19, 1 + 1 / 19))

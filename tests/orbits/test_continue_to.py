@@ -1,4 +1,4 @@
-"""Orbits carried to other values of parameters, and responses that are begun from afar."""
+"""Orbits carried to other values of parameters, and responses that are started from afar."""
 
 import numpy as np
 import pytest

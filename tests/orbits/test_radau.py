@@ -61,10 +61,10 @@ def test_a_fast_mode_that_decays_has_a_multiplier_of_nothing():
     assert np.sort(by_gauss)[:2].max() > 0.1  # the feigned ones
 
 
-@pytest.mark.parametrize(("damping", "begun"), [(10.0, Collocation), (0.0, Shooting)])
-def test_stiff_forced_orbits_begin_by_collocation_where_what_is_fast_decays(damping, begun):
+@pytest.mark.parametrize(("damping", "started"), [(10.0, Collocation), (0.0, Shooting)])
+def test_stiff_forced_orbits_begin_by_collocation_where_what_is_fast_decays(damping, started):
     model = forced({"x": "v", "v": "F*cos(t) - v - x", "y": "w", "w": f"x - {damping}*w - 1e6*y"})
-    assert type(forced_orbits(model, "F", 1.0, Settings()).by) is begun
+    assert type(forced_orbits(model, "F", 1.0, Settings()).by) is started
     chosen = Settings(discretization="shooting")
     assert type(forced_orbits(model, "F", 1.0, chosen).by) is Shooting
 

@@ -1,4 +1,4 @@
-"""Thresholds where parameters scatter: by gradients and by samples; Sobol's indices."""
+"""Thresholds of uncertain parameters: by gradients and by samples; Sobol's indices."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,10 @@ from matplotlib.figure import Figure
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold import Scatter
+from slipfold import Distribution
+from slipfold.parameter_space.distributions import parse_distribution
 from slipfold.parameter_space.optimum import NoSolutionError, ParameterizedPoint
 from slipfold.parameter_space.sampling import drawn, index_design, indices_of, names_of
-from slipfold.parameter_space.scatter import parse_scatter
 
 SMALL = {"Vd": "normal 0.2%", "alpha": "uniform 0.2deg", "mu": "normal 0.002"}
 
@@ -29,15 +29,15 @@ def small(doubling):
     return sf.uncertainty(doubling, SMALL, samples=64, loads=(0.0435, "43.6mN"))
 
 
-def test_bands_by_both_ways_agree_where_scatter_is_small(small):
+def test_bands_by_both_ways_agree_where_distributions_are_narrow(small):
     width = small.deviation("gradients")
     assert small.deviation() == pytest.approx(width, rel=0.01)
     by_samples, by_gradients = small.band(), small.band(by="gradients")
     assert by_samples == pytest.approx(by_gradients, abs=0.02 * width)
-    assert small.quiet(small.value) == pytest.approx(
-        small.quiet(small.value, "gradients"), abs=0.02
+    assert small.probability_above(small.value) == pytest.approx(
+        small.probability_above(small.value, "gradients"), abs=0.02
     )
-    # Independent scatter: variances add up.
+    # Independent parameters: variances add up.
     sizes = [0.002 * 0.6, np.radians(0.2) / np.sqrt(3), 0.002]
     slopes = [-0.041609200963, -0.074329849432, -0.01021911064]
     assert width == pytest.approx(np.linalg.norm(np.multiply(sizes, slopes)), rel=1e-9)
@@ -59,9 +59,9 @@ def test_a_point_that_vanishes_is_lost(sliding):
     assert np.isnan(found.thresholds[gone]).all()
     assert f"No threshold at {found.lost} of 4 samples" in found.summary()
     assert "which bands and probabilities leave out" in found.summary()
-    assert found.quiet(0.0) == 1.0
-    # Samples without a threshold may be loud or quiet.
-    low, high = found.quiet_between(0.0)
+    assert found.probability_above(0.0) == 1.0
+    # Samples without a threshold may be stable or unstable.
+    low, high = found.probability_bounds(0.0)
     assert low < 1 - found.lost / 4
     assert high == 1.0
     assert found.to_json()["lost"] == found.lost
@@ -69,9 +69,9 @@ def test_a_point_that_vanishes_is_lost(sliding):
     assert f"by samples, {found.lost} left out" in labels
 
 
-def indices(function, scatters, count):
-    """Sobol's indices of a function of scattered parameters."""
-    return indices_of(function(index_design(scatters, count, 0)), names_of(scatters), 0)
+def indices(function, distributions, count):
+    """Sobol's indices of a function of uncertain parameters."""
+    return indices_of(function(index_design(distributions, count, 0)), names_of(distributions), 0)
 
 
 def test_indices_of_the_ishigami_function():
@@ -80,13 +80,13 @@ def test_indices_of_the_ishigami_function():
     alone = 0.5 * (1 + b * np.pi**4 / 5) ** 2, a**2 / 8, 0.0
     both = 8 * b**2 * np.pi**8 / 225
     whole = sum(alone) + both
-    scatters = [Scatter(name, "uniform", 0.0, np.pi) for name in ("x", "y", "z")]
+    distributions = [Distribution(name, "uniform", 0.0, np.pi) for name in ("x", "y", "z")]
 
     def ishigami(at):
         x, y, z = at.T
         return np.sin(x) + a * np.sin(y) ** 2 + b * z**4 * np.sin(x)
 
-    found = indices(ishigami, scatters, 2**13)
+    found = indices(ishigami, distributions, 2**13)
     assert found.first == pytest.approx(np.divide(alone, whole), abs=5e-3)
     expected = np.add(alone, (both, 0, both)) / whole
     assert found.total == pytest.approx(expected, abs=5e-3)
@@ -107,8 +107,8 @@ def test_an_interruption_of_the_indices_leaves_the_samples(doubling):
         if progress.done == 6:
             raise KeyboardInterrupt
 
-    scatter = {"Vd": "normal 0.5%"}
-    found = sf.uncertainty(doubling, scatter, samples=4, indices=True, on_progress=observer)
+    distributions = {"Vd": "normal 0.5%"}
+    found = sf.uncertainty(doubling, distributions, samples=4, indices=True, on_progress=observer)
     assert found.interrupted
     assert np.isfinite(found.thresholds).all()
     assert "samples are missing" not in found.summary()
@@ -152,11 +152,11 @@ def test_interruption_keeps_what_is_known(doubling):
         ({"distribution": "normal", "relative": 0.05, "mean": 0.6}, "normal", 0.03),
     ],
 )
-def test_scatter_is_read(text, kind, size):
+def test_distributions_are_read(text, kind, size):
     parameter = sf.SlidingOscillator().parameter("Vd")
-    read = parse_scatter(text, parameter, 0.6)
-    assert read == Scatter("Vd", kind, pytest.approx(0.6), pytest.approx(size))
-    assert parse_scatter(read.record(), parameter, 1.0) == Scatter(
+    read = parse_distribution(text, parameter, 0.6)
+    assert read == Distribution("Vd", kind, pytest.approx(0.6), pytest.approx(size))
+    assert parse_distribution(read.record(), parameter, 1.0) == Distribution(
         "Vd", kind, pytest.approx(0.6), pytest.approx(size)
     )
 
@@ -164,39 +164,47 @@ def test_scatter_is_read(text, kind, size):
 def test_probabilities_have_intervals(small):
     load = small.value
     for way in ("samples", "gradients"):
-        low, high = small.quiet_between(load, way)
-        assert low < small.quiet(load, way) < high
+        low, high = small.probability_bounds(load, way)
+        assert low < small.probability_above(load, way) < high
     # Wilson's interval of k of n in closed form, with the normal quantile z.
-    n, z, share = 64, 1.959963985, small.quiet(load)
-    middle, half = share + z**2 / (2 * n), z * np.sqrt(share * (1 - share) / n + (z / (2 * n)) ** 2)
-    assert small.quiet_between(load) == pytest.approx(
+    n, z, fraction = 64, 1.959963985, small.probability_above(load)
+    middle, half = (
+        fraction + z**2 / (2 * n),
+        z * np.sqrt(fraction * (1 - fraction) / n + (z / (2 * n)) ** 2),
+    )
+    assert small.probability_bounds(load) == pytest.approx(
         [(middle - half) / (1 + z**2 / n), (middle + half) / (1 + z**2 / n)], rel=1e-6
     )
-    assert f"({small.quiet_between(0.0435)[0]:.1%} to " in small.summary()
-    ends = small.to_json()["by_samples"]["quiet_between"][0]
-    assert ends == [0.0435, *small.quiet_between(0.0435)]
+    assert f"({small.probability_bounds(0.0435)[0]:.1%} to " in small.summary()
+    ends = small.to_json()["by_samples"]["probability_bounds"][0]
+    assert ends == [0.0435, *small.probability_bounds(0.0435)]
     with pytest.raises(sf.InputError, match="the load Nd = nan is not finite"):
-        small.quiet(np.nan)
+        small.probability_above(np.nan)
 
 
 def test_correlated_parameters_are_drawn_so():
-    scatters = [Scatter("a", "normal", 1.0, 0.1), Scatter("b", "lognormal", 2.0, 0.3)]
+    distributions = [
+        Distribution("a", "normal", 1.0, 0.1),
+        Distribution("b", "lognormal", 2.0, 0.3),
+    ]
     matrix = np.array([[1.0, -0.6], [-0.6, 1.0]])
-    values = drawn("sobol", 2**12, 1, scatters, correlation=matrix)
+    values = drawn("sobol", 2**12, 1, distributions, correlation=matrix)
     scores = np.column_stack([(values[:, 0] - 1) / 0.1, np.log(values[:, 1] / 2) / 0.3])
     assert np.cov(scores.T) == pytest.approx(matrix, abs=5e-3)
 
 
 def test_deviations_of_correlated_parameters(doubling, tmp_path):
     # Of two that together always change, effects add up, or cancel.
-    scatter = {"Vd": "normal 0.2%", "mu": "normal 0.002"}
+    distributions = {"Vd": "normal 0.2%", "mu": "normal 0.002"}
     parts = np.multiply([-0.041609200963, -0.01021911064], [0.002 * 0.6, 0.002])
     for correlation in (0.5, "-0.5"):
-        found = sf.uncertainty(doubling, scatter, samples=64, correlation={"mu, Vd": correlation})
+        found = sf.uncertainty(
+            doubling, distributions, samples=64, correlation={"mu, Vd": correlation}
+        )
         width = np.sqrt(parts @ parts + 2 * float(correlation) * np.prod(parts))
         assert found.deviation("gradients") == pytest.approx(width, rel=1e-9)
         assert found.deviation() == pytest.approx(width, rel=0.03)
-        assert found.shares.sum() == pytest.approx(1.0)
+        assert found.fractions.sum() == pytest.approx(1.0)
     found.save(tmp_path / "u.nc")
     assert np.array_equal(sf.load(tmp_path / "u.nc").correlation, [[1, -0.5], [-0.5, 1]])
 
@@ -206,7 +214,7 @@ def test_deviations_of_correlated_parameters(doubling, tmp_path):
     [
         ({"mu,Vd": 0.9, "mu,alpha": 0.9, "Vd,alpha": -0.9}, "e.g. 0.55 times what they are"),
         ({"mu,Vd": 1}, "contradict each other"),
-        ({"mu,L": 0.5}, "no parameter that scatters is named 'L'"),
+        ({"mu,L": 0.5}, "no uncertain parameter is named 'L'"),
         ({"mu": 0.5}, "does not name two different parameters"),
         ({"mu,Vd": 0.5, "Vd,mu": 0.4}, "is given twice"),
         ({"mu,Vd": "nan"}, "finite and symmetric"),
@@ -215,44 +223,44 @@ def test_deviations_of_correlated_parameters(doubling, tmp_path):
     ],
 )
 def test_correlations_that_cannot_be(doubling, correlation, said):
-    scatter = {"mu": "normal 1%", "Vd": "normal 1%", "alpha": "normal 1deg"}
+    distributions = {"mu": "normal 1%", "Vd": "normal 1%", "alpha": "normal 1deg"}
     with pytest.raises(sf.InputError, match=said):
-        sf.uncertainty(doubling, scatter, samples=4, correlation=correlation)
+        sf.uncertainty(doubling, distributions, samples=4, correlation=correlation)
 
 
 @pytest.mark.parametrize(
-    ("scatter", "options", "said"),
+    ("distributions", "options", "said"),
     [
-        ({}, {}, "no parameter scatters"),
+        ({}, {}, "no parameter is uncertain"),
         ({"mu": "wide"}, {}, "give normal or uniform and a size"),
         ({"mu": "normal 5%:0.4"}, {}, "give normal or uniform and a size"),
-        ({"mu": "uniform 0.6:0.4"}, {}, "scattered from 0.6 to 0.4; give from below to"),
+        ({"mu": "uniform 0.6:0.4"}, {}, "uncertain from 0.6 to 0.4; give from below to"),
         ({"mu": "normal 5%:0.6:0.4"}, {}, "cut off at 0.6 and 0.4; give from below to"),
         ({"mu": "normal 5%:0.6:0.7"}, {}, "cut off below 0.6, which leaves out its mean 0.5; give"),
         ({"mu": "uniform 5%:0.6"}, {}, "the ends 5% and 0.6, of which one is in percent"),
         ({"mu": "uniform 1%:3%"}, {}, "since percent are of mu = 0.5; give ends on both sides"),
-        ({"mu": "uniform 0.4:"}, {}, "the scatter of mu has one end, the other is missing"),
-        ({"mu": "uniform :0.4"}, {}, "the scatter of mu has one end, the other is missing"),
+        ({"mu": "uniform 0.4:"}, {}, "the distribution of mu has one end, the other is missing"),
+        ({"mu": "uniform :0.4"}, {}, "the distribution of mu has one end, the other is missing"),
         ({"mu": "lognormal 2"}, {}, "is a factor of 7.39 to either side; was 2% meant"),
         ({"mu": "lognormal 300"}, {}, "the deviation 300 of its logarithm, .* give e.g. 5%"),
-        ({"mu": 5}, {}, "the scatter of mu = 5 cannot be used"),
+        ({"mu": 5}, {}, "the distribution of mu = 5 cannot be used"),
         ({"mu": {"distribution": "beta"}}, {}, "distribution = 'beta' is unknown"),
         ({"mu": "normal 0%"}, {}, "has the size 0 about mu = 0.5"),
-        ({"Nd": "normal 5%"}, {}, "Nd cannot scatter, since the threshold is a value of Nd"),
+        ({"Nd": "normal 5%"}, {}, "Nd cannot be uncertain, since the threshold is a value of Nd"),
         ({"m": "normal 5%"}, {}, "no parameter 'm'"),
         ({"mu": "normal nan"}, {}, "has the size nan|no finite size|not a finite"),
         ({"mu": "normal 5%"}, {"loads": ["nan"]}, "the load Nd = 'nan' is not finite"),
         (
             {"mu": "normal 5%", "Vd": "normal 1%"},
             {"indices": True, "correlation": {"mu,Vd": 0.1}},
-            "scatter independently; leave out correlation or indices",
+            "independent parameters; leave out correlation or indices",
         ),
         ({"mu": "normal 5%"}, {"samples": 100}, "samples = 100 is not a power of 2"),
     ],
 )
-def test_bad_input(doubling, scatter, options, said):
+def test_bad_input(doubling, distributions, options, said):
     with pytest.raises(sf.InputError, match=said):
-        sf.uncertainty(doubling, scatter, **options)
+        sf.uncertainty(doubling, distributions, **options)
 
 
 def test_gradients_that_are_not_those_of_the_mean_are_said_to_be(doubling, small):
@@ -265,12 +273,13 @@ def test_gradients_that_are_not_those_of_the_mean_are_said_to_be(doubling, small
 def test_command():
     result = run(
         "uncertainty", "sliding", "--vary", "Nd=0:0.05", "--set", "f=12.5",
-        "--scatter", "mu=normal:5%", "--scatter", "Vd=normal:1%", "--correlation", "mu,Vd=0.5",
-        "--samples", "8", "--quiet", "43mN",
+        "--distribution", "mu=normal:5%", "--distribution", "Vd=normal:1%",
+        "--correlation", "mu,Vd=0.5",
+        "--samples", "8", "--load", "43mN",
     )  # fmt: skip
     assert result.exit_code == 0
-    assert "scatter of PD of sliding at Nd = 0.0435789 N, 8 samples" in result.stdout
-    assert "quiet at 0.043 N" in result.stdout
-    wrong = run("uncertainty", "sliding", "--vary", "Nd=0:0.02", "--scatter", "mu=normal:5%")
+    assert "distribution of PD of sliding at Nd = 0.0435789 N, 8 samples" in result.stdout
+    assert "P(threshold > 0.043 N)" in result.stdout
+    wrong = run("uncertainty", "sliding", "--vary", "Nd=0:0.02", "--distribution", "mu=normal:5%")
     assert wrong.exit_code == 2
     assert "no special point lies on the way from Nd = 0 to 0.02; give a longer" in wrong.stderr

@@ -90,13 +90,13 @@ def test_summary_says_where_else_an_autonomous_model_may_have_loci():
     assert "cycles that emanate from them" in diagram.summary()
 
 
-@pytest.mark.parametrize("which", ["begun", "stopped"])
+@pytest.mark.parametrize("which", ["started", "stopped"])
 def test_a_failure_is_marked_at_either_end(which):
     lost = LocusEnd("failed", "no convergence; halve it", (12.0, 0.1))
     diagram = made_locus_diagram(loci=(doubling_locus(**{which: lost}),))
     assert diagram.failed
     rows = [line.split() for line in parts_of(diagram)[1][1:]]
-    assert rows[0 if which == "begun" else -1][4] == "MX"
+    assert rows[0 if which == "started" else -1][4] == "MX"
     assert not made_locus_diagram().failed
 
 

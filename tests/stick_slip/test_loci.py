@@ -70,7 +70,7 @@ def doublings():
 def test_the_end_of_stick_is_a_curve(ends):
     (locus,) = ends.loci
     assert locus.type == "GRAZE"
-    assert {locus.begun.kind, locus.stopped.kind} == {"window"}
+    assert {locus.started.kind, locus.stopped.kind} == {"window"}
     row = np.abs(locus.values[:, 1] - 0.5).argmin()
     speed, kinetic = locus.values[row]
     assert kinetic == pytest.approx(0.5, abs=1e-9)

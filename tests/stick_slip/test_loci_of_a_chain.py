@@ -49,7 +49,7 @@ def tori():
 def test_every_orbit_on_them_sticks_and_checks_agree(folds, tori):
     for found in (folds, tori):
         (locus,) = found.loci
-        assert (locus.begun.kind, locus.stopped.kind) == ("window", "window")
+        assert (locus.started.kind, locus.stopped.kind) == ("window", "window")
         assert (locus.stuck_fraction > 0.1).all()
         assert found.checked.agree, str(found.checked)
 

@@ -82,7 +82,7 @@ def test_turns_on_a_floor_begin_to_stick_along_a_locus():
     unforced = np.sin(math.pi / rate) / (1 + np.cos(math.pi / rate)) / rate
     most = np.abs(1 / (1 - rate**2)) / np.hypot(unforced, rate**-2) / MU
     assert load == pytest.approx(most, abs=1e-9)
-    assert {locus.begun.kind, locus.stopped.kind} == {"window"}
+    assert {locus.started.kind, locus.stopped.kind} == {"window"}
     with pytest.raises(sf.InputError, match=r"contact x of .* sticks for good"):
         sf.locus(model, plane, ((9, 13.5), (0.11, 0.13)), type="STICK")
     with pytest.raises(sf.InputError, match="Vd_x must be > 0"):
@@ -170,7 +170,7 @@ def test_orbits_that_static_friction_only_just_holds_end_there(span):
     model = den_hartog(0.5, 0.3, 0.35).replace(f=span[0])
     orbit = sf.periodic_orbit(model)
     *_, branch = sf.response(orbit, vary="f", span=span, settings=SINGLE).branches
-    ends = [end for end in (branch.begun, branch.stopped) if end.kind == "limit"]
+    ends = [end for end in (branch.started, branch.stopped) if end.kind == "limit"]
     assert ends
     points = [item for item in branch.special if item.value in [end.value for end in ends]]
     for point in points:

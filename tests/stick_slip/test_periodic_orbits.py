@@ -103,7 +103,7 @@ def test_multipliers_in_the_plane(values):
     orbit = sf.periodic_orbit(sliding(*values), settle=60)
     assert orbit.residual < 1e-10
     assert np.abs(orbit.multipliers[2:]) == pytest.approx(0.0, abs=1e-14)
-    # The same from motions begun beside the orbit.
+    # The same from motions started beside the orbit.
     model, step = orbit.model, 1e-6
     matrix = np.empty((4, 4))
     for place, unit in enumerate(np.eye(4)):

@@ -49,7 +49,7 @@ def test_the_mass_begins_to_stick_where_it_is_as_fast_as_the_belt(found):
 
 
 def test_the_curve_reaches_from_edge_to_edge(found):
-    ends = [end for locus in grazes(found) for end in (locus.begun, locus.stopped)]
+    ends = [end for locus in grazes(found) for end in (locus.started, locus.stopped)]
     assert {end.kind for end in ends} == {"window"}
     places = np.array(sorted(end.values for end in ends))
     for speed, frequency in places:
@@ -106,7 +106,7 @@ def test_in_the_plane_regions_say_where_the_tip_sticks():
     window = {"Vd": (0.045, 0.07), "Nd": (0.25, 0.35)}
     found = sf.bifurcation_set(sliding(0.3, 0.058), ("Vd", "Nd"), window)
     (locus,) = found.loci
-    assert (locus.type, locus.begun.kind, locus.stopped.kind) == ("GRAZE", "window", "window")
+    assert (locus.type, locus.started.kind, locus.stopped.kind) == ("GRAZE", "window", "window")
     assert {region.name for region in found.regions.regions} == {"period 1", "period 1, sticks"}
     for share in (-0.02, 0.02):
         for speed, pulsation in locus.values[2:-2:2]:

@@ -31,7 +31,7 @@ def test_regions_between_folds_of_what_sticks_are_as_motions_by_hand(model):
     found = sf.bifurcation_set(model, PLANE, dict(zip(PLANE, WINDOW, strict=True)))
     (fold,) = [locus for locus in found.loci if locus.type == "LP"]
     assert [point.type for point in fold.special] == ["CPC"]
-    assert {fold.begun.kind, fold.stopped.kind} == {"window"}
+    assert {fold.started.kind, fold.stopped.kind} == {"window"}
     assert all(region.known for region in found.regions.regions)
     cusp = int(fold.values[:, 1].argmin())
     arms = [
@@ -53,7 +53,7 @@ def test_a_mass_shaken_across_its_belt_lifts_on_its_curve():
     window = {"f": (0.17, 0.2), "F": (0.08, 0.1)}
     found = sf.bifurcation_set(model, ("f", "F"), window, types="LIFT", periods=1, regions=False)
     first = found.loci[0]
-    assert (first.type, first.begun.kind, first.stopped.kind) == ("LIFT", "window", "window")
+    assert (first.type, first.started.kind, first.stopped.kind) == ("LIFT", "window", "window")
     rate, force = 2 * np.pi * first.values[:, 0], first.values[:, 1]
     swing = load / (stiffness * (1 + stiffness))
     exact = swing * np.hypot(1 + stiffness - rate**2, damping * rate)
@@ -66,7 +66,7 @@ def test_the_tip_that_sticks_doubles_its_period_on_a_curve_of_a_set():
     window = {"Vd": (0.068, 0.078), "Nd": (0.88, 0.92)}
     found = sf.bifurcation_set(sf.SlidingOscillator(f=12.5, Nd=0.9), ("Vd", "Nd"), window)
     (doubling,) = [locus for locus in found.loci if (locus.type, locus.period) == ("PD", 1)]
-    assert {doubling.begun.kind, doubling.stopped.kind} == {"window"}
+    assert {doubling.started.kind, doubling.stopped.kind} == {"window"}
     assert (doubling.stuck_fraction > 0.05).all()
     for speed, pulsation in doubling.values[[0, -1]]:
         for share, period in ((0.98, 1), (1.02, 2)):

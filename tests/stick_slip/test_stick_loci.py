@@ -38,7 +38,7 @@ def test_turns_of_den_hartogs_orbit_begin_to_stick_on_his_curve():
     model = sf.Structure([[1.0]], None, [[1.0]], names="x", contacts=contact, forcing=force, f=0.1)
     point = sticks_on(sf.periodic_orbit(model), "Ns", (load, 0.98 * most_load(0.1)))
     (locus,) = follow_loci([point], ("f", "Ns"), ((0.09, 0.12), (1.0, 6.0)))
-    assert (locus.type, locus.begun.kind, locus.stopped.kind) == ("STICK", "window", "window")
+    assert (locus.type, locus.started.kind, locus.stopped.kind) == ("STICK", "window", "window")
     for frequency, load in locus.values:
         assert load == pytest.approx(most_load(frequency), rel=1e-10)
 

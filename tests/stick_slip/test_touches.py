@@ -15,9 +15,9 @@ def test_where_the_tip_begins_to_stick_is_a_curve_in_a_plane():
     (graze,) = graze_over_speed(0.3, (0.06, 0.055))
     window = (0.05, 0.06), (0.25, 0.35)
     (locus,) = sf.locus(graze, ("Vd", "Nd"), window, switch=False).loci
-    assert (locus.begun.kind, locus.stopped.kind) == ("window", "window")
+    assert (locus.started.kind, locus.stopped.kind) == ("window", "window")
     # Its ends are said to be where its table has them, all slip taken away.
-    for end, values in ((locus.begun, locus.values[0]), (locus.stopped, locus.values[-1])):
+    for end, values in ((locus.started, locus.values[0]), (locus.stopped, locus.values[-1])):
         assert end.values == pytest.approx(tuple(values), abs=1e-12)
     speed, pulsation = locus.values[0]
     (again,) = graze_over_speed(pulsation, (1.05 * speed, 0.99 * speed))

@@ -13,7 +13,12 @@ LINEAR = {
     "cases": {
         "sample": "saltelli",
         "count": 32,
-        "scatter": {"F": "normal 1%", "d": "normal 1%", "k": "normal 0.5%", "g": "normal 1e-9"},
+        "distributions": {
+            "F": "normal 1%",
+            "d": "normal 1%",
+            "k": "normal 0.5%",
+            "g": "normal 1e-9",
+        },
     },
 }
 """An oscillator whose amplitude F / sqrt((k - W^2)^2 + (d W)^2) is known."""
@@ -53,7 +58,7 @@ def test_indices_that_cannot_be_told_say_why(found):
     compute = {"what": "simulation", "periods": 1}
     with pytest.raises(InputError, match='not drawn for indices; give cases with sample = "sal'):
         sf.study({**LINEAR, "compute": compute, "cases": cases}).indices("max_q")
-    cases = {**LINEAR["cases"], "count": 4, "scatter": {"W": "normal 1:-5:5"}}
+    cases = {**LINEAR["cases"], "count": 4, "distributions": {"W": "normal 1:-5:5"}}
     lost = sf.study({**LINEAR, "compute": compute, "cases": cases})
     (said,) = (line for line in lost.summary().splitlines() if "shares of a variance" in line)
     assert said.startswith("no indices of time, last_q, last_v, min_q, max_q, ")

@@ -34,12 +34,12 @@ def test_steps_of_a_grid():
 
 @pytest.mark.parametrize("method", ["latin hypercube", "sobol", "random"])
 def test_samples_have_the_distribution_asked_for(method):
-    scatter = {
+    distributions = {
         "mu": {"distribution": "normal", "relative": 0.1},
         "Vd": {"distribution": "uniform", "from": 0.5, "to": "800mm/s"},
         "k1": {"distribution": "lognormal", "deviation": 0.05},
     }
-    sample = {"sample": method, "count": 1024, "seed": 3, "scatter": scatter}
+    sample = {"sample": method, "count": 1024, "seed": 3, "distributions": distributions}
     cases = plan(cases=sample).cases
     mu, speed, stiffness = cases.values(np.arange(1024)).T
     # Six standard errors of 1024 independent draws; the other two are more even than that.
@@ -54,7 +54,7 @@ def test_samples_have_the_distribution_asked_for(method):
     assert (plan(cases={**sample, "seed": 4}).cases.rows != cases.rows).any()
 
 
-def test_scatter_is_written_in_words_as_well():
+def test_distributions_are_written_in_words_as_well():
     words = {"mu": "normal 10%", "Vd": "uniform 0.5:800mm/s", "k1": "lognormal 0.05"}
     tables = {
         "mu": {"distribution": "normal", "relative": 0.1},
@@ -62,16 +62,21 @@ def test_scatter_is_written_in_words_as_well():
         "k1": {"distribution": "lognormal", "deviation": 0.05},
     }
     one, two = (
-        plan(cases={"sample": "sobol", "count": 8, "scatter": scatter}).cases
-        for scatter in (words, tables)
+        plan(cases={"sample": "sobol", "count": 8, "distributions": distributions}).cases
+        for distributions in (words, tables)
     )
     assert one.record() == two.record()
     assert (one.rows == two.rows).all()
 
 
-def test_scatter_may_be_correlated():
-    scatter = {"mu": "normal 1%", "Vd": "normal 1%"}
-    sample = {"sample": "sobol", "count": 1024, "scatter": scatter, "correlation": {"mu,Vd": 0.5}}
+def test_distributions_may_be_correlated():
+    distributions = {"mu": "normal 1%", "Vd": "normal 1%"}
+    sample = {
+        "sample": "sobol",
+        "count": 1024,
+        "distributions": distributions,
+        "correlation": {"mu,Vd": 0.5},
+    }
     cases = plan(cases=sample).cases
     assert np.corrcoef(cases.rows.T)[0, 1] == pytest.approx(0.5, abs=0.01)
     assert cases.record()["correlation"] == [[1.0, 0.5], [0.5, 1.0]]
@@ -79,7 +84,7 @@ def test_scatter_may_be_correlated():
 
 def test_a_normal_distribution_may_be_cut_off():
     cut = {"distribution": "normal", "mean": 0.5, "deviation": 0.2, "from": 0.4}
-    sample = {"sample": "random", "count": 500, "scatter": {"mu": cut}}
+    sample = {"sample": "random", "count": 500, "distributions": {"mu": cut}}
     mu = plan(cases=sample).cases.rows
     assert 0.4 <= mu.min() < 0.405
 
@@ -103,12 +108,12 @@ def test_a_normal_distribution_may_be_cut_off():
         ({"what": "simulation", "start": {"z": 1}}, GRID, "sliding has no state 'z'"),
         (THRESHOLD, {}, "cases has none of grid, list and sample"),
         (THRESHOLD, {**GRID, "list": []}, "cases has grid and list; give one of"),
-        (THRESHOLD, {**GRID, "count": 3}, "cases.grid is not a sample; leave out scatter"),
-        (THRESHOLD, {**GRID, "correlation": {"mu,Vd": 0.5}}, "leave out scatter, correlation and"),
+        (THRESHOLD, {**GRID, "count": 3}, "cases.grid is not a sample; leave out distributions, "),
+        (THRESHOLD, {**GRID, "correlation": {"mu,Vd": 0.5}}, "leave out distributions, correl"),
         (THRESHOLD,
-         {"sample": "saltelli", "count": 4, "scatter": {"mu": "normal 1%", "Vd": "normal 1%"},
+         {"sample": "saltelli", "count": 4, "distributions": {"mu": "normal 1%", "Vd": "normal 1%"},
           "correlation": {"mu,Vd": 0.5}},
-         "of parameters that scatter independently; leave out cases.correlation"),
+         "of independent parameters; leave out cases.correlation"),
         (THRESHOLD, {"gird": {}}, "cases.gird is unknown; leave it out"),
         (THRESHOLD, {"grid": {}}, "cases.grid names no parameter"),
         (THRESHOLD, {"grid": {"Nd": [1]}}, "Nd is varied by each case itself"),
@@ -121,23 +126,23 @@ def test_a_normal_distribution_may_be_cut_off():
         (THRESHOLD, {"sample": "sobol"}, "cases.count is missing"),
         (THRESHOLD, {"sample": "halton"}, "cases.sample = 'halton' is unknown"),
         (THRESHOLD,
-         {"sample": "sobol", "count": 3, "scatter": {"Vd": {"distribution": "cauchy"}}},
-         "cases.scatter.Vd.distribution = 'cauchy' is unknown; give 'uniform', 'normal'"),
+         {"sample": "sobol", "count": 3, "distributions": {"Vd": {"distribution": "cauchy"}}},
+         "cases.distributions.Vd.distribution = 'cauchy' is unknown; give 'uniform', 'normal'"),
         (THRESHOLD,
          {"sample": "sobol", "count": 3,
-          "scatter": {"Vd": {"distribution": "uniform", "from": 1, "to": 2}}},
+          "distributions": {"Vd": {"distribution": "uniform", "from": 1, "to": 2}}},
          "cases.count = 3 is not a power of 2"),
         (THRESHOLD,
-         {"sample": "random", "count": 3, "scatter": {"Vd": {"distribution": "normal"}}},
-         "the scatter of Vd needs either its deviation, in m/s, or relative"),
+         {"sample": "random", "count": 3, "distributions": {"Vd": {"distribution": "normal"}}},
+         "the distribution of Vd needs either its deviation, in m/s, or relative"),
         (THRESHOLD,
          {"sample": "random", "count": 3,
-          "scatter": {"Vd": {"distribution": "normal", "relative": np.inf}}},
-         "cases.scatter.Vd.relative = inf cannot be used: input should be a finite number"),
+          "distributions": {"Vd": {"distribution": "normal", "relative": np.inf}}},
+         "cases.distributions.Vd.relative = inf cannot be used: input should be a finite number"),
         (THRESHOLD,
          {"sample": "random", "count": 3,
-          "scatter": {"Vd": {"distribution": "lognormal", "deviation": np.inf}}},
-         "cases.scatter.Vd.deviation = inf cannot be used: input should be a finite number"),
+          "distributions": {"Vd": {"distribution": "lognormal", "deviation": np.inf}}},
+         "cases.distributions.Vd.deviation = inf cannot be used: input should be a finite number"),
         ({**LOCUS, "types": ["XX"]}, GRID, "there are no loci of type 'XX'; give LP, PD"),
         ({**LOCUS, "periods": [0]}, GRID, "period = 0 is neither 1 nor 2"),
         ({**LOCUS, "types": []}, GRID, "no type or no period of loci is given"),

@@ -122,7 +122,7 @@ def test_interrupted_while_failed_cases_are_tried_again_it_says_so(tmp_path):
 def test_a_store_with_other_draws_of_the_same_seed_is_not_gone_on_with(
     method, tmp_path, monkeypatch
 ):
-    cases = {"sample": method, "count": 4, "seed": 3, "scatter": {"mu": "uniform 0.4:0.6"}}
+    cases = {"sample": method, "count": 4, "seed": 3, "distributions": {"mu": "uniform 0.4:0.6"}}
     given, store = {**CHEAP, "cases": cases}, tmp_path / "drawn.study"
     known = sf.study(given, store)
     again = sf.study(given, store, resume=True)

@@ -24,11 +24,11 @@ def test_attractors_with_the_shares_of_their_basins():
         alone = sf.attractors(model, box, starts=32, seed=0)
         rows = found.listed["case"] == case
         assert found.listed["period"][rows].tolist() == [item.period for item in alone]
-        shares = [alone.share(item).value for item in alone]
-        assert found.listed["share"][rows].tolist() == shares
-        assert found.values["attractors"][case] == len(shares)
-    assert found.values["share_period_1"][0] == 1
-    one, two = (found.values[f"share_period_{period}"][1] for period in (1, 2))
+        fractions = [alone.fraction(item).value for item in alone]
+        assert found.listed["fraction"][rows].tolist() == fractions
+        assert found.values["attractors"][case] == len(fractions)
+    assert found.values["fraction_period_1"][0] == 1
+    one, two = (found.values[f"fraction_period_{period}"][1] for period in (1, 2))
     assert 0 < two < 1
     assert one + two == 1
     assert found.to_xarray().attractor_kind.values.tolist() == ["periodic"] * len(
@@ -107,10 +107,10 @@ def test_extrema_of_cycles_of_stick_and_of_what_has_not_settled():
     # As tests of the stand have it: between samples the least may be missed by 1e-6.
     assert extremum(stuck, "x")[1] == pytest.approx(0.1905840421, abs=2e-6)
     assert extremum(stuck, "y")[0] == pytest.approx(-0.0788106789, abs=2e-6)
-    begun = study({"what": "simulation", "periods": 3}, {"list": [{"Nd": 0.1}]}, f=12.5)
+    started = study({"what": "simulation", "periods": 3}, {"list": [{"Nd": 0.1}]}, f=12.5)
     seen = sf.simulate(sf.SlidingOscillator(f=12.5, Nd=0.1), 3).output("x", per_period=2000)[1]
-    assert begun.values["settled"][0] == 0
-    assert extremum(begun, "x") == pytest.approx([seen.min(), seen.max()], rel=1e-4)
+    assert started.values["settled"][0] == 0
+    assert extremum(started, "x") == pytest.approx([seen.min(), seen.max()], rel=1e-4)
 
 
 def test_a_threshold_is_the_first_loss_of_stability_by_whatever_bifurcation():

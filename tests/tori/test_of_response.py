@@ -236,7 +236,7 @@ def test_a_torus_that_a_motion_settles_on_leads_to_both_ends_of_its_branch():
     )
     assert found.branches == ()
     up, down = found.tori
-    assert up.begun.kind == down.begun.kind == "settled"
+    assert up.started.kind == down.started.kind == "settled"
     assert up.stopped.kind == "birth"
     assert up.stopped.value == pytest.approx(0.1664381671, abs=1e-8)
     assert up.rotation[-1] == pytest.approx(0.11315204, abs=1e-7)

@@ -62,7 +62,7 @@ class Birth:
 
 
 def has_copy(orbits: Orbits) -> bool:
-    """Whether each orbit, begun half its period later, is another point of the same curve.
+    """Whether each orbit, started half its period later, is another point of the same curve.
 
     So it is with even periods, and with cycles: they may end where both coincide.
     """
@@ -121,7 +121,7 @@ def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
 
 
 class MeetsCopy:
-    """Ends a curve where it meets its own copy, the same orbits begun half a period later.
+    """Ends a curve where it meets its own copy, the same orbits started half a period later.
 
     There the orbit is that of the parent's period doubling, or an equilibrium, and Newton's method
     is singular, so the last regular orbit lies a short step before it.
@@ -224,7 +224,7 @@ def _extrapolated(
 
 
 def _odd(orbits: Orbits, z: Array) -> Array:
-    """Return the part of an orbit that changes sign where it is begun half its period later."""
+    """Return the part of an orbit that changes sign where it is started half its period later."""
     half = asymmetry(orbits, z) / 2
     halves = [half] if orbits.segments == 1 else [half, -half]
     return np.concatenate([*halves, np.zeros(len(z) - orbits.size)])
@@ -296,9 +296,9 @@ class Returns:
         return MonitorResult(stop=Stop(passed, end, closes=True))
 
     def _begun_alike(self, first: OrbitPoint, last: Array, length: float) -> Array | None:
-        """Return the first orbit begun where it lies nearest to the last, None if it is far away.
+        """Return the first orbit started where it lies nearest to the last, None if it is far away.
 
-        Round a closed curve, cycles come back begun elsewhere, and on another mesh.
+        Round a closed curve, cycles come back started elsewhere, and on another mesh.
         """
         orbits = self._curve.orbits
         free = len(orbits.units)

@@ -168,7 +168,7 @@ class _Draft:
     def _rows(self, z: Array) -> Array:
         """Return directions of the branch; at an end of the span that of the parameter."""
         rows = np.gradient(z, axis=0)
-        for index, end in ((0, self.known.begun), (-1, self.known.stopped)):
+        for index, end in ((0, self.known.started), (-1, self.known.stopped)):
             if end.kind == "span":
                 rows[index] = 0.0
                 rows[index, -1] = 1.0
@@ -190,7 +190,7 @@ class _Draft:
         """Whether values lie between those of the branch, or beyond an end inside the span."""
         known = self.known
         low, high = known.parameter.min(), known.parameter.max()
-        ends = {end.value for end in (known.begun, known.stopped) if end.kind == "span"}
+        ends = {end.value for end in (known.started, known.stopped) if end.kind == "span"}
         tolerance = 1e-9 * (high - low)
         above = values >= low - tolerance if low in ends else np.ones(len(values), bool)
         below = values <= high + tolerance if high in ends else np.ones(len(values), bool)
@@ -303,7 +303,7 @@ class _Draft:
                     special, located, forms, strict=True
                 )
             ),
-            begun=_moved_end(known.begun, values[0]),
+            started=_moved_end(known.started, values[0]),
             stopped=_moved_end(known.stopped, values[-1]) if complete else unfinished,
         )
 

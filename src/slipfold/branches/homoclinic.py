@@ -98,7 +98,7 @@ class Homoclinic:
 
 
 def snakes_about(
-    found: Sequence[Found[OrbitPoint]], begun: End | None, stopped: End | None
+    found: Sequence[Found[OrbitPoint]], started: End | None, stopped: End | None
 ) -> list[float]:
     """Return about which values, in spans, a branch turns several times at its ends.
 
@@ -108,7 +108,7 @@ def snakes_about(
     return (
         [
             last
-            for end, (last, before, *rest) in ((begun, folds[:3]), (stopped, folds[:-4:-1]))
+            for end, (last, before, *rest) in ((started, folds[:3]), (stopped, folds[:-4:-1]))
             if end is not None and end.kind == "homoclinic"
             if rest
         ]

@@ -280,7 +280,7 @@ def _unwatched(followed: FollowedCurve[OrbitPoint], done: int) -> None:
 def assemble(
     curves: Sequence[FollowedCurve[OrbitPoint]],
     leads: Mapping[Found[OrbitPoint], Sequence[int]],
-    begun: End,
+    started: End,
     report: Report = lambda followed, found, done: None,
     report_orbits: ReportOrbits = _unwatched,
 ) -> tuple[Branch, ...]:
@@ -299,7 +299,7 @@ def assemble(
             (leads_to,) = leads.get(found, [None])[-1:]
             described[found] = replace(known.get(found) or bare(found), leads_to=leads_to)
             own.append(described[found])
-        first = begun
+        first = started
         if followed.start.found is not None:
             special = described[followed.start.found]
             born = f"born at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
@@ -347,7 +347,7 @@ def _branch(
 ) -> Branch:
     """Return a branch as data, up to where an interruption left its states unknown."""
     traced = followed.traced
-    orbits, begun, stopped = traced.curve, followed.begun or first, traced.end
+    orbits, started, stopped = traced.curve, followed.started or first, traced.end
     assert stopped is not None  # every curve ends
     nodes, whole = _evenly_until_interrupted(
         traced.points, lambda done: report_orbits(followed, done)
@@ -356,11 +356,11 @@ def _branch(
     if not whole:
         reason = "interrupted before the states along the rest of the branch were found"
         stopped = End("interrupted", reason, orbits.place(points[-1].z))
-        begun = first if traced.closes else begun
+        started = first if traced.closes else started
         special = [point for point in special if point.arclength <= points[-1].arclength]
     parameter = np.array([orbits.value(point.z) for point in points])
-    if begun.kind == "span":
-        parameter[0] = begun.value  # exactly, whatever its scale did
+    if started.kind == "span":
+        parameter[0] = started.value  # exactly, whatever its scale did
     return Branch(
         **curve_fields(followed, orbits, points),
         vary=orbits.vary,
@@ -368,7 +368,7 @@ def _branch(
         nodes=nodes,
         special=tuple(special),
         stopped=stopped,
-        begun=begun,
+        started=started,
     )
 
 

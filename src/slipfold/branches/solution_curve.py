@@ -144,13 +144,13 @@ class OrbitSeries(SolutionCurve):
         Array, "Arclength along the curve in scaled variables, shape (n_points,), from its start."
     ]
     special: Annotated[tuple[Any, ...], "Special points, in the order of the curve."]
-    begun: Annotated[End, "Why it begins where it begins."]
+    started: Annotated[End, "Why it begins where it begins."]
     stuck_fraction: Annotated[
         Array | None, STUCK.format(", shape (n_points,). None where that is all of them")
     ] = None
 
     def _rows(self) -> PrintedTable:
-        begun, stopped = (
+        started, stopped = (
             [end.kind, *map(number_text, end.values), end.reason] for end in self.ends
         )
         result = [
@@ -158,12 +158,12 @@ class OrbitSeries(SolutionCurve):
             for point in self.special
         ]
         heads = ["", *(headed(self.model.parameter(name)) for name in _names(self.vary)), "what"]
-        return PrintedTable(heads, [begun, *result, stopped], ("", "what"))
+        return PrintedTable(heads, [started, *result, stopped], ("", "what"))
 
     @property
     def ends(self) -> tuple[End, End]:
         """Why it begins and ends where it does: it may have been followed both ways."""
-        return self.begun, self.stopped
+        return self.started, self.stopped
 
     @property
     def interrupted(self) -> bool:

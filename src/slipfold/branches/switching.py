@@ -45,7 +45,7 @@ def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> lis
     such points: those near its end are excluded, and so are longer periods.
     """
     junctions, traced = [], followed.traced
-    about = snakes_about(traced.found, followed.begun, traced.end)
+    about = snakes_about(traced.found, followed.started, traced.end)
     largest = min(settings.largest_period, settings.snaking_period if about else np.inf)
     for found in traced.found:
         orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]

@@ -45,7 +45,7 @@ def stopped_early(result: Any) -> Iterator[str]:
         if tori.stopped.early:
             yield f"tori {tori.id} {_reason(tori.stopped)}"
     for locus in getattr(result, "loci", ()):
-        ends = (locus.begun, locus.stopped)
+        ends = (locus.started, locus.stopped)
         yield from (f"locus {locus.id} {_reason(end)}" for end in ends if end.early)
     if type(result).__name__ == "Simulation" and result.stopped is not None:
         yield _reason(result.stopped)

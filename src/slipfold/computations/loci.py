@@ -64,7 +64,7 @@ def locus(
     Returns
     -------
     LocusDiagram
-        Loci with their special points. One that stops early says why in its `begun` or `stopped`.
+        Loci with their special points. One that stops early says why in its `started` or `stopped`.
 
     Raises
     ------

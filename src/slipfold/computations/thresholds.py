@@ -51,8 +51,8 @@ from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
 
 if TYPE_CHECKING:
+    from slipfold.parameter_space.distributions import Distribution
     from slipfold.parameter_space.optimum import Choice
-    from slipfold.parameter_space.scatter import Scatter
     from slipfold.results.thresholds import Design, ThresholdMap
     from slipfold.results.uncertainty import ThresholdUncertainty
 
@@ -129,7 +129,7 @@ def threshold_map(
 @documented
 def uncertainty(
     point: Point,
-    scatter: Distributions,
+    distributions: Distributions,
     *,
     correlation: Correlation = None,
     samples: Samples = 1024,
@@ -152,20 +152,21 @@ def uncertainty(
     Raises
     ------
     InputError
-        If a scatter or correlation cannot be used, or the point has no gradients or is not
+        If a distribution or correlation cannot be used, or the point has no gradients or is not
         found again.
 
     Examples
     --------
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
-    >>> scatter = {"mu": "normal 5%", "Vd": "uniform 1%"}
-    >>> result = sf.uncertainty(diagram.special[0], scatter, samples=64)
+    >>> distributions = {"mu": "normal 5%", "Vd": "uniform 1%"}
+    >>> result = sf.uncertainty(diagram.special[0], distributions, samples=64)
     >>> [round(end, 4) for end in result.band(0.95, by="gradients")]
     [0.043, 0.0441]
     >>> [round(end, 4) for end in result.band(0.95)]
     [0.0431, 0.0442]
     """
+    from slipfold.parameter_space.distributions import parse_correlation
     from slipfold.parameter_space.optimum import ParameterizedPoint
     from slipfold.parameter_space.sampling import (
         INTERRUPTED,
@@ -175,25 +176,23 @@ def uncertainty(
         names_of,
         thresholds_at,
     )
-    from slipfold.parameter_space.scatter import parse_correlation
     from slipfold.results.uncertainty import ThresholdUncertainty
 
     point = checked_point(point)
     model, count = point.model, checked_count(samples, "samples")
     start = checked_count(seed, "seed", minimum=0)
-    scatters = _scatters(point, scatter)
+    known = _distributions(point, distributions)
     parameter = model.parameter(point.vary)
-    known = tuple(_load(value, parameter) for value in loads)
-    matrix = parse_correlation(correlation, names_of(scatters))
-    if indices and not np.array_equal(matrix, np.eye(len(scatters))):
+    levels = tuple(_load(value, parameter) for value in loads)
+    matrix = parse_correlation(correlation, names_of(known))
+    if indices and not np.array_equal(matrix, np.eye(len(known))):
         raise InputError(
-            "Sobol indices are of parameters that scatter independently; leave out correlation or "
-            "indices"
+            "Sobol indices are of independent parameters; leave out correlation or indices"
         )
     started = perf_counter()
-    placed = ParameterizedPoint.at(point, tuple(item.name for item in scatters))
-    draws = drawn("sobol", count, start, scatters, correlation=matrix)
-    more = index_design(scatters, count, start) if indices else np.empty((0, len(scatters)))
+    placed = ParameterizedPoint.at(point, tuple(item.name for item in known))
+    draws = drawn("sobol", count, start, known, correlation=matrix)
+    more = index_design(known, count, start) if indices else np.empty((0, len(known)))
     total = len(draws) + len(more)
 
     def send(done: int, failures: int) -> None:
@@ -203,20 +202,20 @@ def uncertainty(
     result, reasons = thresholds_at(placed, np.concatenate([draws, more]), send)
     missing, sobol = _missing(reasons[count:]), None
     if indices and not missing:
-        sobol = indices_of(result[count:], names_of(scatters), start)
+        sobol = indices_of(result[count:], names_of(known), start)
     return ThresholdUncertainty(
         model=model,
         type=point.type,
         vary=point.vary,
         value=placed.value,
         period=point.period,
-        scatters=scatters,
+        distributions=known,
         gradient=placed.gradient,
         samples=draws,
         thresholds=result[:count],
         reasons=reasons[:count],
         seed=start,
-        loads=known,
+        loads=levels,
         correlation=matrix,
         indices=sobol,
         no_indices=missing,
@@ -232,18 +231,20 @@ def _load(value: float | str, parameter: Parameter) -> float:
     return load
 
 
-def _scatters(
-    point: SpecialPoint, scatter: Mapping[str, str | Mapping[str, Any]]
-) -> tuple[Scatter, ...]:
-    from slipfold.parameter_space.scatter import parse_scatter
+def _distributions(
+    point: SpecialPoint, distributions: Mapping[str, str | Mapping[str, Any]]
+) -> tuple[Distribution, ...]:
+    from slipfold.parameter_space.distributions import parse_distribution
 
-    if not scatter:
-        raise InputError('no parameter scatters; give some, e.g. scatter={"mu": "normal 5%"}')
-    for name in scatter:
+    if not distributions:
+        raise InputError(
+            'no parameter is uncertain; give some, e.g. distributions={"mu": "normal 5%"}'
+        )
+    for name in distributions:
         _checked_name(point.model, point.vary, name)
     return tuple(
-        parse_scatter(text, point.model.parameter(name), point.model.values[name])
-        for name, text in scatter.items()
+        parse_distribution(text, point.model.parameter(name), point.model.values[name])
+        for name, text in distributions.items()
     )
 
 
@@ -251,9 +252,9 @@ def _checked_name(model: Model, vary: str, name: str) -> None:
     parameter = model.parameter(name)
     if parameter.name not in sensitive_to(model, vary):
         raise InputError(
-            f"{name} cannot scatter, since the threshold is a value of {vary}; give others"
+            f"{name} cannot be uncertain, since the threshold is a value of {vary}; give others"
             if name == vary
-            else f"{name} belongs to an orbit and cannot scatter; give parameters of the model"
+            else f"{name} belongs to an orbit and cannot be uncertain; give parameters of the model"
         )
 
 

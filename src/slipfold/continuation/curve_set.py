@@ -33,12 +33,12 @@ class FollowedCurve(Generic[P]):
     number: int  # from 1
     start: Start[P]  # where it was followed from
     traced: TracedCurve[P]  # what was followed
-    begun: End | None  # why it begins where it begins; None where that is at its start
+    started: End | None  # why it begins where it begins; None where that is at its start
 
     @property
     def interrupted(self) -> bool:
         """Whether it was interrupted."""
-        return any(end and end.kind == "interrupted" for end in (self.begun, self.traced.end))
+        return any(end and end.kind == "interrupted" for end in (self.started, self.traced.end))
 
 
 class CurveSet(ABC, Generic[P]):
@@ -98,12 +98,12 @@ class CurveSet(ABC, Generic[P]):
 
     def _follow(self, start: Start[P]) -> FollowedCurve[P]:
         """Follow a curve in all its directions; a closed one has only one."""
-        traced, begun = self.trace(start, start.points[0]), None
+        traced, started = self.trace(start, start.points[0]), None
         if traced.closes:
-            begun = traced.end
+            started = traced.end
         elif len(start.points) > 1 and traced.end is not None and traced.end.kind != "interrupted":
             backward = self.trace(start, start.points[1])
-            traced, begun = joined(backward, traced), backward.end
-        followed = FollowedCurve(len(self.curves) + 1, start, traced, begun)
+            traced, started = joined(backward, traced), backward.end
+        followed = FollowedCurve(len(self.curves) + 1, start, traced, started)
         self.curves.append(followed)
         return followed

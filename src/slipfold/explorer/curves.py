@@ -71,7 +71,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
             for point in branch.special
             if point.type in BIFURCATION_TYPES
         ],
-        "begun": _end(branch, "begun"),
+        "started": _end(branch, "started"),
         "stopped": _end(branch, "stopped"),
     }
 
@@ -109,7 +109,7 @@ def _sentence(point: SpecialPoint) -> str:
 
 
 def _end(branch: Branch, which: str) -> dict[str, Any]:
-    end = branch.begun if which == "begun" else branch.stopped
+    end = branch.started if which == "started" else branch.stopped
     return {"kind": end.kind, "reason": end.reason, "value": number(end.value)}
 
 
@@ -154,7 +154,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
             for line in locus_segments(locus)
         ],
         "special": [_locus_point(locus, point) for point in locus.special],
-        "begun": {"kind": locus.begun.kind, "reason": locus.begun.reason},
+        "started": {"kind": locus.started.kind, "reason": locus.started.reason},
         "stopped": {"kind": locus.stopped.kind, "reason": locus.stopped.reason},
     }
 

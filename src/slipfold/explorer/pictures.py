@@ -50,7 +50,8 @@ def _picture(result: Basins) -> dict[str, Any]:
         "y": {**axis_of(result.model, second), "values": short(result.second)},
         "labels": labels.tolist(),
         "attractors": [
-            {"name": in_words(item), "share": number(result.share(item).value)} for item in order
+            {"name": in_words(item), "fraction": number(result.fraction(item).value)}
+            for item in order
         ],
     }
 

@@ -174,13 +174,13 @@ class Flow(Evaluated):
         known = np.broadcast_to(constants.known, (m, count + n))
         changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
         result = list[Array]()
-        for along, begun, pars in (
+        for along, started, pars in (
             (0, units.swapaxes(0, 1).reshape(groups, -1), np.empty((m * groups, 0))),
             (1, np.zeros((k, size)), changes.reshape(m * k, count)),
         ):
-            repeats = len(begun)
+            repeats = len(started)
             code = self._code.variations(0 if along else COLUMNS, along, tangent=size > n)
-            whole = np.repeat(states, repeats, axis=0), np.tile(begun, (m, 1))
+            whole = np.repeat(states, repeats, axis=0), np.tile(started, (m, 1))
             finished = self._propagated(
                 code,
                 np.concatenate(whole, axis=1),

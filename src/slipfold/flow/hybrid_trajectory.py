@@ -74,7 +74,7 @@ class Recorder:
         # Of each mode: its time, its state and the number of earlier smooth phases
         self.modes, self._times, self._legs = [mode], [0.0], [0]
         self._states: list[Array] = []
-        self.begun = 0  # complete periods before the phases that are noted
+        self.started = 0  # complete periods before the phases that are noted
 
     def add(self, energies: Array) -> None:
         """Note the energies of a smooth phase, shape (2 k,)."""
@@ -83,7 +83,7 @@ class Recorder:
     def changed(self, time: float, state: Array, mode: Mode) -> None:
         """Note a new mode, at a phase of the present period."""
         self.modes.append(mode)
-        self._times.append(self.begun + time)
+        self._times.append(self.started + time)
         self._states.append(state)
         self._legs.append(len(self._energies))
 

@@ -116,15 +116,15 @@ class _Variations:
         ends, matrices = starts.copy(), np.tile(np.eye(n), (len(parts), 1, 1))
         vectors = np.zeros((len(parts), n, k))
         modes = [_equations_in(part) for part in parts]
-        begun = np.zeros(len(parts), dtype=bool)
+        started = np.zeros(len(parts), dtype=bool)
         for one, part in enumerate(parts):
             if part.onset is not None:
-                begun[one], ends[one] = True, part.state
+                started[one], ends[one] = True, part.state
                 known = part.onset.linearized(part.end, self._directions)
                 matrices[one], vectors[one] = known
         for mode in dict.fromkeys(modes):
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
-            some = np.flatnonzero(in_mode & ~begun)
+            some = np.flatnonzero(in_mode & ~started)
             if len(some):
                 ends[some], matrices[some], vectors[some] = self._flow.of(mode).linearize(
                     starts[some], begin[some], end[some], self._constants, self._directions

@@ -123,7 +123,7 @@ class Release:
         if first.rate > AT_ONCE * first.most:
             period = system.constants.period
             speed = max(first.rate * INSTANT * period, 20 * REST * self._size)
-            if np.linalg.norm(before) >= speed:  # it has begun already
+            if np.linalg.norm(before) >= speed:  # it has started already
                 return []
             after = system.slipping(mode, state, speed * first.along, phase)
             none = system.flow.no_energies()

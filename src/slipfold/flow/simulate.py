@@ -407,7 +407,7 @@ class HybridIntegration(Integration):
         further = 0.5  # phases beyond the end of a period
         while (done := self.periods) < last:
             beyond = further if done + 1 < last else 0.0
-            self.recorder.begun = done
+            self.recorder.started = done
             if self.flow.straight:
                 args = self.system, mode, state, phase, beyond, self.recorder, self._ended
                 mode, state, phase = alternate(*args)

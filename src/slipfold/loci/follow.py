@@ -377,8 +377,8 @@ class _Loci(CurveSet[OrbitPoint]):
         if not traced.reached:
             return
         orbits = start.curve.orbits
-        if followed.begun is not None and begins_or_ends_at(traced.points[:1], orbits, z):
-            followed.begun = End(followed.begun.kind, followed.begun.reason, place)
+        if followed.started is not None and begins_or_ends_at(traced.points[:1], orbits, z):
+            followed.started = End(followed.started.kind, followed.started.reason, place)
         if traced.end is not None and begins_or_ends_at(traced.points[-1:], orbits, z):
             traced.end = End(traced.end.kind, traced.end.reason, place)
 

@@ -47,7 +47,7 @@ def _coincide(one: Locus, other: Locus, window: Window) -> bool:
     if one.type not in MET or (one.type, one.period) != (other.type, other.period):
         return False
     low, high = np.transpose(window)
-    ends = np.array([[item.begun.values, item.stopped.values] for item in (one, other)])
+    ends = np.array([[item.started.values, item.stopped.values] for item in (one, other)])
     places = (ends - low) / (high - low)
     ways = (places[1], places[1][::-1])
     return any(float(np.abs(places[0] - way).max()) < SAME for way in ways)

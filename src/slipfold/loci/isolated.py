@@ -79,16 +79,16 @@ def is_among(
     period: int,
     known: Sequence[NDArray[np.float64]],
 ) -> bool:
-    """Whether an orbit is one of others, begun in whichever forcing period.
+    """Whether an orbit is one of others, started in whichever forcing period.
 
     Shapes: nodes (m, n_states).
     """
     scales, whole = model.state_scales(), model.angle_periods
     each, rest = divmod(len(nodes), period)
-    begun = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
+    started = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
     return any(
         np.abs(wrap_angles(copy - other, whole) / scales).max() < ONE_ORBIT
-        for copy in begun
+        for copy in started
         for other in known
     )
 
@@ -269,12 +269,14 @@ def _advanced(model: Model, states: Array, periods: int) -> Array:
         going = np.flatnonzero(np.isfinite(states).all(axis=1))
         if not len(going):
             break
-        begun = states[going]
+        started = states[going]
         length = float(min(CALL, periods - first))
-        ends = flow.advance(begun, np.zeros(len(begun)), np.full(len(begun), length), constants)
+        ends = flow.advance(
+            started, np.zeros(len(started)), np.full(len(started), length), constants
+        )
         for lane in np.flatnonzero(~np.isfinite(ends).all(axis=1)):  # another may have ended it
             one = slice(lane, lane + 1)
-            ends[one] = flow.advance(begun[one], np.zeros(1), np.full(1, length), constants)
+            ends[one] = flow.advance(started[one], np.zeros(1), np.full(1, length), constants)
         states = np.full_like(states, np.nan)
         states[going] = ends
     return states

@@ -282,7 +282,7 @@ def _runs(points: Sequence[OrbitPoint]) -> Iterator[tuple[LocusEquations, list[O
 
 
 def _copies(orbits: Orbits, z: Array) -> Iterator[Array]:
-    """The same orbit begun in each forcing period, as far as its nodes allow."""
+    """The same orbit started in each forcing period, as far as its nodes allow."""
     if not orbits.model.forced:  # it is aligned with what it is compared with
         yield z
         return

@@ -192,7 +192,7 @@ def _as_locus(
             )
             for result in traced.found
         ),
-        begun=followed.begun or _first_end(traced, followed.start.found),
+        started=followed.started or _first_end(traced, followed.start.found),
         stopped=stopped,
     )
     judged = (replace(each, criticality=locus.criticality_at(each)) for each in locus.special)

@@ -95,8 +95,8 @@ class Region(OneLine):
     stable
         Periods of the stable responses, e.g. ``(1, 2)``, or ``(1, 1)`` for two of period 1; empty
         if there are none of period 1 or 2. Not to be relied on where the region is not `known`.
-    share
-        Its share of the window's area.
+    fraction
+        Its fraction of the window's area.
     place
         Values of the two parameters well inside it.
     consistent
@@ -108,7 +108,7 @@ class Region(OneLine):
         Periods of those of its stable responses whose contacts stop on the way round, as motions
         show; empty if none does.
     stuck
-        Least and largest share of the time in which contacts of those stick, at the places where
+        Least and largest fraction of the time in which contacts of those stick, at the places where
         motions were looked at; zero where they turn round without stick.
     motions
         What motions do in it, where none of its responses of period 1 and 2 is known to be stable
@@ -117,7 +117,7 @@ class Region(OneLine):
 
     id: int
     stable: tuple[int, ...]
-    share: float
+    fraction: float
     place: tuple[float, float]
     consistent: bool = True
     checks: tuple[RegionCheck, ...] = ()
@@ -131,7 +131,7 @@ class Region(OneLine):
         doubt = "" if self.consistent else ", its responses disagree"
         doubt += f", {self.regimes_text}" if self.motions else ""
         return (
-            f"Region {self.id}: {self.name}, {self.share:.1%} of the window, about "
+            f"Region {self.id}: {self.name}, {self.fraction:.1%} of the window, about "
             f"{_place(self.place)}{checked}{doubt}"
         )
 
@@ -152,7 +152,7 @@ class Region(OneLine):
 
     @property
     def regimes(self) -> dict[str, float]:
-        """Share of the motions that do the same, by its name, the most frequent first."""
+        """Fraction of the motions that do the same, by its name, the most frequent first."""
         counts = Counter(motion.name for motion in self.motions)
         return {name: count / len(self.motions) for name, count in counts.most_common()}
 
@@ -160,8 +160,8 @@ class Region(OneLine):
     def regimes_text(self) -> str:
         """What motions do in it, in words."""
         return ", ".join(
-            f"{name} {share:.0%}" if share >= 0.01 else f"{name} < 1%"
-            for name, share in self.regimes.items()
+            f"{name} {fraction:.0%}" if fraction >= 0.01 else f"{name} < 1%"
+            for name, fraction in self.regimes.items()
         )
 
     @property
@@ -227,8 +227,8 @@ class RegionMap(OneLine, ReadOnly):
 
     def _rows(self) -> PrintedTable:
         return PrintedTable(
-            ["region", "stable", "share", "about"],
-            [[str(r.id), r.name, f"{r.share:.1%}", _place(r.place)] for r in self.regions],
+            ["region", "stable", "fraction", "about"],
+            [[str(r.id), r.name, f"{r.fraction:.1%}", _place(r.place)] for r in self.regions],
             ("stable",),
         )
 

@@ -37,11 +37,11 @@ Labels = NDArray[np.int64]
 NO_GRAZING: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})
 
 SMALLEST = 2e-4
-"""Share of the window below which a piece is not a region of its own but belongs to what lies
+"""Fraction of the window below which a piece is not a region of its own but belongs to what lies
 beside it."""
 
 CHECKED = 2e-3
-"""Share of the window at and above which a region is checked by simulation."""
+"""Fraction of the window at and above which a region is checked by simulation."""
 
 CLEARANCE = 2.5
 """Distance from a boundary, in cells, at which a response says what region it is in."""
@@ -54,7 +54,7 @@ ENDING = ("limit", "span")
 """Kinds of ends that limits of the model are joined to."""
 
 LIMIT_JUMP = 0.25
-"""Ends at a limit on neighboring lines are joined if they differ by less than this share of the
+"""Ends at a limit on neighboring lines are joined if they differ by less than this fraction of the
 window."""
 
 
@@ -108,7 +108,7 @@ def map_regions(
     starts = Starts(plane.model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
     for region in regions:
-        if region.share >= CHECKED:
+        if region.fraction >= CHECKED:
             plane.report("regions", len(checked), len(regions), region.place, region.name)
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
             orbits = {
@@ -184,7 +184,7 @@ def _gaps_near_stick(
     near = (np.concatenate([np.empty((0, 2)), *grazings]), SHORT_OF_STICK)
     jumps = (np.reshape(doubled, (-1, 2)), LIMIT_JUMP)
     for locus in loci:
-        for end in (locus.begun, locus.stopped):
+        for end in (locus.started, locus.stopped):
             if locus.type in MET or end.kind != "limit":
                 continue
             for others, reach in (near, jumps):
@@ -238,7 +238,7 @@ def _ends(line: FanLine, grazing: Collection[BranchEnd]) -> list[_End]:
         )
         for branch in line.branches
         if len(branch)
-        for row, end, kinds in ((0, branch.begun, ("limit",)), (-1, branch.stopped, ENDING))
+        for row, end, kinds in ((0, branch.started, ("limit",)), (-1, branch.stopped, ENDING))
         if end.kind in kinds and (branch, row) not in grazing
     ]
 
@@ -304,6 +304,6 @@ def _labeled(
         inside = np.where(pieces == piece, distance, 0)
         row, column = np.unravel_index(int(inside.argmax()), inside.shape)
         place = (float(raster.centers(0)[column]), float(raster.centers(1)[row]))
-        share = float(sizes[piece] / total)
-        regions.append(Region(number, periods, share, place, agree(plane, said)))
+        fraction = float(sizes[piece] / total)
+        regions.append(Region(number, periods, fraction, place, agree(plane, said)))
     return regions, labels

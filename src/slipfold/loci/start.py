@@ -55,10 +55,10 @@ UNDEFINED = 1e-9
 """Smallest singular value, over the largest, of a Jacobian that defines a curve."""
 
 FIRST = 0.01
-"""First step from a regular point: a locus may be begun where it bends, beside a cusp."""
+"""First step from a regular point: a locus may be started where it bends, beside a cusp."""
 
 BESIDE = 1e-2
-"""Distance from a double Hopf point at which the other of the loci that cross there is begun."""
+"""Distance from a double Hopf point at which the other of the loci that cross there is started."""
 
 MOVED = 1e-3
 """A special point may be moved by this, in scaled variables, before it is another one."""

@@ -235,14 +235,14 @@ class Discretization(ABC):
         apart = self.apart(moved / self.scales, wanted / self.scales)
         later = float(tried[(apart**2).sum(axis=(1, 2)).argmin()])
         for _ in range(4):  # each doubles the digits
-            begun = self.states(nodes, constants, self.start + later)
-            rates = self.rates(begun, constants)
-            gap = -self.apart(begun / self.scales, wanted / self.scales)
+            started = self.states(nodes, constants, self.start + later)
+            rates = self.rates(started, constants)
+            gap = -self.apart(started / self.scales, wanted / self.scales)
             # Near an equilibrium all phases are as near.
             step = float((rates * gap).sum() / (rates * rates).sum())
             later += min(max(step, -spacing), spacing)
-        begun = self.states(nodes, constants, self.start + later) / self.scales
-        return wanted + self.apart(begun, wanted / self.scales) * self.scales
+        started = self.states(nodes, constants, self.start + later) / self.scales
+        return wanted + self.apart(started, wanted / self.scales) * self.scales
 
     def samples(self, nodes: Array, constants: Constants, count: int) -> Array:
         """Return states at equidistant phases from that of the first node, at least so many."""

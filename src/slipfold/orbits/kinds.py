@@ -101,12 +101,12 @@ class ForcedOrbits(Orbits):
     def in_phase(self, z: Array, like: Array) -> Array:
         """Shift the orbit by whole forcing periods, so that it is closest to another."""
         nodes, constants = self.nodes(z), self.constants(z)
-        begun = [z]
+        started = [z]
         for turn in range(1, self.period):
             moved = self.by.states(nodes, constants, self.by.start + turn)
-            begun.append(np.concatenate([self.flat(moved), z[self.size :]]))
-        begun = [self.beside(copy, like) for copy in begun]
-        return min(begun, key=lambda copy: float(np.linalg.norm(copy - like)))
+            started.append(np.concatenate([self.flat(moved), z[self.size :]]))
+        started = [self.beside(copy, like) for copy in started]
+        return min(started, key=lambda copy: float(np.linalg.norm(copy - like)))
 
 
 STANDING = 1e-9

@@ -30,7 +30,7 @@ OFF_CENTER = 0.25
 """Fraction of the reach by which the event may move away from the middle of the window."""
 
 SHORT = 0.02
-"""Maximum length, in phases, of a smooth phase that has only just begun to exist."""
+"""Maximum length, in phases, of a smooth phase that has only just started to exist."""
 
 PLACES = 64
 """Places on a smooth phase at which events are examined first."""

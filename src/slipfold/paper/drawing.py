@@ -439,9 +439,9 @@ def _hysteresis(figure: HysteresisFigure, result: Mapping[Any, Any], measure: st
         draw_basins(seen, ax, legend=False)
         if place:
             ax.set_ylabel("")
-        share = f"{100 * seen.share(seen[0]).value:.2g} % {in_words(seen[0])}"
+        fraction = f"{100 * seen.fraction(seen[0]).value:.2g} % {in_words(seen[0])}"
         at = equation_text(case.model, figure.curve.vary)
-        ax.set_title(f"({'cdefgh'[place]})  {at}\n{share}")
+        ax.set_title(f"({'cdefgh'[place]})  {at}\n{fraction}")
     most = max((_by_period(result[case]) for case in figure.basins), key=len)
     patches = [
         Patch(facecolor=color, label=f"basin of {in_words(item)}")

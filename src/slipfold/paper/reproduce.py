@@ -301,7 +301,7 @@ class _Run:
                     yield f"{curve.key}, tori {tori.id}: {tori.stopped.reason}"
         for plane, found in self.of_kind(PlaneCase).items():
             for locus in found.loci:
-                for end in (locus.begun, locus.stopped):
+                for end in (locus.started, locus.stopped):
                     if end.early:
                         yield f"{plane.key}, locus {locus.id}: {end.reason}"
 

@@ -69,7 +69,7 @@ def first_loss(branch: Branch, first: float) -> Loss:
     """Return where a branch that was to begin at a value first loses its stability."""
     vary, stable = branch.vary, branch.stable
     if branch.parameter[0] != first:
-        return Loss(math.nan, NO_RESPONSE, branch.begun.reason)
+        return Loss(math.nan, NO_RESPONSE, branch.started.reason)
     if not stable[0]:
         return unstable_from(vary, first)
     point = loss_of_stability(branch)

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
+from slipfold.parameter_space.distributions import Distribution, correlated
 from slipfold.parameter_space.optimum import NoSolutionError, ParameterizedPoint
-from slipfold.parameter_space.scatter import Scatter, correlated
 
 
 def drawn(
     method: str,
     count: int,
     seed: int,
-    scatters: Sequence[Scatter],
+    distributions: Sequence[Distribution],
     option: str = "samples",
     correlation: Array | None = None,
 ) -> Array:
@@ -27,13 +27,13 @@ def drawn(
     `method` is "latin hypercube", "sobol" or "random"; `option` is the name under which the count
     was given; `correlation` is that of normal scores, shape (d, d).
 
-    >>> half = Scatter("mu", "uniform", 0.25, 0.25)
+    >>> half = Distribution("mu", "uniform", 0.25, 0.25)
     >>> bool(drawn("latin hypercube", 4, 1, [half]).max() < 0.5)
     True
     """
     from scipy.stats import qmc
 
-    size = len(scatters)
+    size = len(distributions)
     if method == "sobol":
         check_power(count, option)
         fractions = qmc.Sobol(size, seed=seed).random(count)
@@ -43,7 +43,7 @@ def drawn(
         fractions = np.random.default_rng(seed).random((count, size))
     if correlation is not None:
         fractions = correlated(fractions, correlation)
-    return quantiles(scatters, fractions)
+    return quantiles(distributions, fractions)
 
 
 def check_power(count: int, option: str) -> None:
@@ -55,9 +55,9 @@ def check_power(count: int, option: str) -> None:
         )
 
 
-def quantiles(scatters: Sequence[Scatter], fractions: Array) -> Array:
+def quantiles(distributions: Sequence[Distribution], fractions: Array) -> Array:
     """Return the quantiles of fractions. Shapes: fractions (n, d); returns (n, d)."""
-    columns = [item.quantile(fractions[:, place]) for place, item in enumerate(scatters)]
+    columns = [item.quantile(fractions[:, place]) for place, item in enumerate(distributions)]
     return np.stack(columns, axis=1)
 
 
@@ -96,7 +96,7 @@ class SobolIndices:
 
 
 def index_design(
-    scatters: Sequence[Scatter], count: int, seed: int, option: str = "samples"
+    distributions: Sequence[Distribution], count: int, seed: int, option: str = "samples"
 ) -> Array:
     """Return where to evaluate a function for its indices, shape (count (d + 2), d).
 
@@ -108,13 +108,13 @@ def index_design(
         )
     from scipy.stats import qmc
 
-    d = len(scatters)
+    d = len(distributions)
     points = qmc.Sobol(2 * d, seed=seed).random(count)  # two independent points in each row
     rows = np.repeat(points[:, None, :d], d + 2, axis=1)
     for place in range(d):
         rows[:, place + 1, place] = points[:, d + place]
     rows[:, -1] = points[:, d:]
-    return quantiles(scatters, rows.reshape(-1, d))
+    return quantiles(distributions, rows.reshape(-1, d))
 
 
 def indices_of(values: Array, names: Sequence[str], seed: int) -> SobolIndices:
@@ -146,9 +146,9 @@ def _estimates(rows: Array) -> Array:
     return np.array([alone, 0.5 * np.mean((first - crossed) ** 2, axis=0)]) / variance
 
 
-def names_of(scatters: Sequence[Scatter]) -> tuple[str, ...]:
-    """Return which parameters scatter."""
-    return tuple(item.name for item in scatters)
+def names_of(distributions: Sequence[Distribution]) -> tuple[str, ...]:
+    """Return which parameters are uncertain."""
+    return tuple(item.name for item in distributions)
 
 
 INTERRUPTED = "interrupted before this sample was reached"

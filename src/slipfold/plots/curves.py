@@ -27,7 +27,7 @@ def draw_basin_fractions(
     kinds = {number: kind_of(next(iter(found.along(number).values()))) for number in found.numbers}
     often = Counter(kinds.values())
     # Chaos and windows have many attractors; those with the largest fractions have names.
-    largest = sorted(kinds, key=lambda number: -np.nanmax(found.share(number).value))[:6]
+    largest = sorted(kinds, key=lambda number: -np.nanmax(found.fraction(number).value))[:6]
     drawn = []
     for number, color in zip(kinds, palette(len(kinds)), strict=True):
         kind = kinds[number]
@@ -38,7 +38,7 @@ def draw_basin_fractions(
         if (found.labels == number).any():
             drawn.append((number, np.ones(len(found.values), bool), color, name))
     for number, there, color, name in drawn:
-        value, low, high = (np.where(there, each, np.nan) for each in found.share(number))
+        value, low, high = (np.where(there, each, np.nan) for each in found.fraction(number))
         ax.plot(found.values, value, ".-", color=color, linewidth=1, markersize=4, label=name)
         ax.fill_between(found.values, low, high, color=color, alpha=0.2, linewidth=0)
     ax.set_xlim(found.values[0], found.values[-1])
@@ -66,7 +66,7 @@ def draw_uncertainty(
     ax.axvspan(low, high, color="black", alpha=0.08, linewidth=0, label=f"{level:.0%}")
     ax.axvline(found.value, color="black", linewidth=0.8, linestyle=":")
     ax.set_xlabel(found.model.parameter(found.vary).label)
-    ax.set_ylabel("probability of being quiet")
+    ax.set_ylabel("probability that the threshold is above the load")
     ax.set_ylim(0, 1.02)
     ax.legend(loc="upper right", frameon=False)
     return ax

@@ -156,7 +156,7 @@ def _of_locus(locus: Locus, lowest: Collection[str]) -> list[LocusMark]:
     for i, point in enumerate(locus.special):
         name = point.type if point.type in CODIMENSION_TWO else ""
         marks.append(LocusMark(point.type, _value(locus, i) if i == least else name, point.values))
-    for end in (locus.begun, locus.stopped):
+    for end in (locus.started, locus.stopped):
         if end.kind == "limit":
             marks.append(LocusMark("LIMIT", limit_name(locus.model, end.reason), end.values))
         elif end.kind == "failed":

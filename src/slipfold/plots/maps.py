@@ -186,7 +186,9 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
     if legend:
         edge: dict[str, Any] = {"edgecolor": "0.55", "linewidth": 0.4}
         handles = [
-            Patch(facecolor=color, label=f"{in_words(item)}: {_percent(found.share(item).value)}")
+            Patch(
+                facecolor=color, label=f"{in_words(item)}: {_percent(found.fraction(item).value)}"
+            )
             for color, item in zip(own, found, strict=True)
         ]
         handles += [

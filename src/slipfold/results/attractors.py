@@ -26,13 +26,13 @@ SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""
 
 
-class Share(NamedTuple):
+class Fraction(NamedTuple):
     """Fraction of the starts with one outcome.
 
     Parameters
     ----------
     value
-        The share, from 0 to 1.
+        The fraction, from 0 to 1.
     low, high
         Bounds that hold with 95 % confidence.
     """
@@ -42,15 +42,15 @@ class Share(NamedTuple):
     high: float
 
 
-def share_of(hits: int, count: int) -> Share:
-    """Return the share of some starts, with Wilson's bounds."""
+def fraction_of(hits: int, count: int) -> Fraction:
+    """Return the fraction of some starts, with Wilson's bounds."""
     if not count:
-        return Share(np.nan, 0.0, 1.0)
-    share = hits / count
-    middle = share + SURE**2 / (2 * count)
-    half = SURE * sqrt(share * (1 - share) / count + SURE**2 / (4 * count**2))
+        return Fraction(np.nan, 0.0, 1.0)
+    fraction = hits / count
+    middle = fraction + SURE**2 / (2 * count)
+    half = SURE * sqrt(fraction * (1 - fraction) / count + SURE**2 / (4 * count**2))
     low, high = ((middle + sign * half) / (1 + SURE**2 / count) for sign in (-1, 1))
-    return Share(share, max(low, 0.0), min(high, 1.0))
+    return Fraction(fraction, max(low, 0.0), min(high, 1.0))
 
 
 COLUMNS = (
@@ -107,7 +107,7 @@ class FoundAttractors(Result):
         """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
         return "forcing period" if self.model.forced else "s"
 
-    def share(self, attractor: Attractor | int) -> Share:
+    def fraction(self, attractor: Attractor | int) -> Fraction:
         """Return the fraction of the starts that converged to an attractor.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less. Starts
@@ -121,14 +121,14 @@ class FoundAttractors(Result):
 
         Returns
         -------
-        Share
-            The share and its bounds at 95 % confidence.
+        Fraction
+            The fraction and its bounds at 95 % confidence.
         """
         number = attractor.id if isinstance(attractor, Attractor) else attractor
         hits, count = int((self.labels == number).sum()), self.labels.size
         open_ = int((self.labels == UNFINISHED).sum())
-        least = share_of(hits, count)
-        return least._replace(high=share_of(hits + open_, count).high) if open_ else least
+        least = fraction_of(hits, count)
+        return least._replace(high=fraction_of(hits + open_, count).high) if open_ else least
 
     def _notes(self) -> list[str]:
         return starts_notes(self.ends, self.labels, (self.labels == UNFINISHED).sum(), "starts")
@@ -137,11 +137,13 @@ class FoundAttractors(Result):
         output = self.model.states[0].name
         rows = []
         for item in self.attractors:
-            share, count = self.share(item), (self.labels == item.id).sum()
-            shares = [f"{share.value:.3f}", f"{share.low:.3f} to {share.high:.3f}"]
+            fraction, count = self.fraction(item), (self.labels == item.id).sum()
+            fractions = [f"{fraction.value:.3f}", f"{fraction.low:.3f} to {fraction.high:.3f}"]
             ends = [number_text(item.minimum[0]), number_text(item.maximum[0])]
-            rows.append([str(item.id), in_words(item), str(count), *shares, *ends, _growth(item)])
-        heads = ["", "what", "starts", "share", "95 %"]
+            rows.append(
+                [str(item.id), in_words(item), str(count), *fractions, *ends, _growth(item)]
+            )
+        heads = ["", "what", "starts", "fraction", "95 %"]
         heads += [f"min {output}", f"max {output}", "largest"]
         return PrintedTable(heads, rows, words=("what", "largest"))
 
@@ -149,7 +151,7 @@ class FoundAttractors(Result):
         records = ATTRACTORS.record(self, "attractors")
         for item, record in zip(self.attractors, records, strict=True):
             record["starts"] = int((self.labels == item.id).sum())
-            record["share"] = self.share(item)._asdict()
+            record["fraction"] = self.fraction(item)._asdict()
         return {
             **super()._record(),
             "attractors": records,
@@ -269,7 +271,7 @@ class Basins(FoundAttractors):
     >>> import slipfold as sf
     >>> duffing = sf.built_in_models()["duffing"](W=1.2)
     >>> found = sf.basins(duffing, {"q": (-4, 4), "v": (-4, 4)}, points=16)
-    >>> len(found), bool(sum(found.share(item).value for item in found) == 1)
+    >>> len(found), bool(sum(found.fraction(item).value for item in found) == 1)
     (2, True)
     """
 
@@ -310,7 +312,7 @@ class Basins(FoundAttractors):
         Returns
         -------
         float
-            The share, from 0 to 1.
+            The fraction, from 0 to 1.
         """
         return float((self.uncertain >= least).mean())
 
@@ -343,7 +345,7 @@ class Basins(FoundAttractors):
         return [*super()._notes(), *result]
 
     def _line(self) -> str:
-        found = listed(f"{in_words(item)} {self.share(item).value:.3f}" for item in self)
+        found = listed(f"{in_words(item)} {self.fraction(item).value:.3f}" for item in self)
         return f"Basins of {self.model.name} in {' and '.join(self.plane)}: {found or 'none'}"
 
     @property
@@ -354,13 +356,13 @@ class Basins(FoundAttractors):
         return first, second
 
 
-class Shares(NamedTuple):
+class Fractions(NamedTuple):
     """Fractions of the starts with one outcome, at all values of a parameter.
 
     Parameters
     ----------
     value
-        The shares, from 0 to 1, shape (n_values,); NaN where the search was not finished.
+        The fractions, from 0 to 1, shape (n_values,); NaN where the search was not finished.
     low, high
         Bounds that hold with 95 % confidence at each value, shapes (n_values,).
     """
@@ -382,20 +384,20 @@ class BasinFractions(Result):
     ``reached``; along ``start``: ``starting_states``; along ``attractor``, of which
     ``value_of_attractor`` is the place of the value: as of `slipfold.Attractors`. In the
     spreadsheet of `to_csv` an attractor at a value is a row. In `to_json`, schema
-    slipfold.basin_fractions/1. `plot` draws the shares with their bounds.
+    slipfold.basin_fractions/1. `plot` draws the fractions with their bounds.
 
     Examples
     --------
     >>> import slipfold as sf
     >>> duffing, box = sf.built_in_models()["duffing"](), {"q": (-3, 3), "v": (-3, 3)}
     >>> found = sf.basin_fractions(duffing, "W", (1, 1.4), box, points=3, starts=64)
-    >>> found.numbers, bool(found.share(1).value[0] == 1)
+    >>> found.numbers, bool(found.fraction(1).value[0] == 1)
     ((1, 2), True)
     """
 
     schema = "slipfold.basin_fractions/1"
 
-    title = "shares of basins of {0.model.name} over {0.vary}"
+    title = "fractions of basins of {0.model.name} over {0.vary}"
 
     model: Model
     vary: str
@@ -438,8 +440,8 @@ class BasinFractions(Result):
         result = self._all()
         return {float(self.values[place]): item for place, item in result if item.id == number}
 
-    def share(self, number: int) -> Shares:
-        """Return the shares of the starts that converged to an attractor, with their bounds.
+    def fraction(self, number: int) -> Fractions:
+        """Return the fractions of the starts that converged to an attractor, with their bounds.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less.
 
@@ -450,13 +452,13 @@ class BasinFractions(Result):
 
         Returns
         -------
-        Shares
-            The shares at all values and their bounds at 95 % confidence.
+        Fractions
+            The fractions at all values and their bounds at 95 % confidence.
         """
         hits = (self.labels == number).sum(axis=1)
         counts = (self.labels != UNFINISHED).sum(axis=1)
-        rows = [share_of(*pair) for pair in zip(hits.tolist(), counts.tolist(), strict=True)]
-        return Shares(*np.array(rows).T)
+        rows = [fraction_of(*pair) for pair in zip(hits.tolist(), counts.tolist(), strict=True)]
+        return Fractions(*np.array(rows).T)
 
     def _head(self) -> str:
         first, last = (number_text(self.values[place]) for place in (0, -1))
@@ -472,19 +474,19 @@ class BasinFractions(Result):
 
     def _line(self) -> str:
         count = len(self.numbers)
-        return f"Shares of basins of {self.model.name} over {self.vary}: {count} attractors"
+        return f"Fractions of basins of {self.model.name} over {self.vary}: {count} attractors"
 
     def _rows(self) -> PrintedTable:
         rows = []
         for number in self.numbers:
             along = self.along(number)
-            shares = self.share(number)
-            most = int(np.nanargmax(shares.value))
-            won = f"{shares.low[most]:.3f} to {shares.high[most]:.3f}"
+            fractions = self.fraction(number)
+            most = int(np.nanargmax(fractions.value))
+            won = f"{fractions.low[most]:.3f} to {fractions.high[most]:.3f}"
             first, last, at = map(number_text, (min(along), max(along), self.values[most]))
             kind = kind_of(next(iter(along.values())))
-            rows.append([str(number), kind, first, last, f"{shares.value[most]:.3f}", won, at])
-        heads = ["", "what", f"from {self.vary}", "to", "largest share", "95 %", "at"]
+            rows.append([str(number), kind, first, last, f"{fractions.value[most]:.3f}", won, at])
+        heads = ["", "what", f"from {self.vary}", "to", "largest fraction", "95 %", "at"]
         return PrintedTable(heads, rows, words=("what",))
 
     def _notes(self) -> list[str]:
@@ -493,7 +495,7 @@ class BasinFractions(Result):
 
     def _record(self) -> dict[str, Any]:
         table = Items("attractor", Attractor, COLUMNS).table(self)
-        shares = {number: self.share(number) for number in (UNDECIDED, ENDED, *self.numbers)}
+        fractions = {number: self.fraction(number) for number in (UNDECIDED, ENDED, *self.numbers)}
         return {
             "vary": self.vary,
             "values": self.values,
@@ -504,27 +506,29 @@ class BasinFractions(Result):
                 {
                     "value": self.values[place],
                     **table.record(item),
-                    "share": _at(shares[item.id], place),
+                    "fraction": _at(fractions[item.id], place),
                 }
                 for place, item in self._all()
             ],
-            "undecided": shares[UNDECIDED].value,
-            "ended": shares[ENDED].value,
+            "undecided": fractions[UNDECIDED].value,
+            "ended": fractions[ENDED].value,
             "ends": self.ends,
             "interrupted": self.interrupted,
         }
 
     def _frame(self) -> Frame:
-        shares = {number: self.share(number) for number in self.numbers}
-        result = [(place, item, _at(shares[item.id], place)) for place, item in self._all()]
+        fractions = {number: self.fraction(number) for number in self.numbers}
+        result = [(place, item, _at(fractions[item.id], place)) for place, item in self._all()]
         columns: dict[str, Any] = {
             self.vary: self.values[[place for place, _, _ in result]],
             "attractor": [item.id for _, item, _ in result],
             "what": [kind_of(item) for _, item, _ in result],
         }
-        columns |= {name: [share[name] for _, _, share in result] for name in Shares._fields}
+        columns |= {
+            name: [fraction[name] for _, _, fraction in result] for name in Fractions._fields
+        }
         return Frame(columns, {self.vary: self.model.parameter(self.vary).unit})
 
 
-def _at(shares: Shares, place: int) -> dict[str, float]:
-    return {name: float(each[place]) for name, each in shares._asdict().items()}
+def _at(fractions: Fractions, place: int) -> dict[str, float]:
+    return {name: float(each[place]) for name, each in fractions._asdict().items()}

@@ -116,7 +116,7 @@ CURVE = (
     Column("special", record=True),
     *(
         column
-        for which, verb in (("begun", "begins"), ("stopped", "ends"))
+        for which, verb in (("started", "begins"), ("stopped", "ends"))
         for column in (
             Column(f"{which}.kind", TEXT, f"why the {{thing}} {verb} there, in one word",
                    name=f"{which}_kind", record=True),
@@ -191,7 +191,7 @@ SPECIAL = (
     Column("undecided", record=True, when="branch"),
     Column("coefficient", REAL, "of the normal form", optional=True, record=True, head=None,
            when="branch"),
-    Column("leads_to", WHOLE, "branch begun, 0: none", optional=True, record=True, head=None,
+    Column("leads_to", WHOLE, "branch started, 0: none", optional=True, record=True, head=None,
            when="branch"),
     *(
         Column(f"extrema.{which}", REAL, f"{which} over the continuous orbit", None, ("output",),
@@ -205,7 +205,7 @@ SPECIAL = (
            name="special_coefficients", head="coefficients", when="locus"),
     Column("coefficient", record=True, when="locus",
            get=lambda point: next(iter(point.coefficients.values()), None)),
-    Column("leads_to", WHOLE, "loci begun here, 0: no more", None, ("start",), record=True,
+    Column("leads_to", WHOLE, "loci started here, 0: no more", None, ("start",), record=True,
            head=None, when="locus"),
     STUCK,
     Column("gradients", record=True, when="gradients"),
@@ -276,7 +276,7 @@ class CurveList(ResultPart):
         axes, found = axes_of(saved.model, _names(result.vary)), []
         for fields in self._owners(result, parts).read(saved, axes):
             fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
-            fields |= {which: End(*fields[which].values()) for which in ("begun", "stopped")}
+            fields |= {which: End(*fields[which].values()) for which in ("started", "stopped")}
             if np.isnan(fields.get("stuck_fraction", np.nan)).all():
                 fields["stuck_fraction"] = None
             points = []

@@ -53,7 +53,7 @@ def _stability(mark: TableLine) -> str:
     if mark.type in BIFURCATION_TYPES:
         return ""
     # A branch that leaves another has a multiplier on the unit circle there, within rounding.
-    if mark.point is None and mark.row == 0 and branch.begun.kind in ("born", "closed"):
+    if mark.point is None and mark.row == 0 and branch.started.kind in ("born", "closed"):
         return ""
     cycle = branch.kind == "periodic" and not branch.model.forced
     multipliers = branch.multipliers[mark.row] if mark.point is None else mark.point.multipliers
@@ -290,15 +290,15 @@ class Diagram(CurveDiagram):
     def _endings(self) -> list[str]:
         sentences, (noise,) = [], self._noise
         for branch in self.branches:
-            begun, stopped = branch.ends
+            started, stopped = branch.ends
             begins, ends = (self._at([certain(end.value, noise)]) for end in branch.ends)
             size = f"period {branch.period}, {len(branch)} points"
             size = ", ".join(filter(None, [size, revolutions_text(branch.turns), _stuck(branch)]))
-            closed = begun.reason == stopped.reason  # it ends where it begins
-            if branch.parent is None and not closed and begun.value != self.span[0]:
-                sentences.append(f"Branch {branch.id}: {begun.reason}")
-            if branch.parent is not None and begun.kind != "born":
-                sentences.append(f"Branch {branch.id} begins at {begins}: {begun.reason}")
+            closed = started.reason == stopped.reason  # it ends where it begins
+            if branch.parent is None and not closed and started.value != self.span[0]:
+                sentences.append(f"Branch {branch.id}: {started.reason}")
+            if branch.parent is not None and started.kind != "born":
+                sentences.append(f"Branch {branch.id} begins at {begins}: {started.reason}")
             sentences.append(f"Branch {branch.id} ({size}) stopped at {ends}: {stopped.reason}")
         return sentences
 

@@ -24,7 +24,7 @@ Axes = Mapping[str, Sequence[str]]
 
 
 WITH_UNITS = frozenset({
-    "state", "output", "parameter", "by_parameter", "quantity", "fitted", "chosen", "scattered",
+    "state", "output", "parameter", "by_parameter", "quantity", "fitted", "chosen", "uncertain",
 })  # fmt: skip
 """Dimensions whose labels have units, in a variable of their own."""
 
@@ -259,8 +259,8 @@ class Owners:
 def nested(flat: dict[str, Any]) -> dict[str, Any]:
     """Return values by keys with dots as nested dictionaries.
 
-    >>> nested({"id": 1, "begun.kind": "span", "begun.value": 0.5})
-    {'id': 1, 'begun': {'kind': 'span', 'value': 0.5}}
+    >>> nested({"id": 1, "started.kind": "span", "started.value": 0.5})
+    {'id': 1, 'started': {'kind': 'span', 'value': 0.5}}
     """
     result: dict[str, Any] = {}
     for key, value in flat.items():

@@ -77,7 +77,7 @@ REGIONS = ItemTable(
                unit="", dimensions=("bound",), record=True),
         Column("name", TEXT, record=True),
         Column("known", TRUTH, record=True),
-        Column("share", meaning="fraction of the area of the window", unit="", record=True),
+        Column("fraction", meaning="fraction of the area of the window", unit="", record=True),
         Column("place", meaning="values of the parameters well inside", dimensions=("parameter",),
                record=True),
         Column("consistent", TRUTH, "whether all responses across it agree on its label",
@@ -157,14 +157,14 @@ FROM_A_CYCLE = (
 
 def _regions_table(diagram: LocusDiagram) -> PrintedTable:
     assert diagram.regions is not None
-    heads, lines = ["region", "stable", "share", *diagram.vary, "responses", "checks"], []
+    heads, lines = ["region", "stable", "fraction", *diagram.vary, "responses", "checks"], []
     with_motions = any(region.motions for region in diagram.regions.regions)
     for region in diagram.regions.regions:
         agreeing = sum(check.agrees for check in region.checks)
         checks = f"{agreeing} of {len(region.checks)} agree" if region.checks else "none"
         place = [f"{value:.6g}" for value in region.place]
         responses = "agree" if region.consistent else "disagree"
-        line = [str(region.id), region.name, f"{region.share:.2%}", *place, responses, checks]
+        line = [str(region.id), region.name, f"{region.fraction:.2%}", *place, responses, checks]
         lines.append([*line, region.regimes_text] if with_motions else line)
     words = ("stable", "responses", "checks", "motions")
     return PrintedTable([*heads, "motions"] if with_motions else heads, lines, words)
@@ -342,7 +342,7 @@ class LocusDiagram(CurveDiagram):
         size += f", from locus {locus.parent}" if locus.parent is not None else ""
         if locus.closed:
             return [f"Locus {locus.id} ({size}): {locus.stopped.reason}"]
-        begins = f"begins at {self._at(locus.begun.values)}: {locus.begun.reason}"
+        begins = f"begins at {self._at(locus.started.values)}: {locus.started.reason}"
         ends = f"ends at {self._at(locus.stopped.values)}: {locus.stopped.reason}"
         return [f"Locus {locus.id} ({size}) {begins}", f"Locus {locus.id} {ends}"]
 

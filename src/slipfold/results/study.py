@@ -163,12 +163,12 @@ class StudyResult(Result):
         Examples
         --------
         >>> import slipfold as sf
-        >>> scatter = {"mu": "normal 2%", "Vd": "normal 2%"}
+        >>> distributions = {"mu": "normal 2%", "Vd": "normal 2%"}
         >>> found = sf.study({
         ...     "model": "sliding",
         ...     "parameters": {"f": 12.5, "Nd": 0.02},
         ...     "compute": {"what": "simulation"},
-        ...     "cases": {"sample": "saltelli", "count": 4, "scatter": scatter},
+        ...     "cases": {"sample": "saltelli", "count": 4, "distributions": distributions},
         ... })
         >>> len(found), found.indices("max_x").names
         (16, ('mu', 'Vd'))
@@ -475,7 +475,7 @@ def _cases_of(record: Mapping[str, Any]) -> StudyCases:
     if "list" in record:
         names = tuple(record["list"])
         return Rows(names, np.array([record["list"][name] for name in names]).T)
-    return Rows(tuple(record["scatter"]), np.empty((0, 0)), record)
+    return Rows(tuple(record["distributions"]), np.empty((0, 0)), record)
 
 
 def _column(item: CaseField) -> Column:

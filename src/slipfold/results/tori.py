@@ -65,7 +65,7 @@ def _tori(vary: str, unit: str, *, forced: bool) -> ItemTable:
             Column("special", get=_folds, record=True),
             Column("locked", record=True, get=lambda tori: [
                 _resonances(vary, unit).record(item) for item in tori.locked]),
-            *(Column(f"begun.{part}", record=True) for part in ("kind", "reason", "value")),
+            *(Column(f"started.{part}", record=True) for part in ("kind", "reason", "value")),
             Column("stopped.kind", TEXT, "why they end there, in one word", record=True,
                    name="torus_stopped_kind"),
             Column("stopped.reason", TEXT, "why they end there", record=True,

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.model import Model
+from slipfold.parameter_space.distributions import Distribution, distribution_text, other_means
 from slipfold.parameter_space.sampling import INTERRUPTED, SobolIndices
-from slipfold.parameter_space.scatter import Scatter, scatter_text, scattered_away
 from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable, ResultPart
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
@@ -35,15 +35,15 @@ INDICES = {
 
 ENDS = ("low", "high")
 
-SCATTERS = Items("scattered", Scatter, (
-    Column("name", TEXT, "scattered parameter", name="scattered", label=True),
+DISTRIBUTIONS = Items("uncertain", Distribution, (
+    Column("name", TEXT, "uncertain parameter", name="uncertain", label=True),
     Column("kind", TEXT, "normal, uniform or lognormal"),
-    Column("mean", REAL, "value about which it scatters; the median if lognormal"),
+    Column("mean", REAL, "mean of the normal or uniform distribution, median of the lognormal one"),
     Column("size", REAL, "standard deviation if normal, half the width if uniform, deviation of "
            "the logarithm if lognormal"),
     Column("low", REAL, "smallest value of it, where it is cut off"),
     Column("high", REAL, "largest value of it, likewise"),
-), "scatter_", doc="How each parameter scatters.")  # fmt: skip
+), "uncertain_", doc="Distribution of each uncertain parameter.")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Indices(ResultPart):
 
     def names(self, key: str) -> set[str]:
         """Return the names of the arrays."""
-        return {f"scatter_{name}" for name in INDICES}
+        return {f"uncertain_{name}" for name in INDICES}
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return an array for each index."""
@@ -62,40 +62,40 @@ class Indices(ResultPart):
         columns = (
             [] if found is None else [Column(name, REAL, INDICES[name], "") for name in INDICES]
         )
-        return ItemTable(("scattered",), tuple(columns), "scatter_", joined=True).variables(
+        return ItemTable(("uncertain",), tuple(columns), "uncertain_", joined=True).variables(
             [found], {}
         )
 
     def read(self, saved: SavedTable, result: Any, key: str) -> SobolIndices | None:
         """Return the indices."""
-        names = [f"scatter_{name}" for name in INDICES]
+        names = [f"uncertain_{name}" for name in INDICES]
         if not set(names) & set(saved.columns):
             return None
         values = [saved.columns[name] for name in names]
-        return SobolIndices(tuple(item.name for item in result.scatters), *values)
+        return SobolIndices(tuple(item.name for item in result.distributions), *values)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThresholdUncertainty(Result):
-    """A threshold where parameters scatter; frozen.
+    """A threshold of uncertain parameters; frozen.
 
     Made by `slipfold.uncertainty` and `slipfold.load`. What samples say is of those that
     have the threshold.
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``scattered``: the parameters with their scatter and
+    In the dataset of `to_xarray`, along ``uncertain``: the parameters with their distributions and
     gradients; along ``sample``: values and thresholds. In the spreadsheet of `to_csv` a sample is
     a row. In `to_json`, schema slipfold.uncertainty/1, bands of 95 %. `plot` draws the probability
-    that the response is quiet over the parameter.
+    that the threshold is above a load, over the load.
 
     Examples
     --------
     >>> import slipfold as sf
     >>> diagram = sf.response(sf.SlidingOscillator(), vary="Nd", span=(0, 0.05), f=12.5)
     >>> found = sf.uncertainty(diagram.special[0], {"Vd": "normal 1%"}, samples=64)
-    >>> round(found.quiet(0.0434), 2), round(found.quiet(0.0434, by="gradients"), 2)
-    (0.77, 0.77)
+    >>> [round(found.probability_above(0.0434, by=way), 2) for way in ("samples", "gradients")]
+    [0.77, 0.77]
     """
 
     schema = "slipfold.uncertainty/1"
@@ -104,7 +104,7 @@ class ThresholdUncertainty(Result):
     gap = "\n\n"
     recorded = ("type", "vary", "value", "period", "lost", "interrupted", "correlation")
     arrays = MappingProxyType({
-        "_units": Entry("scattered", "unit of the parameter", kind=TEXT, name="scattered_units",
+        "_units": Entry("uncertain", "unit of the parameter", kind=TEXT, name="uncertain_units",
                         label=True),
         "linear": Entry("sample", "threshold from the gradients", "{vary}",
                         name="linear_threshold", head="{vary} by gradients"),
@@ -115,20 +115,20 @@ class ThresholdUncertainty(Result):
     vary: str
     value: Annotated[float, "The threshold at the values of the model."]
     period: Annotated[int, "Period of its orbit in forcing periods."]
-    scatters: Annotated[tuple[Scatter, ...], SCATTERS]
+    distributions: Annotated[tuple[Distribution, ...], DISTRIBUTIONS]
     gradient: Annotated[
         Array,
-        Entry("scattered", "derivative of the threshold by it, in units of the threshold over its",
-              "see scattered_units", name="scatter_gradient"),
+        Entry("uncertain", "derivative of the threshold by it, in units of the threshold over its",
+              "see uncertain_units", name="uncertain_gradient"),
     ]  # fmt: skip
     correlation: Annotated[
         Array,
-        Entry("scattered other", "correlation with each of the other parameters", "",
-              name="scatter_correlation"),
+        Entry("uncertain other", "correlation with each of the other parameters", "",
+              name="uncertain_correlation"),
     ]  # fmt: skip
     samples: Annotated[
         Array,
-        Entry("sample scattered", "values of the parameters", name="sample_values", head=""),
+        Entry("sample uncertain", "values of the parameters", name="sample_values", head=""),
     ]
     thresholds: Annotated[
         Array,
@@ -142,7 +142,8 @@ class ThresholdUncertainty(Result):
     ]
     seed: int
     loads: Annotated[
-        tuple[float, ...], "Values of `vary` of which summaries say the probability of being quiet."
+        tuple[float, ...],
+        "Loads, values of `vary`, of which the summary states `probability_above`.",
     ]
     indices: Annotated[SobolIndices | None, Indices()]
     no_indices: Annotated[str, "Why there are no indices that were requested; empty otherwise."]
@@ -151,12 +152,12 @@ class ThresholdUncertainty(Result):
 
     @property
     def _units(self) -> list[str]:
-        return [self.model.parameter(item.name).unit for item in self.scatters]
+        return [self.model.parameter(item.name).unit for item in self.distributions]
 
     @property
     def linear(self) -> Array:
         """The threshold at each sample as its gradients have it, shape (n,)."""
-        means = np.array([self.model.values[item.name] for item in self.scatters])
+        means = np.array([self.model.values[item.name] for item in self.distributions])
         return np.asarray(self.value + (self.samples - means) @ self.gradient)
 
     @property
@@ -165,12 +166,12 @@ class ThresholdUncertainty(Result):
         return len(self._why_lost())
 
     @property
-    def shares(self) -> Array:
+    def fractions(self) -> Array:
         """Fraction of the variance that each parameter accounts for by the gradients, shape (d,).
 
-        Of correlated parameters a covariance counts half to each, so that a share may be negative.
+        A covariance of two parameters counts half to each, so that a fraction may be negative.
         """
-        parts = self.gradient * [item.deviation for item in self.scatters]
+        parts = self.gradient * [item.deviation for item in self.distributions]
         return np.asarray(parts * (self.correlation @ parts) / (parts @ self.correlation @ parts))
 
     def deviation(self, by: str = "samples") -> float:
@@ -182,7 +183,7 @@ class ThresholdUncertainty(Result):
             ``"samples"`` or ``"gradients"``.
         """
         if _checked(by) == "gradients":
-            parts = self.gradient * [item.deviation for item in self.scatters]
+            parts = self.gradient * [item.deviation for item in self.distributions]
             return float(np.sqrt(parts @ self.correlation @ parts))
         return float(np.nanstd(self.thresholds, ddof=1))
 
@@ -215,8 +216,8 @@ class ThresholdUncertainty(Result):
         low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
         return float(low), float(high)
 
-    def quiet(self, load: float, by: str = "samples") -> float:
-        """Return the probability that a value of the parameter is below the threshold.
+    def probability_above(self, load: float, by: str = "samples") -> float:
+        """Return the probability that the threshold is above a value of the parameter.
 
         Parameters
         ----------
@@ -228,20 +229,20 @@ class ThresholdUncertainty(Result):
         Returns
         -------
         float
-            The share of samples whose threshold is larger, of those that have it: samples without
-            it (see `lost`) are left out, since they may be quiet at any load or at none. Whether
-            another bifurcation comes before the threshold is not asked.
+            The fraction of samples with a larger threshold, of those that have one: samples without
+            it (see `lost`) are left out, since they may be stable at any load or at none. Another
+            bifurcation below the threshold is not searched for.
         """
         self._check_load(load)
         values = self._known(by)
         return float((values > load).mean()) if len(values) else np.nan
 
-    def quiet_between(self, load: float, by: str = "samples") -> tuple[float, float]:
-        """Return the interval of 95 % confidence of the probability of being quiet.
+    def probability_bounds(self, load: float, by: str = "samples") -> tuple[float, float]:
+        """Return the interval of 95 % confidence of `probability_above`.
 
         It is Wilson's, as for samples drawn at random; Sobol's are spread more evenly. Samples
-        without the threshold count as loud for its lower end and as quiet for its upper one, and
-        of the gradients those too that `thresholds` contradict.
+        without the threshold count as unstable for its lower end and as stable for its upper one,
+        and so do those of the gradients that `thresholds` contradict.
 
         Parameters
         ----------
@@ -296,39 +297,39 @@ class ThresholdUncertainty(Result):
     def _ways(self) -> PrintedTable:
         unit = self.model.parameter(self.vary).unit
         heads = ["", "deviation", f"{LEVEL:.0%} from", "to"]
-        heads += [with_unit(f"quiet at {load:g}", unit) for load in self.loads]
+        heads += [f"P(threshold > {with_unit(f'{load:g}', unit)})" for load in self.loads]
         rows = [
             [
                 f"by {way}",
                 *(f"{value:.6g}" for value in (self.deviation(way), *self.band(by=way))),
-                *(self._quiet_text(load, way) for load in self.loads),
+                *(self._probability_text(load, way) for load in self.loads),
             ]
             for way in WAYS
         ]
         return PrintedTable(heads, rows, words=("",))
 
-    def _quiet_text(self, load: float, way: str) -> str:
-        low, high = self.quiet_between(load, way)
-        return f"{self.quiet(load, way):.1%} ({low:.1%} to {high:.1%})"
+    def _probability_text(self, load: float, way: str) -> str:
+        low, high = self.probability_bounds(load, way)
+        return f"{self.probability_above(load, way):.1%} ({low:.1%} to {high:.1%})"
 
     def _rows(self) -> PrintedTable:
-        heads = ["parameter", "scatter", "gradient", "share"]
+        heads = ["parameter", "distribution", "gradient", "fraction"]
         found = self.indices
         if found is not None:
             heads += ["first index", "total index"]
         rows = []
-        for place, item in enumerate(self.scatters):
+        for place, item in enumerate(self.distributions):
             name = headed(self.model.parameter(item.name))
-            words = scatter_text(item, self.model.values[item.name])
+            words = distribution_text(item, self.model.values[item.name])
             row = [name, words, f"{self.gradient[place]:.6g}"]
-            row.append(f"{self.shares[place]:.2%}")
+            row.append(f"{self.fractions[place]:.2%}")
             if found is not None:
                 row += [
                     f"{found.first[place]:.3f} +- {found.first_error[place]:.3f}",
                     f"{found.total[place]:.3f} +- {found.total_error[place]:.3f}",
                 ]
             rows.append(row)
-        return PrintedTable(heads, rows, words=("parameter", "scatter"))
+        return PrintedTable(heads, rows, words=("parameter", "distribution"))
 
     def _notes(self) -> list[str]:
         said, lost = [], self._why_lost()
@@ -340,7 +341,7 @@ class ThresholdUncertainty(Result):
                 "probabilities leave out and intervals of probabilities count either way; first: "
                 f"{lost[0]}"
             )
-        if away := scattered_away(self.scatters, self.model.values):
+        if away := other_means(self.distributions, self.model.values):
             said.append(
                 f"Gradients are those of the case itself, at {', '.join(away)}: bands by them "
                 "are drawn out from there to where the samples are."
@@ -355,11 +356,11 @@ class ThresholdUncertainty(Result):
     @property
     def _cut(self) -> bool:
         """Whether any distribution is cut off."""
-        return any(np.isfinite((item.low, item.high)).any() for item in self.scatters)
+        return any(np.isfinite((item.low, item.high)).any() for item in self.distributions)
 
     def _title(self) -> str:
         at = parameter_text(self.model.parameter(self.vary), self.value)
-        return f"scatter of {self.type} of {self.model.name} at {at}"
+        return f"distribution of {self.type} of {self.model.name} at {at}"
 
     def _indices(self, place: int) -> dict[str, Any]:
         """Indices of a parameter by name."""
@@ -378,24 +379,26 @@ class ThresholdUncertainty(Result):
                 f"by_{way}": {
                     "deviation": self.deviation(way),
                     "band": self.band(by=way),
-                    "quiet": [[load, self.quiet(load, way)] for load in self.loads],
-                    "quiet_between": [
-                        [load, *self.quiet_between(load, way)] for load in self.loads
+                    "probability": [
+                        [load, self.probability_above(load, way)] for load in self.loads
+                    ],
+                    "probability_bounds": [
+                        [load, *self.probability_bounds(load, way)] for load in self.loads
                     ],
                 }
                 for way in WAYS
             },
-            "scatter": {
+            "distributions": {
                 item.name: {
                     "kind": item.kind,
                     "mean": item.mean,
                     "size": item.size,
                     **({key: getattr(item, key) for key in ENDS} if self._cut else {}),
                     "gradient": self.gradient[index],
-                    "share": self.shares[index],
+                    "fraction": self.fractions[index],
                     **self._indices(index),
                 }
-                for index, item in enumerate(self.scatters)
+                for index, item in enumerate(self.distributions)
             },
         }
 

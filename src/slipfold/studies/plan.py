@@ -21,8 +21,8 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import model_of_case
 from slipfold.models.units import parse_quantity
+from slipfold.parameter_space.distributions import parse_correlation, parse_distribution
 from slipfold.parameter_space.sampling import SALTELLI, check_power, drawn, index_design
-from slipfold.parameter_space.scatter import parse_correlation, parse_scatter
 from slipfold.studies.works import WORK, Work
 
 
@@ -149,7 +149,7 @@ class _Given(BaseModel):
     sample: Literal["latin hypercube", "sobol", "random", "saltelli"] | None = None
     count: int | None = Field(None, ge=1)
     seed: int = Field(0, ge=0)
-    scatter: dict[str, Any] = Field(default_factory=dict)
+    distributions: dict[str, Any] = Field(default_factory=dict)
     correlation: dict[str, float | str] = Field(default_factory=dict)
 
 
@@ -205,9 +205,11 @@ def _cases(given: _Given, model: Model) -> StudyCases:
             f"cases has {' and '.join(chosen) or 'none of grid, list and sample'}; give one of "
             "grid, list and sample"
         )
-    if given.sample is None and (given.scatter or given.correlation or given.count is not None):
+    if given.sample is None and (
+        given.distributions or given.correlation or given.count is not None
+    ):
         raise InputError(
-            f"cases.{chosen[0]} is not a sample; leave out scatter, correlation and count"
+            f"cases.{chosen[0]} is not a sample; leave out distributions, correlation and count"
         )
     if given.grid is not None:
         return _grid(given.grid, model)
@@ -265,34 +267,34 @@ def _listed(given: list[dict[str, float | str]], model: Model) -> Rows:
 
 def _drawn(given: _Given, model: Model) -> Rows:
     assert given.sample is not None
-    if given.count is None or not given.scatter:
-        lacks = "count" if given.count is None else "scatter"
+    if given.count is None or not given.distributions:
+        lacks = "count" if given.count is None else "distributions"
         raise InputError(
             f"cases.{lacks} is missing; a sample has e.g. count = 256 and "
-            'scatter = {mu = "normal 5%"}'
+            'distributions = {mu = "normal 5%"}'
         )
-    scatters = [
-        parse_scatter(
-            item, model.variable_parameter(name), model.values[name], f"cases.scatter.{name}"
+    distributions = [
+        parse_distribution(
+            item, model.variable_parameter(name), model.values[name], f"cases.distributions.{name}"
         )
-        for name, item in given.scatter.items()
+        for name, item in given.distributions.items()
     ]
-    matrix = parse_correlation(given.correlation, tuple(given.scatter))
+    matrix = parse_correlation(given.correlation, tuple(given.distributions))
     if given.sample == SALTELLI:
         if given.correlation:
             raise InputError(
-                'sample = "saltelli" is of parameters that scatter independently; leave out '
+                'sample = "saltelli" is of independent parameters; leave out '
                 "cases.correlation, or take another sample"
             )
         check_power(given.count, "cases.count")
-        rows = index_design(scatters, given.count, given.seed, "cases.count")
+        rows = index_design(distributions, given.count, given.seed, "cases.count")
     else:
-        rows = drawn(given.sample, given.count, given.seed, scatters, "cases.count", matrix)
+        rows = drawn(given.sample, given.count, given.seed, distributions, "cases.count", matrix)
     how = {"sample": given.sample, "count": given.count, "seed": given.seed}
     if given.correlation:
         how["correlation"] = matrix.tolist()
-    scattered = {item.name: item.record() for item in scatters}
-    return Rows(tuple(given.scatter), rows, {**how, "scatter": scattered})
+    uncertain = {item.name: item.record() for item in distributions}
+    return Rows(tuple(given.distributions), rows, {**how, "distributions": uncertain})
 
 
 def _number(given: Any, parameter: Parameter) -> float:

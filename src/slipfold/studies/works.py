@@ -484,17 +484,20 @@ class AttractorsWork(Work):
 
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
-        shares = {f"period_{period}": f"responses of period {period}" for period in PERIODS}
-        shares |= {"longer": "responses of other periods"}
-        shares |= {kind: f"attractors that are: {kind}" for kind in KINDS}
-        shares |= {"ended": "nothing, as they end at a limit", "undecided": "an unknown solution"}
+        fractions = {f"period_{period}": f"responses of period {period}" for period in PERIODS}
+        fractions |= {"longer": "responses of other periods"}
+        fractions |= {kind: f"attractors that are: {kind}" for kind in KINDS}
+        fractions |= {
+            "ended": "nothing, as they end at a limit",
+            "undecided": "an unknown solution",
+        }
         return (
             CaseField("attractors", "whole", "number of attractors"),
             *(
                 CaseField(
-                    f"share_{name}", "real", f"fraction of the starts that converge to {meaning}"
+                    f"fraction_{name}", "real", f"fraction of the starts that converge to {meaning}"
                 )
-                for name, meaning in shares.items()
+                for name, meaning in fractions.items()
             ),
         )
 
@@ -503,7 +506,7 @@ class AttractorsWork(Work):
         return (
             CaseField("kind", "text", "periodic, torus, chaos, cycle or equilibrium"),
             CaseField("period", "whole", "in forcing periods; 0 where nothing repeats with them"),
-            CaseField("share", "real", "fraction of the starts that converge to it"),
+            CaseField("fraction", "real", "fraction of the starts that converge to it"),
             *(
                 CaseField(f"state_{state.name}", "real", f"a state on it: {state.doc}", state.unit)
                 for state in model.states
@@ -517,22 +520,22 @@ class AttractorsWork(Work):
         result = search(model, box.starts(self.starts, self.seed), self.periods)
         if result.interrupted:
             raise KeyboardInterrupt
-        shares = {item.name: 0.0 for item in self.quantities(model)}
-        shares["share_ended"] = float(np.mean(result.labels == ENDED))
-        shares["share_undecided"] = float(np.mean(result.labels == UNDECIDED))
+        fractions = {item.name: 0.0 for item in self.quantities(model)}
+        fractions["fraction_ended"] = float(np.mean(result.labels == ENDED))
+        fractions["fraction_undecided"] = float(np.mean(result.labels == UNDECIDED))
         listed: list[dict[str, Value]] = []
         for item in result.attractors:
-            share = float(np.mean(result.labels == item.id))
+            fraction = float(np.mean(result.labels == item.id))
             name = item.kind
             if name == "periodic":
                 name = f"period_{item.period}" if item.period in PERIODS else "longer"
-            shares[f"share_{name}"] += share
+            fractions[f"fraction_{name}"] += fraction
             states = zip(model.states, item.state.tolist(), strict=True)
             listed.append(
-                {"kind": item.kind, "period": item.period, "share": share}
+                {"kind": item.kind, "period": item.period, "fraction": fraction}
                 | {f"state_{state.name}": value for state, value in states}
             )
-        values: dict[str, Value] = {**shares, "attractors": len(listed)}
+        values: dict[str, Value] = {**fractions, "attractors": len(listed)}
         return CaseValues(values, tuple(listed))
 
 

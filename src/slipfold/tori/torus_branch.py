@@ -130,7 +130,7 @@ class TorusBranch(SolutionCurve):
         return PrintedTable([vary, "rotation", "modulation (Hz)", "growth across"], rows)
 
     @property
-    def begun(self) -> End:
+    def started(self) -> End:
         """Where it begins: at a Neimark-Sacker point or at the limit of a trajectory."""
         if not self.parent:
             reason = "begins at the torus that a trajectory converges to"

@@ -19,12 +19,12 @@ const NOTHING = [
 
 /**
  * Names and colors of all that starts came to, in the order of their labels.
- * @param {{labels: number[][], attractors: {name: string, share: number}[]}} basins
+ * @param {{labels: number[][], attractors: {name: string, fraction: number}[]}} basins
  */
 function keysOf({ labels, attractors }) {
   const seen = new Set(labels.flat());
-  const found = attractors.map(({ name, share }, i) => ({
-    label: i + 1, name: `${name}, ${(100 * share).toPrecision(3)} %`, tint: TINTS[i % TINTS.length],
+  const found = attractors.map(({ name, fraction }, i) => ({
+    label: i + 1, name: `${name}, ${(100 * fraction).toPrecision(3)} %`, tint: TINTS[i % TINTS.length],
   }));
   return [...NOTHING, ...found].map((key) => ({ ...key, isSeen: key.label > 0 || seen.has(key.label) }));
 }

@@ -360,7 +360,7 @@ class ReturnMap:
     def length(self, q: Vector, multiplier: complex, monodromy: Array, ratios: Array) -> float:
         """Return the root mean square, round the cycle, of an eigenvector of the map.
 
-        It does not depend on where the cycle is begun, and so do coefficients by it. The vector is
+        It does not depend on where the cycle starts, nor do coefficients by it. The vector is
         the flow's eigenvector that belongs to it; at a fold, where there is none, the part across
         the flow.
 

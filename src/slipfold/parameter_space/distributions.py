@@ -61,7 +61,7 @@ def _pair(key: Any, names: Sequence[str]) -> tuple[int, int]:
         )
     for name in pair:
         if name not in names:
-            raise unknown("no parameter that scatters is named", name, names)
+            raise unknown("no uncertain parameter is named", name, names)
     return list(names).index(pair[0]), list(names).index(pair[1])
 
 
@@ -103,7 +103,7 @@ SMALLEST = 2.0**-53
 
 
 @dataclass(frozen=True)
-class Scatter:
+class Distribution:
     """The distribution of a parameter about its value; frozen.
 
     Parameters
@@ -157,7 +157,7 @@ class Scatter:
 
         Examples
         --------
-        >>> float(Scatter("mu", "uniform", 0.5, 0.1).quantile(np.array([0.25]))[0])
+        >>> float(Distribution("mu", "uniform", 0.5, 0.1).quantile(np.array([0.25]))[0])
         0.45
         """
         from scipy.stats import norm, truncnorm, uniform
@@ -201,33 +201,36 @@ class Scatter:
         return (self.low - self.mean) / self.size, (self.high - self.mean) / self.size
 
 
-def scatter_text(scatter: Scatter, base: float) -> str:
+def distribution_text(distribution: Distribution, base: float) -> str:
     """Return kind and size, the mean if it is not `base`, and the ends if it is truncated.
 
-    >>> scatter_text(Scatter("mu", "normal", 0.5, 0.02, 0.4), 0.5)
+    >>> distribution_text(Distribution("mu", "normal", 0.5, 0.02, 0.4), 0.5)
     'normal 0.02 from 0.4'
     """
-    said = f"{scatter.kind} {scatter.size:.4g}"
-    ends = {"from": scatter.low, "to": scatter.high}
-    if not math.isclose(scatter.mean, base, rel_tol=1e-9, abs_tol=1e-9 * scatter.size):
-        if scatter.kind == "uniform":
-            said = scatter.kind
-            ends = {"from": scatter.mean - scatter.size, "to": scatter.mean + scatter.size}
+    said = f"{distribution.kind} {distribution.size:.4g}"
+    ends = {"from": distribution.low, "to": distribution.high}
+    if not math.isclose(distribution.mean, base, rel_tol=1e-9, abs_tol=1e-9 * distribution.size):
+        if distribution.kind == "uniform":
+            said = distribution.kind
+            ends = {
+                "from": distribution.mean - distribution.size,
+                "to": distribution.mean + distribution.size,
+            }
         else:
-            said += f" about {scatter.mean:.4g}"
+            said += f" about {distribution.mean:.4g}"
     cut = [f" {key} {end:.4g}" for key, end in ends.items() if math.isfinite(end)]
     return "".join([said, *cut])
 
 
-def scattered_away(scatters: Iterable[Scatter], values: Mapping[str, float]) -> list[str]:
+def other_means(distributions: Iterable[Distribution], values: Mapping[str, float]) -> list[str]:
     """Say which parameters have other means than their own values.
 
-    >>> scattered_away([Scatter("mu", "uniform", 0.55, 0.05)], {"mu": 0.5})
+    >>> other_means([Distribution("mu", "uniform", 0.55, 0.05)], {"mu": 0.5})
     ['mu = 0.5 and not about 0.55']
     """
     return [
         f"{item.name} = {values[item.name]:.6g} and not about {item.mean:.6g}"
-        for item in scatters
+        for item in distributions
         if abs(item.mean - values[item.name]) > SAME * max(abs(item.mean), item.size)
     ]
 
@@ -270,7 +273,7 @@ class _Normal(_Symmetric):
     distribution: Literal["normal"]
     deviation: Number | None = None
 
-    def of(self, parameter: Parameter, base: float) -> Scatter:
+    def of(self, parameter: Parameter, base: float) -> Distribution:
         """Return the distribution; the default mean is the value of the base case."""
         mean = base if self.mean is None else _number(self.mean, parameter, base)
         size = _size(parameter, mean, self.deviation, self.relative, "its deviation")
@@ -282,10 +285,10 @@ class _Normal(_Symmetric):
         if not low <= mean <= high:
             side, end = ("below", low) if mean < low else ("above", high)
             raise InputError(
-                f"the scatter of {parameter.name} is cut off {side} {end:g}, which leaves out its "
-                f"mean {mean:g}; give ends with the mean between them, or another mean"
+                f"the distribution of {parameter.name} is cut off {side} {end:g}, which leaves out "
+                f"its mean {mean:g}; give ends with the mean between them, or another mean"
             )
-        return Scatter(parameter.name, "normal", mean, size, low, high)
+        return Distribution(parameter.name, "normal", mean, size, low, high)
 
 
 class _Uniform(_Symmetric):
@@ -294,33 +297,33 @@ class _Uniform(_Symmetric):
     distribution: Literal["uniform"]
     half_width: Number | None = None
 
-    def of(self, parameter: Parameter, base: float) -> Scatter:
+    def of(self, parameter: Parameter, base: float) -> Distribution:
         """Return the distribution between its ends or about a mean."""
         if self.low is None and self.high is None:
             mean = base if self.mean is None else _number(self.mean, parameter, base)
             size = _size(parameter, mean, self.half_width, self.relative, "from and to, half_width")
-            return Scatter(parameter.name, "uniform", mean, size)
+            return Distribution(parameter.name, "uniform", mean, size)
         if self.low is None or self.high is None:
             raise InputError(
-                f"the scatter of {parameter.name} has one end, the other is missing; give from "
-                "and to"
+                f"the distribution of {parameter.name} has one end, the other is missing; give "
+                "from and to"
             )
         if (self.mean, self.half_width, self.relative) != (None, None, None):
             raise InputError(
-                f"the scatter of {parameter.name} has ends, from and to; leave out mean, "
+                f"the distribution of {parameter.name} has ends, from and to; leave out mean, "
                 "half_width and relative"
             )
         low, high = _ends(self.low, self.high, parameter, base)
         if not low < high:
             raise InputError(
-                f"{parameter.name} is scattered from {low:g} to {high:g}; give from below to"
+                f"{parameter.name} is uncertain from {low:g} to {high:g}; give from below to"
             )
         if _is_percent(self.low) and not low <= base <= high:
             raise InputError(
-                f"{parameter.name} is scattered from {low:g} to {high:g}, since percent are of "
+                f"{parameter.name} is uncertain from {low:g} to {high:g}, since percent are of "
                 f"{parameter.name} = {base:g}; give ends on both sides of 100%, or without percent"
             )
-        return Scatter(parameter.name, "uniform", (low + high) / 2, (high - low) / 2)
+        return Distribution(parameter.name, "uniform", (low + high) / 2, (high - low) / 2)
 
 
 class _Lognormal(_Table):
@@ -331,7 +334,7 @@ class _Lognormal(_Table):
     deviation: Fraction
     """Of the natural logarithm: 0.05 are five percent or so."""
 
-    def of(self, parameter: Parameter, base: float) -> Scatter:
+    def of(self, parameter: Parameter, base: float) -> Distribution:
         """Return the distribution."""
         median = base if self.median is None else _number(self.median, parameter, base)
         if not median > 0:
@@ -341,11 +344,11 @@ class _Lognormal(_Table):
             )
         if self.deviation > WIDEST:
             raise InputError(
-                f"the scatter of {parameter.name} has the deviation {self.deviation:g} of its "
+                f"the distribution of {parameter.name} has the deviation {self.deviation:g} of its "
                 f"logarithm, but {WIDEST:g} is the most; give e.g. 5%"
             )
         size = _positive(parameter, median, self.deviation)
-        return Scatter(parameter.name, "lognormal", median, size)
+        return Distribution(parameter.name, "lognormal", median, size)
 
 
 _TABLE: TypeAdapter[_Uniform | _Normal | _Lognormal] = TypeAdapter(
@@ -353,20 +356,20 @@ _TABLE: TypeAdapter[_Uniform | _Normal | _Lognormal] = TypeAdapter(
 )
 
 
-def parse_scatter(
+def parse_distribution(
     given: str | Mapping[str, Any], parameter: Parameter, base: float, place: str = ""
-) -> Scatter:
+) -> Distribution:
     """Read the distribution of a parameter about its value in the base case.
 
     A text abbreviates a table: ``"normal 5%"`` of the value, ``"normal 0.02:0.4:0.6"`` truncated at
     ends, ``"uniform 2deg"`` to either side, ``"uniform 0.4:0.6"``, ``"lognormal 2%"``. Ends in
     percent are of the value, too: ``"uniform 95%:105%"``. `place` is its name in errors, if
-    not the scatter of the parameter.
+    not the distribution of the parameter.
     """
-    place = place or f"the scatter of {parameter.name}"
+    place = place or f"the distribution of {parameter.name}"
     table = _table_of(given, parameter) if isinstance(given, str) else given
     read: Any = validated(_TABLE.validate_python, table, place, "distribution")
-    found: Scatter = read.of(parameter, base)
+    found: Distribution = read.of(parameter, base)
     return found
 
 
@@ -378,11 +381,11 @@ def _table_of(text: str, parameter: Parameter) -> dict[str, Any]:
         return {"distribution": kind, "from": size or None, "to": ends[0] or None}
     if not size or len(ends) != (2 if kind == "normal" and ends else 0):
         raise InputError(
-            f"the scatter of {parameter.name}, {text!r}, is not known; give normal or uniform and "
-            'a size, in percent of the value or with a unit, e.g. "normal 5%", "uniform 2deg", '
+            f"the distribution of {parameter.name}, {text!r}, is not known; give normal or uniform "
+            'and a size, in percent of the value or with a unit, e.g. "normal 5%", "uniform 2deg", '
             '"uniform FROM:TO", "normal 5%:FROM:TO" or "lognormal 5%"'
         )
-    name = f"the scatter of {parameter.name}"
+    name = f"the distribution of {parameter.name}"
     if kind == "lognormal":
         deviation = parse_quantity(size, "", name)
         if not size.endswith("%") and WIDE <= deviation <= MOST_PERCENT:
@@ -419,8 +422,8 @@ def _ends(
     """Return two ends, infinite where none is given; percent are of the value `base`."""
     if None not in (low, high) and _is_percent(low) != _is_percent(high):
         raise InputError(
-            f"the scatter of {parameter.name} has the ends {low} and {high}, of which one is in "
-            "percent of its value; give both in percent, or neither"
+            f"the distribution of {parameter.name} has the ends {low} and {high}, of which one is "
+            "in percent of its value; give both in percent, or neither"
         )
     return (
         -math.inf if low is None else _number(low, parameter, base),
@@ -434,7 +437,7 @@ def _size(
     """Return its width, which is given in one of two ways."""
     if (size is None) == (relative is None):
         raise InputError(
-            f"the scatter of {parameter.name} needs either {key}, in "
+            f"the distribution of {parameter.name} needs either {key}, in "
             f"{parameter.unit or 'its own unit'}, or relative, a fraction of its mean"
         )
     wide = (
@@ -447,8 +450,7 @@ def _positive(parameter: Parameter, mean: float, size: float) -> float:
     if size > 0 and math.isfinite(size):
         return size
     raise InputError(
-        f"the scatter of {parameter.name} has the size {size:g} about {parameter.name} = {mean:g}; "
-        "give more"
+        f"the distribution of {parameter.name} has the size {size:g} about {mean:g}; give more"
         if not size > 0
-        else f"the scatter of {parameter.name} has no finite size; give less"
+        else f"the distribution of {parameter.name} has no finite size; give less"
     )
