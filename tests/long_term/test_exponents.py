@@ -10,8 +10,7 @@ import slipfold as sf
 from helpers.command_line import run
 from slipfold.flow.flow import flow_of
 from slipfold.flow.settlement import Settlement
-from slipfold.long_term.exponents import verdict_of
-from slipfold.long_term.rotation import average, rotation_of
+from slipfold.long_term.exponents import average, rotation_of, verdict_of
 
 MODELS = sf.built_in_models()
 

@@ -286,7 +286,7 @@ def basin_fractions(
     >>> [len(items) for items in result.attractors]
     [1, 2, 1]
     """
-    from slipfold.long_term.basins import find_fractions
+    from slipfold.long_term.search import find_fractions
     from slipfold.results.attractors import BasinFractions
 
     refuse_varied((vary,), parameters, "span")
@@ -346,7 +346,7 @@ def basins(
     >>> result.labels.shape, sorted(item.period for item in result)
     ((8, 12), [1, 2])
     """
-    from slipfold.long_term.basins import find_basins
+    from slipfold.long_term.search import find_basins
     from slipfold.results.attractors import Basins
 
     changed = measured(checked_model(model).replace(**parameters))

@@ -13,10 +13,9 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, ROUNDING
-from slipfold.flow.compiled_mode import STEPS
 from slipfold.flow.contact_state import Instant, Numbers, Undecided
 from slipfold.flow.guarded_flow import GuardStop
-from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
+from slipfold.flow.hybrid_flow import STEPS, HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
     SLOW,
     STUCK,

@@ -17,9 +17,8 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints, radau_points
 from slipfold.flow.compiled_code import Evaluated
 from slipfold.flow.equations import Constants
-from slipfold.flow.intervals import Field, Stages, solve_intervals
+from slipfold.flow.intervals import Field, LinearPart, Stages, solve_intervals
 from slipfold.flow.polynomials import DenseTrajectory, StepPolynomials
-from slipfold.flow.stage_equations import LinearPart
 
 Watch = Callable[[Array, Array], Array]
 

@@ -13,8 +13,7 @@ from slipfold.arrays import Array
 from slipfold.flow.ensembles import TOGETHER, BatchSteps, Ensemble, models_with
 from slipfold.flow.equilibrium import PUSH
 from slipfold.flow.flow import flow_of
-from slipfold.long_term.exponents import SURE
-from slipfold.long_term.rotation import average, bump
+from slipfold.long_term.exponents import SURE, average, bump
 from slipfold.models.angles import mean_state, wrap_angles
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress

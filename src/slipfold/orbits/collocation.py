@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
-from slipfold.flow.intervals import Field, Stages, solve_intervals
-from slipfold.flow.stage_equations import MANY, LinearPart
+from slipfold.flow.intervals import MANY, Field, LinearPart, Stages, solve_intervals
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import GAUSS, Cut, Discretization, Scheme
 

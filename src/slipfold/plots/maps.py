@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Mask
 from slipfold.errors import InputError
-from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
 from slipfold.long_term.regimes import NONE
-from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED
+from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.quantities import Parameter
 from slipfold.parameter_space.threshold_map import INTERRUPTED, GridThresholds
 from slipfold.plots.loci import HasLoci, draw_loci, legend_options

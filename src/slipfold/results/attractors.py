@@ -12,8 +12,15 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.basins import WITHIN_CELL, WITHIN_ERROR
-from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, Box, kind_of
+from slipfold.long_term.search import (
+    ENDED,
+    UNDECIDED,
+    UNFINISHED,
+    WITHIN_CELL,
+    WITHIN_ERROR,
+    Box,
+    kind_of,
+)
 from slipfold.models.model import Model
 from slipfold.models.quantities import State
 from slipfold.results.fields import COMPLEX, TEXT, WHOLE, Column, Entry, Items, axis

@@ -13,7 +13,7 @@ from slipfold.continuation.newton import correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.flow import flow_of
 from slipfold.flow.simulate import SmoothIntegration, initial_state
-from slipfold.long_term.rotation import bump, rotation_of
+from slipfold.long_term.exponents import bump, rotation_of
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.tori.circles import MAX_ANGLES, MIN_ANGLES, TAIL, CirclePoint, Circles, tail

@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.drawing import draw
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
-from slipfold.long_term.rotation import Average, average
+from slipfold.long_term.exponents import Average, average
 from slipfold.long_term.spectrum import SpectralLines
 from slipfold.models.model import Model, evaluation_of
 from slipfold.read_only import ReadOnly

@@ -14,8 +14,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
-from slipfold.flow.intervals import Field, newton_step
-from slipfold.flow.stage_equations import LinearPart
+from slipfold.flow.intervals import Field, LinearPart, newton_step
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
