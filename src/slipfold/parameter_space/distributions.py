@@ -450,7 +450,8 @@ def _positive(parameter: Parameter, mean: float, size: float) -> float:
     if size > 0 and math.isfinite(size):
         return size
     raise InputError(
-        f"the distribution of {parameter.name} has the size {size:g} about {mean:g}; give more"
+        f"the distribution of {parameter.name} has the size {size:g} about {parameter.name} = "
+        f"{mean:g}; give more"
         if not size > 0
         else f"the distribution of {parameter.name} has no finite size; give less"
     )
