@@ -6,13 +6,13 @@ import csv
 import io
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError, unknown
@@ -74,18 +74,15 @@ def parse_measured(text: str, model: Model) -> Quantity:
     return Quantity(measure, output, units[output])
 
 
-def read_off(extrema: Extrema, quantities: Sequence[Quantity]) -> NDArray[np.float64]:
+def read_off(extrema: Extrema, quantities: Sequence[Quantity]) -> Array:
     """Return what is measured of each orbit, shape (n_orbits, n_quantities)."""
-    columns = [_read(extrema, item) for item in quantities]
-    return np.column_stack(columns)
-
-
-def _read(extrema: Extrema, quantity: Quantity) -> NDArray[np.float64]:
-    low, high = extrema.of(quantity.output)
-    if quantity.measure in ("min", "max"):
-        return low if quantity.measure == "min" else high
-    whole = extrema.peak_to_peak if quantity.measure == "peak_to_peak" else extrema.modulus
-    return whole(quantity.output)
+    columns = {
+        "min": lambda name: extrema.of(name)[0],
+        "max": lambda name: extrema.of(name)[1],
+        "peak_to_peak": extrema.peak_to_peak,
+        "modulus": extrema.modulus,
+    }
+    return np.column_stack([columns[item.measure](item.output) for item in quantities])
 
 
 SWEEPS = ("up", "down", "")
@@ -236,7 +233,7 @@ def parse_measurement(text: str, path: str | Path, model: Model) -> Measurement:
     except csv.Error as error:
         raise InputError(f"{path} cannot be read: {error}; give lines of short cells") from error
     lines = [
-        (number, cells)
+        (f"line {number} of {path}", cells)
         for number, cells in rows
         if any(cell.strip() for cell in cells) and not cells[0].lstrip().startswith("#")
     ]
@@ -245,50 +242,82 @@ def parse_measurement(text: str, path: str | Path, model: Model) -> Measurement:
             f"{path} holds no readings; give a head such as 'Nd [N], max y [mm]' and a "
             "line for each reading"
         )
-    columns = [_Column(cell, model, first=k == 0) for k, cell in enumerate(lines[0][1])]
+    columns = [_Column.from_head(cell, model, k == 0) for k, cell in enumerate(lines[0][1])]
     _check_columns(columns, path)
-    return _measurement(columns, lines[1:], path)
+    table, sweep = np.full((len(lines) - 1, len(columns)), np.nan), []
+    for row, (place, cells) in enumerate(lines[1:]):
+        if len(cells) != len(columns):
+            raise InputError(
+                f"{place} has {len(cells)} cells under {len(columns)} heads; give as many"
+            )
+        sweep.append("")
+        for k, (column, cell) in enumerate(zip(columns, cells, strict=True)):
+            if column.name == SWEEP:
+                sweep[-1] = _direction(cell, place)
+            elif cell.strip():
+                table[row, k] = column.value(cell, place)
+        if math.isnan(table[row, 0]):
+            raise InputError(f"{place} has no value of {columns[0].name}; give one")
+        if any(column.is_error and table[row, k] <= 0 for k, column in enumerate(columns)):
+            raise InputError(
+                f"{place} has an error that is not above zero; give a standard deviation, or leave "
+                "the cell empty"
+            )
+    by_name = {column.name: table[:, k] for k, column in enumerate(columns)}
+    missing, quantities = np.full(len(table), np.nan), _measured(columns)
+    errors = [by_name.get(f"{ERROR}{item}", missing) for item in quantities]
+    return Measurement(
+        columns[0].name,
+        columns[0].unit,
+        table[:, 0],
+        quantities,
+        np.column_stack([by_name[str(item)] for item in quantities]),
+        np.column_stack(errors),
+        tuple(sweep),
+    )
 
 
+@dataclass(frozen=True)
 class _Column:
-    """What a column holds, and how large its unit is."""
+    """What a column of a file holds."""
 
-    def __init__(self, head: str, model: Model, first: bool) -> None:
+    head: str
+    name: str
+    quantity: Quantity | None = None  # None of the parameter and of the direction of the sweep
+    unit: str = ""
+    factor: float = 1.0  # its unit in the file over the SI unit
+
+    @classmethod
+    def from_head(cls, head: str, model: Model, first: bool) -> _Column:
+        """Read the head of a column; the first one is that of the parameter."""
         match = _HEAD.fullmatch(head)
         if match is None:
             raise InputError(
                 f"the head {head!r} is not a name with a unit; write e.g. 'max y [mm]'"
             )
-        self.head, name = head.strip(), match["name"]
-        self.is_sweep = name == SWEEP
-        self.is_error = name.startswith(ERROR)
-        self.quantity: Quantity | None = None
-        self.name = name
-        if self.is_sweep:
-            return
-        if first:
-            unit = model.variable_parameter(name).unit
-        else:
-            self.quantity = parse_measured(name.removeprefix(ERROR), model)
-            unit = self.quantity.unit
-        self.unit, self.factor = unit, self._factor(match["unit"], unit)
-
-    def _factor(self, given: str | None, unit: str) -> float:
+        head, name, given = head.strip(), " ".join(match["name"].split()), match["unit"]
+        if name == SWEEP:
+            return cls(head, name)
+        quantity = None if first else parse_measured(name.removeprefix(ERROR), model)
+        unit = model.variable_parameter(name).unit if quantity is None else quantity.unit
         known = units_of(unit)
         if given in (None, "", "-", "1") and not unit:
-            return 1.0
+            return cls(head, name, quantity, unit)
         if given not in known:
             said = f"has the unit {given!r}" if given else "has no unit"
             raise InputError(
-                f"the head {self.head!r} {said}; write {self.name} [{unit or '1'}]"
+                f"the head {head!r} {said}; write {name} [{unit or '1'}]"
                 + (f", or one of {', '.join(known)}" if len(known) > 1 else "")
             )
-        return known[given]
+        return cls(head, name, quantity, unit, known[given])
+
+    @property
+    def is_error(self) -> bool:
+        """Whether it holds standard deviations."""
+        return self.name.startswith(ERROR)
 
     def value(self, cell: str, place: str) -> float:
-        """Return a cell in the SI unit."""
-        if not cell.strip():
-            return math.nan
+        """Return the number in a cell, in the SI unit."""
         try:
             value = float(cell) * self.factor
         except ValueError:
@@ -301,17 +330,21 @@ class _Column:
         return value
 
 
+def _measured(columns: Sequence[_Column]) -> tuple[Quantity, ...]:
+    return tuple(item.quantity for item in columns if item.quantity and not item.is_error)
+
+
 def _check_columns(columns: Sequence[_Column], path: str | Path) -> None:
-    measured = [item.quantity for item in columns if item.quantity and not item.is_error]
+    measured = _measured(columns)
     if not measured:
         raise InputError(
             f"{path} holds no readings besides {columns[0].name}; give a column such as "
             "'max y [mm]'"
         )
+    for name, count in Counter(item.name for item in columns).items():
+        if count > 1:
+            raise InputError(f"{path} has {count} columns {name!r}; leave one")
     for item in columns:
-        same = [other for other in columns if other.name == item.name]
-        if len(same) > 1:
-            raise InputError(f"{path} has {len(same)} columns {item.name!r}; leave one")
         if item.is_error and item.quantity not in measured:
             raise InputError(
                 f"{path} has errors of {item.quantity} but no readings of it; give a column "
@@ -319,43 +352,7 @@ def _check_columns(columns: Sequence[_Column], path: str | Path) -> None:
             )
 
 
-def _measurement(
-    columns: Sequence[_Column], lines: Sequence[tuple[int, list[str]]], path: str | Path
-) -> Measurement:
-    quantities = tuple(item.quantity for item in columns if item.quantity and not item.is_error)
-    shape = (len(lines), len(quantities))
-    values, readings, errors = np.empty(shape[0]), np.full(shape, np.nan), np.full(shape, np.nan)
-    sweep = []
-    for row, (number, cells) in enumerate(lines):
-        place = f"line {number} of {path}"
-        if len(cells) != len(columns):
-            raise InputError(
-                f"{place} has {len(cells)} cells under {len(columns)} heads; give as many"
-            )
-        sweep.append("")
-        for k, (column, cell) in enumerate(zip(columns, cells, strict=True)):
-            if column.is_sweep:
-                sweep[-1] = _way(cell, place)
-            elif k == 0:
-                values[row] = column.value(cell, place)
-            else:
-                assert column.quantity is not None
-                into = errors if column.is_error else readings
-                into[row, quantities.index(column.quantity)] = column.value(cell, place)
-        if math.isnan(values[row]):
-            raise InputError(f"{place} has no value of {columns[0].name}; give one")
-    if (errors <= 0).any():
-        row = int(np.flatnonzero((errors <= 0).any(axis=1))[0])
-        raise InputError(
-            f"line {lines[row][0]} of {path} has an error that is not above zero; give a standard "
-            "deviation, or leave the cell empty"
-        )
-    return Measurement(
-        columns[0].name, columns[0].unit, values, quantities, readings, errors, tuple(sweep)
-    )
-
-
-def _way(cell: str, place: str) -> str:
+def _direction(cell: str, place: str) -> str:
     word = cell.strip().lower()
     if word not in SWEEPS:
         raise InputError(
