@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -34,15 +35,11 @@ def parse_correlation(given: Any, names: Sequence[str]) -> Array:
         seen = set()
         for key, value in given.items():
             one, other = _pair(key, names)
+            said = f"the correlation of {names[one]} and {names[other]}"
             if frozenset((one, other)) in seen:
-                raise InputError(
-                    f"the correlation of {names[one]} and {names[other]} is given twice"
-                )
+                raise InputError(f"{said} is given twice")
             seen.add(frozenset((one, other)))
-            number = parse_quantity(
-                value, "", f"the correlation of {names[one]} and {names[other]}"
-            )
-            matrix[one, other] = matrix[other, one] = number
+            matrix[one, other] = matrix[other, one] = parse_quantity(value, "", said)
     elif given is not None:
         try:
             matrix = np.array(given, dtype=float)
@@ -73,13 +70,13 @@ def _checked(matrix: Array, names: Sequence[str]) -> Array:
             f"the correlation matrix of {', '.join(names)} is not {count} by {count}, finite and "
             "symmetric with ones on its diagonal; give one that is, or pairs of names"
         )
-    least = float(np.linalg.eigvalsh(matrix)[0])
-    if least < SINGULAR:
+    smallest = float(np.linalg.eigvalsh(matrix)[0])
+    if smallest < SINGULAR:
         # Between the unit matrix and this one eigenvalues go linearly.
-        factor = np.floor(100 * (1 - SINGULAR) / (1 - least) - 1e-9) / 100
+        factor = np.floor(100 * (1 - SINGULAR) / (1 - smallest) - 1e-9) / 100
         raise InputError(
             f"the correlations of {', '.join(names)} contradict each other: the smallest "
-            f"eigenvalue of their matrix is {least:.3g}, but it must be positive; make them "
+            f"eigenvalue of their matrix is {smallest:.3g}, but it must be positive; make them "
             f"smaller, e.g. {factor:.2g} times what they are"
         )
     return matrix
@@ -91,15 +88,14 @@ def correlated(fractions: Array, matrix: Array) -> Array:
         return fractions
     from scipy.special import ndtr, ndtri
 
-    scores = ndtri(np.clip(fractions, SMALLEST, 1 - SMALLEST))
+    scores = ndtri(_inside(fractions))
     return np.asarray(ndtr(scores @ np.linalg.cholesky(matrix).T))
 
 
-SAME = 1e-9
-"""Relative difference of a mean from a value that counts as rounding."""
-
-SMALLEST = 2.0**-53
-"""Smallest fraction: quasi-random points may hold 0, where quantiles are infinite."""
+def _inside(fractions: Array) -> Array:
+    """Return fractions above 0 and below 1, where quantiles are infinite."""
+    smallest = np.finfo(float).eps / 2
+    return np.clip(fractions, smallest, 1 - smallest)
 
 
 @dataclass(frozen=True)
@@ -128,19 +124,28 @@ class Distribution:
     low: float = -math.inf
     high: float = math.inf
 
+    @cached_property
+    def _law(self) -> Any:
+        """The distribution as SciPy has it."""
+        from scipy import stats
+
+        if self.kind == "uniform":
+            return stats.uniform(self.mean - self.size, 2 * self.size)
+        if self.kind == "lognormal":
+            return stats.lognorm(self.size, scale=self.mean)
+        if not self._is_truncated:
+            return stats.norm(self.mean, self.size)
+        ends = (self.low - self.mean) / self.size, (self.high - self.mean) / self.size
+        return stats.truncnorm(*ends, self.mean, self.size)
+
+    @property
+    def _is_truncated(self) -> bool:
+        return math.isfinite(self.low) or math.isfinite(self.high)
+
     @property
     def deviation(self) -> float:
         """Standard deviation."""
-        if self.kind == "uniform":
-            return self.size / math.sqrt(3)
-        if self.kind == "lognormal":
-            spread = math.expm1(self.size**2)
-            return self.mean * math.sqrt(spread * (1 + spread))
-        if not self._is_truncated:
-            return self.size
-        from scipy.stats import truncnorm
-
-        return float(truncnorm.std(*self._ends, self.mean, self.size))
+        return float(self._law.std())
 
     def quantile(self, fraction: Array) -> Array:
         """Return the quantiles of fractions.
@@ -160,16 +165,7 @@ class Distribution:
         >>> float(Distribution("mu", "uniform", 0.5, 0.1).quantile(np.array([0.25]))[0])
         0.45
         """
-        from scipy.stats import norm, truncnorm, uniform
-
-        fraction = np.clip(fraction, SMALLEST, 1 - SMALLEST)
-        if self.kind == "uniform":
-            return np.asarray(uniform.ppf(fraction, self.mean - self.size, 2 * self.size))
-        if self.kind == "lognormal":
-            return np.asarray(self.mean * np.exp(self.size * norm.ppf(fraction)))
-        if not self._is_truncated:
-            return np.asarray(norm.ppf(fraction, self.mean, self.size))
-        return np.asarray(truncnorm.ppf(fraction, *self._ends, self.mean, self.size))
+        return np.asarray(self._law.ppf(_inside(fraction)))
 
     def record(self) -> dict[str, Any]:
         """Return it as the table from which it can be read again.
@@ -191,15 +187,6 @@ class Distribution:
             **{key: end for key, end in cut.items() if math.isfinite(end)},
         }
 
-    @property
-    def _is_truncated(self) -> bool:
-        return math.isfinite(self.low) or math.isfinite(self.high)
-
-    @property
-    def _ends(self) -> tuple[float, float]:
-        """Ends at which it is truncated, in deviations from the mean."""
-        return (self.low - self.mean) / self.size, (self.high - self.mean) / self.size
-
 
 def distribution_text(distribution: Distribution, base: float) -> str:
     """Return kind and size, the mean if it is not `base`, and the ends if it is truncated.
@@ -207,17 +194,12 @@ def distribution_text(distribution: Distribution, base: float) -> str:
     >>> distribution_text(Distribution("mu", "normal", 0.5, 0.02, 0.4), 0.5)
     'normal 0.02 from 0.4'
     """
-    said = f"{distribution.kind} {distribution.size:.4g}"
+    kind, mean, size = distribution.kind, distribution.mean, distribution.size
+    said = f"{kind} {size:.4g}"
     ends = {"from": distribution.low, "to": distribution.high}
-    if not math.isclose(distribution.mean, base, rel_tol=1e-9, abs_tol=1e-9 * distribution.size):
-        if distribution.kind == "uniform":
-            said = distribution.kind
-            ends = {
-                "from": distribution.mean - distribution.size,
-                "to": distribution.mean + distribution.size,
-            }
-        else:
-            said += f" about {distribution.mean:.4g}"
+    if _has_other_mean(distribution, base):
+        said = kind if kind == "uniform" else f"{said} about {mean:.4g}"
+        ends = {"from": mean - size, "to": mean + size} if kind == "uniform" else ends
     cut = [f" {key} {end:.4g}" for key, end in ends.items() if math.isfinite(end)]
     return "".join([said, *cut])
 
@@ -231,25 +213,25 @@ def other_means(distributions: Iterable[Distribution], values: Mapping[str, floa
     return [
         f"{item.name} = {values[item.name]:.6g} and not about {item.mean:.6g}"
         for item in distributions
-        if abs(item.mean - values[item.name]) > SAME * max(abs(item.mean), item.size)
+        if _has_other_mean(item, values[item.name])
     ]
 
+
+def _has_other_mean(distribution: Distribution, base: float) -> bool:
+    """Whether the mean differs from a value by more than rounding."""
+    largest = max(abs(distribution.mean), distribution.size)
+    return abs(distribution.mean - base) > 1e-9 * largest
+
+
+# -- how users write them --------------------------------------------------------------------------
 
 Number = float | str
 """A number in the SI unit of the parameter, or text with a unit or in percent of a value."""
 
 Fraction = Annotated[float, Field(allow_inf_nan=False)]
 
-WIDEST = 5.0
-"""Largest deviation of a logarithm; larger ones are percents without their sign."""
-
-WIDE = 1.0
-"""Deviation of a logarithm from which a text probably lacks a percent sign."""
-
-MOST_PERCENT = 100.0
-"""Maximum number of percents that may have been meant."""
-
-WRITTEN = re.compile(r"\s*(normal|uniform|lognormal)(?:\s+|\s*:)(.*?)\s*")
+WIDEST = 1.0
+"""Largest deviation of a logarithm, a factor of e: larger ones are percents without their sign."""
 
 
 class _Table(BaseModel):
@@ -273,57 +255,12 @@ class _Normal(_Symmetric):
     distribution: Literal["normal"]
     deviation: Number | None = None
 
-    def of(self, parameter: Parameter, base: float) -> Distribution:
-        """Return the distribution; the default mean is the value of the base case."""
-        mean = base if self.mean is None else _number(self.mean, parameter, base)
-        size = _size(parameter, mean, self.deviation, self.relative, "its deviation")
-        low, high = _ends(self.low, self.high, parameter, base)
-        if not low < high:
-            raise InputError(
-                f"{parameter.name} is cut off at {low:g} and {high:g}; give from below to"
-            )
-        if not low <= mean <= high:
-            side, end = ("below", low) if mean < low else ("above", high)
-            raise InputError(
-                f"the distribution of {parameter.name} is cut off {side} {end:g}, which leaves out "
-                f"its mean {mean:g}; give ends with the mean between them, or another mean"
-            )
-        return Distribution(parameter.name, "normal", mean, size, low, high)
-
 
 class _Uniform(_Symmetric):
     """The uniform distribution."""
 
     distribution: Literal["uniform"]
     half_width: Number | None = None
-
-    def of(self, parameter: Parameter, base: float) -> Distribution:
-        """Return the distribution between its ends or about a mean."""
-        if self.low is None and self.high is None:
-            mean = base if self.mean is None else _number(self.mean, parameter, base)
-            size = _size(parameter, mean, self.half_width, self.relative, "from and to, half_width")
-            return Distribution(parameter.name, "uniform", mean, size)
-        if self.low is None or self.high is None:
-            raise InputError(
-                f"the distribution of {parameter.name} has one end, the other is missing; give "
-                "from and to"
-            )
-        if (self.mean, self.half_width, self.relative) != (None, None, None):
-            raise InputError(
-                f"the distribution of {parameter.name} has ends, from and to; leave out mean, "
-                "half_width and relative"
-            )
-        low, high = _ends(self.low, self.high, parameter, base)
-        if not low < high:
-            raise InputError(
-                f"{parameter.name} is uncertain from {low:g} to {high:g}; give from below to"
-            )
-        if _is_percent(self.low) and not low <= base <= high:
-            raise InputError(
-                f"{parameter.name} is uncertain from {low:g} to {high:g}, since percent are of "
-                f"{parameter.name} = {base:g}; give ends on both sides of 100%, or without percent"
-            )
-        return Distribution(parameter.name, "uniform", (low + high) / 2, (high - low) / 2)
 
 
 class _Lognormal(_Table):
@@ -334,26 +271,12 @@ class _Lognormal(_Table):
     deviation: Fraction
     """Of the natural logarithm: 0.05 are five percent or so."""
 
-    def of(self, parameter: Parameter, base: float) -> Distribution:
-        """Return the distribution."""
-        median = base if self.median is None else _number(self.median, parameter, base)
-        if not median > 0:
-            raise InputError(
-                f"{parameter.name} has the median {median:g}, but a lognormal distribution has a "
-                "positive one; give another median or distribution"
-            )
-        if self.deviation > WIDEST:
-            raise InputError(
-                f"the distribution of {parameter.name} has the deviation {self.deviation:g} of its "
-                f"logarithm, but {WIDEST:g} is the most; give e.g. 5%"
-            )
-        size = _positive(parameter, median, self.deviation)
-        return Distribution(parameter.name, "lognormal", median, size)
-
 
 _TABLE: TypeAdapter[_Uniform | _Normal | _Lognormal] = TypeAdapter(
     Annotated[_Uniform | _Normal | _Lognormal, Field(discriminator="distribution")]
 )
+
+WRITTEN = re.compile(r"\s*(normal|uniform|lognormal)(?:\s+|\s*:)(.*?)\s*")
 
 
 def parse_distribution(
@@ -366,92 +289,142 @@ def parse_distribution(
     percent are of the value, too: ``"uniform 95%:105%"``. `place` is its name in errors, if
     not the distribution of the parameter.
     """
-    place = place or f"the distribution of {parameter.name}"
-    table = _table_of(given, parameter) if isinstance(given, str) else given
-    read: Any = validated(_TABLE.validate_python, table, place, "distribution")
-    found: Distribution = read.of(parameter, base)
-    return found
+    reader = _Reader(parameter, base)
+    table = reader.table(given) if isinstance(given, str) else given
+    read = validated(_TABLE.validate_python, table, place or reader.label, "distribution")
+    if isinstance(read, _Lognormal):
+        return reader.lognormal(read)
+    return reader.normal(read) if isinstance(read, _Normal) else reader.uniform(read)
 
 
-def _table_of(text: str, parameter: Parameter) -> dict[str, Any]:
-    match = WRITTEN.fullmatch(text)
-    kind, rest = match.groups() if match else ("", "")
-    size, *ends = (part.strip() for part in rest.split(":"))
-    if kind == "uniform" and len(ends) == 1 and (size or ends[0]):
-        return {"distribution": kind, "from": size or None, "to": ends[0] or None}
-    if not size or len(ends) != (2 if kind == "normal" and ends else 0):
-        raise InputError(
-            f"the distribution of {parameter.name}, {text!r}, is not known; give normal or uniform "
-            'and a size, in percent of the value or with a unit, e.g. "normal 5%", "uniform 2deg", '
-            '"uniform FROM:TO", "normal 5%:FROM:TO" or "lognormal 5%"'
-        )
-    name = f"the distribution of {parameter.name}"
-    if kind == "lognormal":
-        deviation = parse_quantity(size, "", name)
-        if not size.endswith("%") and WIDE <= deviation <= MOST_PERCENT:
+class _Reader:
+    """Reads the distribution of a parameter about its value in the base case."""
+
+    def __init__(self, parameter: Parameter, base: float) -> None:
+        self.parameter, self.name, self.base = parameter, parameter.name, base
+        self.label = f"the distribution of {parameter.name}"
+
+    def table(self, text: str) -> dict[str, Any]:
+        """Return the table that a text abbreviates."""
+        match = WRITTEN.fullmatch(text)
+        kind, rest = match.groups() if match else ("", "")
+        size, *ends = (part.strip() for part in rest.split(":"))
+        if kind == "uniform" and len(ends) == 1 and (size or ends[0]):
+            return {"distribution": kind, "from": size or None, "to": ends[0] or None}
+        if not size or len(ends) != (2 if kind == "normal" and ends else 0):
             raise InputError(
-                f"{name}, {text!r}, is a factor of {math.exp(deviation):.3g} to either side; was "
-                f"{size}% meant? Give that, or a table with deviation = {size}"
+                f"{self.label}, {text!r}, is not known; give normal or uniform and a size, in "
+                'percent of the value or with a unit, e.g. "normal 5%", "uniform 2deg", '
+                '"uniform FROM:TO", "normal 5%:FROM:TO" or "lognormal 5%"'
             )
-        return {"distribution": kind, "deviation": deviation}
-    cut = {key: end for key, end in zip(("from", "to"), ends, strict=False) if end}
-    if size.endswith("%"):
-        return {"distribution": kind, "relative": parse_quantity(size, "", name), **cut}
-    key = "deviation" if kind == "normal" else "half_width"
-    return {"distribution": kind, key: parse_quantity(size, parameter.unit, name), **cut}
+        cut = {key: end for key, end in zip(("from", "to"), ends, strict=False) if end}
+        if kind == "lognormal":
+            return {"distribution": kind, "deviation": parse_quantity(size, "", self.label)}
+        if size.endswith("%"):
+            relative = parse_quantity(size, "", self.label)
+            return {"distribution": kind, "relative": relative, **cut}
+        key = "deviation" if kind == "normal" else "half_width"
+        number = parse_quantity(size, self.parameter.unit, self.label)
+        return {"distribution": kind, key: number, **cut}
+
+    def normal(self, given: _Normal) -> Distribution:
+        """Return a normal distribution; its mean is the base case's if none is given."""
+        mean = self._number(given.mean, self.base, self.base)
+        size = self._size(mean, given.deviation, given.relative, "its deviation")
+        low, high = self._ends(given)
+        if not low <= mean <= high:
+            side, end = ("below", low) if mean < low else ("above", high)
+            raise InputError(
+                f"{self.label} is cut off {side} {end:g}, which leaves out its mean {mean:g}; give "
+                "ends with the mean between them, or another mean"
+            )
+        return Distribution(self.name, "normal", mean, size, low, high)
+
+    def uniform(self, given: _Uniform) -> Distribution:
+        """Return a uniform distribution between its ends or about a mean."""
+        if given.low is None and given.high is None:
+            mean = self._number(given.mean, self.base, self.base)
+            size = self._size(mean, given.half_width, given.relative, "from and to, half_width")
+            return Distribution(self.name, "uniform", mean, size)
+        if given.low is None or given.high is None:
+            raise InputError(f"{self.label} has one end, the other is missing; give from and to")
+        if (given.mean, given.half_width, given.relative) != (None, None, None):
+            raise InputError(
+                f"{self.label} has ends, from and to; leave out mean, half_width and relative"
+            )
+        low, high = self._ends(given)
+        if _is_percent(given.low) and not low <= self.base <= high:
+            raise InputError(
+                f"{self.label} goes from {low:g} to {high:g}, since percent are of {self.name} = "
+                f"{self.base:g}; give ends on both sides of 100%, or without percent"
+            )
+        return Distribution(self.name, "uniform", (low + high) / 2, (high - low) / 2)
+
+    def lognormal(self, given: _Lognormal) -> Distribution:
+        """Return a lognormal distribution about a median."""
+        median = self._number(given.median, self.base, self.base)
+        if not median > 0:
+            raise InputError(
+                f"{self.name} has the median {median:g}, but a lognormal distribution has a "
+                "positive one; give another median or distribution"
+            )
+        if given.deviation > WIDEST:
+            raise InputError(
+                f"{self.label} has the deviation {given.deviation:g} of its logarithm, more than "
+                f"{WIDEST:g}, a factor of e to either side; give less, e.g. 5%"
+            )
+        size = self._positive(median, given.deviation)
+        return Distribution(self.name, "lognormal", median, size)
+
+    def _number(self, given: Number | None, whole: float, default: float) -> float:
+        """Return a number in the SI unit of the parameter; percent are of `whole`."""
+        if given is None:
+            return default
+        if _is_percent(given):
+            number = parse_quantity(given, "", self.name) * whole
+        else:
+            number = parse_quantity(given, self.parameter.unit, self.name)
+        if not math.isfinite(number):
+            raise InputError(f"{self.name} = {given!r} is not a finite number; give one")
+        return number
+
+    def _ends(self, given: _Symmetric) -> tuple[float, float]:
+        """Return two ends, infinite where none is given; percent are of the base case's value."""
+        low, high = given.low, given.high
+        if None not in (low, high) and _is_percent(low) != _is_percent(high):
+            raise InputError(
+                f"{self.label} has the ends {low} and {high}, of which one is in percent of its "
+                "value; give both in percent, or neither"
+            )
+        ends = (
+            self._number(low, self.base, -math.inf),
+            self._number(high, self.base, math.inf),
+        )
+        if not ends[0] < ends[1]:
+            raise InputError(
+                f"{self.label} goes from {ends[0]:g} to {ends[1]:g}; give from below to"
+            )
+        return ends
+
+    def _size(self, mean: float, size: Number | None, relative: float | None, key: str) -> float:
+        """Return its width, which is given in one of two ways."""
+        if (size is None) == (relative is None):
+            raise InputError(
+                f"{self.label} needs either {key}, in {self.parameter.unit or 'its own unit'}, or "
+                "relative, a fraction of its mean"
+            )
+        wide = abs(mean) * relative if relative is not None else self._number(size, abs(mean), 0.0)
+        return self._positive(mean, wide)
+
+    def _positive(self, mean: float, size: float) -> float:
+        if size > 0 and math.isfinite(size):
+            return size
+        if not size > 0:
+            raise InputError(
+                f"{self.label} has the size {size:g} about {self.name} = {mean:g}; give more"
+            )
+        raise InputError(f"{self.label} has no finite size; give less")
 
 
 def _is_percent(given: Number | None) -> bool:
     return isinstance(given, str) and given.rstrip().endswith("%")
-
-
-def _number(given: Number, parameter: Parameter, whole: float) -> float:
-    """Return a number in the SI unit of the parameter; percent are of `whole`."""
-    if _is_percent(given):
-        found = parse_quantity(given, "", parameter.name) * whole
-    else:
-        found = parse_quantity(given, parameter.unit, parameter.name)
-    if not math.isfinite(found):
-        raise InputError(f"{parameter.name} = {given!r} is not a finite number; give one")
-    return found
-
-
-def _ends(
-    low: Number | None, high: Number | None, parameter: Parameter, base: float
-) -> tuple[float, float]:
-    """Return two ends, infinite where none is given; percent are of the value `base`."""
-    if None not in (low, high) and _is_percent(low) != _is_percent(high):
-        raise InputError(
-            f"the distribution of {parameter.name} has the ends {low} and {high}, of which one is "
-            "in percent of its value; give both in percent, or neither"
-        )
-    return (
-        -math.inf if low is None else _number(low, parameter, base),
-        math.inf if high is None else _number(high, parameter, base),
-    )
-
-
-def _size(
-    parameter: Parameter, mean: float, size: Number | None, relative: float | None, key: str
-) -> float:
-    """Return its width, which is given in one of two ways."""
-    if (size is None) == (relative is None):
-        raise InputError(
-            f"the distribution of {parameter.name} needs either {key}, in "
-            f"{parameter.unit or 'its own unit'}, or relative, a fraction of its mean"
-        )
-    wide = (
-        abs(mean) * relative if relative is not None else _number(size or 0, parameter, abs(mean))
-    )
-    return _positive(parameter, mean, wide)
-
-
-def _positive(parameter: Parameter, mean: float, size: float) -> float:
-    if size > 0 and math.isfinite(size):
-        return size
-    raise InputError(
-        f"the distribution of {parameter.name} has the size {size:g} about {parameter.name} = "
-        f"{mean:g}; give more"
-        if not size > 0
-        else f"the distribution of {parameter.name} has no finite size; give less"
-    )
