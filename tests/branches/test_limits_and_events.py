@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import slipfold as sf
 from slipfold import Event, InputError, Newton, Settings, SlidingOscillator, Steps
 from slipfold.branches.response import trace_response
 
@@ -200,3 +201,8 @@ def test_bad_settings():
 def test_no_orbit_at_the_start():
     with pytest.raises(InputError, match=r"no response of period 1 was found at f = 11"):
         trace_response(SlidingOscillator(Nd=0.5, Vd=0.01), "f", (11, 14))
+
+
+def test_a_text_is_no_event():
+    with pytest.raises(InputError, match="'x=1' is not an event"):
+        sf.response(SlidingOscillator(), vary="Nd", span=(0, 0.1), events="x=1")

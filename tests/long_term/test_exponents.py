@@ -59,6 +59,7 @@ def test_through_stick_they_are_those_of_the_orbit_and_stick_takes_the_rest():
     orbit = rates_of(sf.periodic_orbit(model))
     assert found.exponents[:2] == pytest.approx(orbit[:2], abs=1e-3)
     assert np.all(np.isneginf(found.exponents[2:]))
+    assert "perturbations in 2 of 4 directions in finite time" in found.verdict.message
     assert np.all(orbit[2:] < -30)
 
 

@@ -123,7 +123,7 @@ def response(
     chosen = checked_settings(settings)
     started = perf_counter()
     changed = model.replace(**parameters)
-    watched = (*events, *own_events(changed, vary))
+    watched = (*checked_events(events), *own_events(changed, vary))
     ends = changed.values[vary], last
     torus_set: tuple[TorusBranch, ...] = ()
     begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
@@ -297,6 +297,15 @@ def _begin(
     return Begin(at, state=result)
 
 
+def checked_events(events: object) -> tuple[Event, ...]:
+    """Return a sequence of events."""
+    given = tuple(events) if isinstance(events, (list, tuple)) else (events,)
+    for item in given:
+        if not isinstance(item, Event):
+            raise InputError(f"events: {item!r} is not an event; give e.g. sf.Event('x', 0.3)")
+    return given
+
+
 def own_events(model: Model, vary: str) -> tuple[Event, ...]:
     """Return the events that the definition of a system asks for, as far as they can occur."""
     if not isinstance(model, System):
@@ -360,6 +369,7 @@ def responses(
         raise InputError(f"{vary} is followed, so it cannot be in over as well; leave it out there")
     first, last = interval(changed.variable_parameter(vary), span)
     chosen = checked_settings(settings)
+    events = checked_events(events)
     total, started = len(next(iter(columns.values()))), perf_counter()
     diagrams: list[Diagram | None] = []
     reasons: list[str] = []

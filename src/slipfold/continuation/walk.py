@@ -132,11 +132,7 @@ class _Step(Generic[P]):
                 reason = correction.failure
                 step = shortened_after_failure(step, correction.moved)
             growth = HARDER
-        return Failure(
-            "failed",
-            f"the step fell below {steps.smallest:g}: {reason}; look at the model's limits near "
-            "this value",
-        ), step
+        return Failure("failed", f"the step fell below {steps.smallest:g}: {reason}"), step
 
     def _try(self, step: float) -> tuple[Correction, P | None]:
         """Predict and correct; a point beyond a bound is corrected on the bound."""

@@ -507,6 +507,14 @@ def follow_exponents(
     if growth.model.forced and verdict.kind in ("torus", "undecided"):
         scales, turns = growth.model.state_scales(), growth.model.angle_periods
         verdict = verdict.with_rotation(rotation_of(integration.strobe, scales, turns))
+    removed = int(np.isneginf(estimates[-1].exponents).sum())
+    if removed:
+        message = (
+            f"{verdict.message}; sliding or stick removes perturbations in {removed} of "
+            f"{len(estimates[-1].exponents)} directions in finite time, so that their exponents "
+            "are minus infinity"
+        )
+        verdict = replace(verdict, message=message)
     state = integration.strobe[-1]
     return Exponents(growth.model, state, tuple(estimates), verdict, interrupted)
 
