@@ -50,9 +50,8 @@ def used(work: Callable[[], Any]) -> float:
 
 
 def measure(size: int, repeat: int) -> dict[str, Any]:
-    """Estimate and cost of one chain."""
+    """Cost of one chain."""
     model = chain(size)
-    cost = model.cost()
     flow = flow_of(model)
     constants = flow.constants(model.vector)
     edges = np.arange(SEGMENTS + 1) / SEGMENTS
@@ -67,11 +66,8 @@ def measure(size: int, repeat: int) -> dict[str, Any]:
     return {
         "size": size,
         "states": flow.dimension,
-        "groups": cost.runs,
         "compile_seconds": first - min(runs),
         "seconds": runs,
-        "expected_compile_seconds": cost.compile_seconds,
-        "expected_seconds": cost.period_seconds / SEGMENTS,
     }
 
 

@@ -32,11 +32,8 @@ def rows(record: dict[str, Any]) -> Iterator[list[str]]:
         yield [
             str(item["size"]),
             str(item["states"]),
-            "all at once" if item["groups"] == 1 else f"in {item['groups']} groups",
             f"{item['compile_seconds']:.2g}",
-            f"{item['expected_compile_seconds']:.2g}",
             milliseconds(median(item["seconds"])),
-            milliseconds(item["expected_seconds"]),
         ]
 
 
@@ -56,12 +53,12 @@ def beam_rows(record: dict[str, Any]) -> Iterator[list[str]]:
 
 def section(record: dict[str, Any]) -> list[str]:
     """The section of the report."""
-    heads = ["DOF", "states", "derivatives", "compile s", "said", "orbit ms", "said"]
+    heads = ["DOF", "states", "compile s", "orbit ms"]
     return [
         "## Cost by size",
         "A chain of masses with a cubic spring and a friction contact: one period with the "
         "derivatives with respect to the start and one parameter, eight segments side by side, one "
-        "thread, processor time. «Said» is what `structure.cost()` estimates beforehand.",
+        "thread, processor time.",
         table(heads, list(rows(record))),
         f"From {LARGE} degrees of freedom the time of an orbit grows with the power "
         f"{exponent(record):.2f} of their number.",

@@ -169,16 +169,6 @@ def test_one_sentence(case):
     assert len(message) < 400
 
 
-def test_what_is_too_large_to_compile_says_what_it_would_cost():
-    size, everywhere = 200, {f"q{i + 1}": 1.0 for i in range(200)}
-    springs = [CubicSpring(everywhere, k3=1.0, name=f"s{i}") for i in range(450)]
-    full = np.eye(size) + 1.0
-    model = make(M=np.eye(size), K=full, elements=springs, forcing=HarmonicForce("q1", F=1.0))
-    assert model.cost().products > 2e6
-    with pytest.raises(InputError, match=r"400 states: .* products.*; compiled once in about"):
-        model.rates({}, {}, 0.0)
-
-
 def test_a_level_cannot_lift_the_contact():
     model = make(
         contacts=FrictionContact("q1", load=ModulatedLoad(Ns=1, Nd=0.6)),

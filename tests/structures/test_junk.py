@@ -15,12 +15,12 @@ JUNK = [
     *([], {}, (), [1, 2], {"q1": 1}, {1: 2.0}, {None: 1}, {"q1": "a"}, ("q1", "q2"), ((1, 2),)),
     *([("q1", 2)], [[1, 2], [3]], np.eye(2), np.ones(3), sf.Coulomb(), sf.ConstantLoad(1.0)),
 ]  # fmt: skip
-RESULTS = ("Cost", "ReductionReport")
 PUBLIC = [getattr(sf, name) for name in sf.__all__]
 CLASSES = [
     item
     for item in PUBLIC
-    if item.__module__.startswith("slipfold.models.structures") and item.__name__ not in RESULTS
+    if item.__module__.startswith("slipfold.models.structures")
+    and item.__name__ != "ReductionReport"
 ]
 
 

@@ -33,24 +33,6 @@ if TYPE_CHECKING:
     from slipfold.models.friction.contact import Contact
 
 
-MAX_TOGETHER = 24
-"""Largest number of states whose variational equations are integrated all at once.
-
-Measured on chains of 2 to 30 masses with a cubic spring and a friction contact. All at once takes
-0.5 to 0.9 of the time of a few columns at a time with up to 16 states, as long with 20 to 30, and
-1.6 times as long with 60. The equations of all at once, and the time to compile them, grow with the
-square of the number of states."""
-
-COLUMNS = 4
-"""Columns of the variational equations that are integrated at a time beyond it: with two, the
-trajectory itself is half of the work; eight gain nothing."""
-
-
-def propagated_together(states: int) -> bool:
-    """Return whether all variational equations are integrated at once."""
-    return states <= MAX_TOGETHER
-
-
 class Evaluation:
     """Compiled functions of states, parameters and phase; one for all models of a kind."""
 

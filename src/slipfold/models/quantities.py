@@ -141,6 +141,16 @@ class State:
     angle: bool = False
 
 
+def check_state_name(name: str, what: str = "a state") -> None:
+    """Refuse names that the compiled equations give to phase, coefficients and variations."""
+    inside = ("c_", "p_", "carried_")
+    if name == "phase" or name.startswith(inside):
+        raise InputError(
+            f"{what} cannot be called {name}: phase and names that begin with {', '.join(inside)} "
+            f"are used inside; call it e.g. q_{name}"
+        )
+
+
 @dataclass(frozen=True)
 class Output:
     """A scalar function of the state, the coefficients and the forcing phase.

@@ -22,6 +22,7 @@ from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, Parameter, State
 from slipfold.orbits.bifurcation_types import POINT_TYPES
+from slipfold.text import headed
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
@@ -124,7 +125,7 @@ def label_of(model: Model, output: str) -> str:
     items: list[State | Output] = [*model.states, *model.outputs()]
     for item in items:
         if item.name == output:
-            return item.label or item.name
+            return item.label or headed(item)
     known = ", ".join(item.name for item in items)
     raise InputError(f"{model.name} has no output {output!r}; it has {known}")
 

@@ -30,7 +30,7 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
 from slipfold.models.model import Model
 from slipfold.models.parametric import declared
-from slipfold.models.quantities import Limit, Parameter
+from slipfold.models.quantities import Limit, Parameter, check_state_name
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,59}")
 
@@ -55,9 +55,6 @@ _TAKEN = frozenset(
         *("tolerance", "settled", "search", "tori", "gradients", "duration"),
     )
 )
-
-_SYMBOLS = ("c_", "p_", "carried_")
-"""How the compiled equations begin the names of coefficients, parameters and variations."""
 
 _BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
 """What a reason may hold: other braces would be looked up in Python objects."""
@@ -369,13 +366,10 @@ def _check_names(definition: SystemFile, source: Source) -> None:
         claim(("formulas", name), [name], "a formula")
     for name in definition.states:
         claim(("states", name), [name], "a state")
-        if name == "phase" or name.startswith(_SYMBOLS):
-            raise source.error(
-                ("states", name),
-                f"a state cannot be called {name}: phase and names that begin with "
-                f"{', '.join(_SYMBOLS)} are used inside; call it e.g. q_{name}",
-                key=True,
-            )
+        try:
+            check_state_name(name)
+        except InputError as error:
+            raise source.error(("states", name), str(error), key=True) from None
     for name, contact in definition.contacts.items():
         claim(("contacts", name), contact.output_names(name), f"a quantity of the contact {name}")
     for name in definition.outputs:

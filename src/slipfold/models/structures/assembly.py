@@ -25,17 +25,16 @@ from slipfold.models.structures.component import (
     Component,
     Direction,
     LocalState,
-    limit_name,
     total,
     weighted_sum,
 )
 from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
-from slipfold.models.structures.matrices import lowest_modes
+from slipfold.models.structures.matrices import MATRICES, lowest_modes
 from slipfold.models.structures.reduction import Reduced, static_errors
 
-LARGEST = 200
+MAX_DEGREES = 200
 """Maximum degrees of freedom of a model; larger flows take minutes to compile and to run."""
 
 FREQUENCY = positive("f", 1.0, "Hz", "forcing frequency", "$f$")
@@ -43,15 +42,6 @@ LEVEL = Parameter("level", 1.0, "", "factor of everything that is periodic in ti
 
 GENERAL = ("energy", "power_damping", "power_forcing", "power_contacts")
 """Outputs of the structure as a whole; the energy needs a symmetric stiffness matrix."""
-
-WIDE = 1e5
-"""Ratio of the largest squared frequency to the smallest at which rounding errors matter."""
-
-MOST_MODES = 80
-"""Maximum number of degrees of freedom of equations with modes, which take longer to compile."""
-
-ROUNDING = 1e-15
-"""Relative size of entries of the inverse mass times a matrix that are rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,16 +62,27 @@ class Assembly:
 
     def __init__(self, definition: Definition) -> None:
         self.definition = definition
+        self.length = definition.length_scale
         self.reduced = self._reduce()
         self.names, self.size = self.reduced.names, len(self.reduced.names)
         self.mass, self.stiffness = self.reduced.mass, self.reduced.stiffness
+        # Parts of the damping matrix, each with the parameter that multiplies it
         self.damping = self._damping_terms()
         self.placed = tuple(
             Placed(component, f"{place}_", self._rows(component))
             for place, component in enumerate(definition.components)
         )
         self.watched = tuple((name, self._row(item)) for name, item in definition.watch)
-        self.symmetric = definition.K.asymmetry[0] < 1e-9
+        self.symmetric = definition.K.asymmetry[0] < MATRICES.asymmetry
+        # Names of the parameters that switch off what is periodic in time
+        self.amplitudes = tuple(
+            item.component.full_name(name)
+            for item in self.placed
+            for name in item.component.amplitudes
+        )
+        self.forced = bool(self.amplitudes)
+        self.scaled = len(self.amplitudes) > 1  # whether the level scales all of them
+        self._refuse_doubles()
 
     # -- matrices ------------------------------------------------------------------------------
 
@@ -91,11 +92,11 @@ class Assembly:
         if item.reduction is not None:
             reduced = item.reduction.apply(item.M, item.K, item.names)
         size = item.M.size if item.reduction is None else len(reduced.names)
-        if size > LARGEST:
+        if size > MAX_DEGREES:
             raise InputError(
                 f"the structure has {size} degrees of freedom; orbits of more than "
-                f"{LARGEST} take minutes each, so give reduction=CraigBampton(boundary, modes=10) "
-                "or ModalReduction(modes=20)"
+                f"{MAX_DEGREES} take minutes each, so give reduction=CraigBampton(boundary, "
+                "modes=10) or ModalReduction(modes=20)"
             )
         if item.reduction is None:
             return Reduced(item.names, np.eye(size), item.M.dense(), item.K.dense())
@@ -106,8 +107,8 @@ class Assembly:
             for direction in component.directions
             if direction is not None and not component.inertial
         ]
-        lost = static_errors(item.K, reduced, item.names, directions)
-        return replace(reduced, report=replace(reduced.report, static_errors=lost))
+        errors = static_errors(item.K, reduced, item.names, directions)
+        return replace(reduced, report=replace(reduced.report, static_errors=errors))
 
     def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
         damping = self.definition.C
@@ -141,7 +142,7 @@ class Assembly:
             return matrix / diagonal[:, None]
         result = np.asarray(np.linalg.solve(self.mass, matrix), dtype=float)
         largest = np.abs(result).max(axis=1, keepdims=True, initial=0.0)
-        result[np.abs(result) < ROUNDING * largest] = 0.0
+        result[np.abs(result) < MATRICES.rounding * largest] = 0.0
         return result
 
     @cached_property
@@ -153,53 +154,22 @@ class Assembly:
     # -- names ---------------------------------------------------------------------------------
 
     @cached_property
-    def forced(self) -> bool:
-        """Whether anything is periodic in time."""
-        return bool(self._amplitudes)
-
-    @cached_property
-    def _amplitudes(self) -> tuple[str, ...]:
-        return tuple(
-            item.component.full_name(name)
-            for item in self.placed
-            for name in item.component.amplitudes
-        )
-
-    @property
-    def forcing_amplitude(self) -> str | None:
-        """Name of the parameter that switches the forcing off."""
-        if len(self._amplitudes) > 1:
-            return LEVEL.name
-        return self._amplitudes[0] if self._amplitudes else None
-
-    @property
-    def speeds(self) -> dict[str, bool]:
-        """Names of the speeds of moving surfaces, and whether contacts stick to them at rest."""
-        return {item.full_name("Vd"): item.law.sticks for item in self.definition.contacts}
-
-    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """The structure's own, then those of the components."""
-        own = [FREQUENCY] if self.forced else [DURATION]
-        own += [LEVEL] if self.forcing_amplitude == LEVEL.name else []
+        own = [FREQUENCY if self.forced else DURATION, *([LEVEL] if self.scaled else [])]
         damping = self.definition.C
         if isinstance(damping, Damping):
             own += damping.parameters
-        for item in self.placed:
-            own += item.component.named_parameters
-        return tuple(own)
+        return (*own, *(one for item in self.placed for one in item.component.named_parameters))
 
     @cached_property
     def states(self) -> tuple[State, ...]:
         """Displacements, their rates, then the memories of contacts."""
-        scaled = self.definition.length_scale != 1
+        scaled = self.length != 1
         units = ("", "1/s") if scaled else ("m", "m/s")
         over = " over the length scale" if scaled else ""
-        labels = ["" if scaled else f"{name} (m)" for name in self.names]
-        labels += [f"v{name} ({units[1]})" for name in self.names]
         states = [State(name, units[0], f"displacement {name}{over}") for name in self.names]
         states += [State(f"v{name}", units[1], f"rate of {name}") for name in self.names]
-        states = [replace(item, label=text) for item, text in zip(states, labels, strict=True)]
         for item in self.placed:
             states += [
                 replace(state, name=item.component.full_name(state.name))
@@ -215,29 +185,51 @@ class Assembly:
             before = f"{component.name}: " if component.name else ""
             for limit in component.limits():
                 output, reason = component.full_name(limit.output), f"{before}{limit.reason}"
-                name = limit_name(component, limit)
+                name = component.limit_name(limit)
                 limits.append(replace(limit, name=name, output=output, reason=reason))
         return tuple(limits)
+
+    def _refuse_doubles(self) -> None:
+        """Refuse names that stand for two things."""
+        measured = [
+            item.component.full_name(measure.name)
+            for item in self.placed
+            for measure in item.component.measures()
+        ]
+        groups = {
+            "a state": [item.name for item in self.states],
+            "a parameter": [item.name for item in self.parameters],
+            "an output": [*measured, *(name for name, _ in self.watched), *GENERAL],
+        }
+        owners: dict[str, str] = {}
+        for what, names in groups.items():
+            for name in names:
+                if name in owners:
+                    both = f"{name} is {owners[name]} and {what}"
+                    if owners[name] == what:
+                        both = f"two {what.split()[1]}s are called {name}"
+                    raise InputError(
+                        f'{both}; give each component a name of its own, such as name = "left", '
+                        "or rename the degree of freedom"
+                    )
+                owners[name] = what
 
     # -- equations -----------------------------------------------------------------------------
 
     def own_values(self, item: Placed, p: Symbols) -> dict[str, Expression]:
         """Return a component's parameters by their own names, amplitudes times the level."""
         own = item.component.own(p)
-        if LEVEL.name in p and self.forcing_amplitude == LEVEL.name:
-            for name in item.component.amplitudes:
-                own[name] = p[LEVEL.name] * own[name]
+        if self.scaled:
+            own |= {name: p[LEVEL.name] * own[name] for name in item.component.amplitudes}
         return own
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the coefficients of all components, and those of damping."""
         result: dict[str, Expression] = {key: p[key] for key, _ in self.damping if key is not None}
         for item in self.placed:
-            own = self.own_values(item, p)
-            if self.forced:
-                own["f"] = p["f"]
-            found = item.component.coefficients(own)
-            result |= {f"{item.prefix}{key}": value for key, value in found.items()}
+            own = self.own_values(item, p) | ({"f": p["f"]} if self.forced else {})
+            for key, value in item.component.coefficients(own).items():
+                result[f"{item.prefix}{key}"] = value
         return result
 
     def local(
@@ -276,21 +268,21 @@ class Assembly:
         Shapes: row (r,).
         """
         symbols = [q[f"{rate}{name}"] for name in self.names]
-        return total(weighted_sum(row * self.definition.length_scale, symbols))
+        return total(weighted_sum(row * self.length, symbols))
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
         """Return the time derivatives of the states."""
-        places = [q[name] for name in self.names]
+        displacements = [q[name] for name in self.names]
         speeds = [q[f"v{name}"] for name in self.names]
         rates: dict[str, Expression] = dict(zip(self.names, speeds, strict=True))
-        terms = self._linear_terms(places, speeds, c)
+        terms = self._linear_terms(displacements, speeds, c)
         for item in self.placed:
-            inputs = self.over_mass(item.rows.T) / self.definition.length_scale
+            inputs = self.over_mass(item.rows.T) / self.length
             forces = item.component.forces(self.local(item, q, c, phase))
             for force, column in zip(forces, inputs.T, strict=True):
-                for place in np.flatnonzero(column):
-                    terms[place] += weighted_sum([column[place]], [force])
-        rates |= {f"v{name}": total(terms[place]) for place, name in enumerate(self.names)}
+                for row in np.flatnonzero(column):
+                    terms[row] += weighted_sum([column[row]], [force])
+        rates |= {f"v{name}": total(terms[row]) for row, name in enumerate(self.names)}
         accelerations = dict(rates)
         for item, component in self.friction_contacts:
             names = [component.full_name(state.name) for state in component.memory()]
@@ -310,25 +302,25 @@ class Assembly:
         Shapes: (n,), (n, n), (n, n).
         """
         diagonal = not np.any(self.mass - np.diag(np.diag(self.mass)))
-        if diagonal or not self.symmetric or self.size > MOST_MODES:
+        if diagonal or not self.symmetric or self.size > MATRICES.modal:
             return None
         squares, shapes = lowest_modes(self.stiffness, self.mass)
-        if squares[-1] <= WIDE * abs(squares[0]):
+        if squares[-1] <= MATRICES.wide * abs(squares[0]):
             return None
         moved = shapes.T @ self.mass
         return squares, shapes, moved / np.sum(shapes.T * moved, axis=1, keepdims=True)
 
     def _linear_terms(
-        self, places: list[Expression], speeds: list[Expression], c: Symbols
+        self, displacements: list[Expression], speeds: list[Expression], c: Symbols
     ) -> list[list[Expression]]:
         """Return the linear terms of each acceleration; numbers stand in for the matrices."""
-        acting, dampings = places, list(self.damping)
+        acting, dampings = displacements, list(self.damping)
         if self.modal is None:
             stiffness = self.over_mass(self.stiffness)
         else:
             squares, shapes, into = self.modal
             stiffness = shapes * squares
-            acting = [total(weighted_sum(row, places)) for row in into]
+            acting = [total(weighted_sum(row, displacements)) for row in into]
             # Damping proportional to the stiffness acts on the modal coordinates as well.
             for key, matrix in self.damping:
                 if matrix is self.stiffness:
@@ -339,20 +331,12 @@ class Assembly:
         others = [(key, self.over_mass(matrix)) for key, matrix in dampings]
         terms = []
         for row in range(self.size):
-            found = weighted_sum(-stiffness[row], acting)
+            own = weighted_sum(-stiffness[row], acting)
             for key, matrix in others:
                 parts = weighted_sum(-matrix[row], speeds)
-                found += parts if key is None else [c[key] * total(parts)] if parts else []
-            terms.append(found)
+                own += parts if key is None else [c[key] * total(parts)] if parts else []
+            terms.append(own)
         return terms
-
-    @cached_property
-    def nonzeros(self) -> int:
-        """Number of products in the linear part of the equations."""
-        if self.modal is not None:
-            return 3 * self.size**2
-        matrices = [self.stiffness, *(matrix for _, matrix in self.damping)]
-        return sum(int(np.count_nonzero(self.over_mass(matrix))) for matrix in matrices)
 
     # -- outputs -------------------------------------------------------------------------------
 
@@ -363,30 +347,27 @@ class Assembly:
         power_damping``, where damping is that of structure and elements.
         """
         outputs = [
-            Output(name, partial(self._watched_displacement, row), "m", f"displacement {name}")
+            Output(name, partial(self._watched, row), "m", f"displacement {name}")
             for name, row in self.watched
         ]
         for item in self.placed:
             outputs += [self._measured(item, measure) for measure in item.component.measures()]
+        first = len(self.definition.elements)
+        end = first + len(self.definition.contacts)
+        energy, *powers = GENERAL
         if self.symmetric:
             doc = "kinetic and elastic energy of structure and elements"
-            outputs.append(Output(GENERAL[0], self._energy, "J", doc, "$E$ (J)"))
-        places = len(self.definition.elements)
-        ends = places + len(self.definition.contacts)
-        powers: tuple[tuple[Any, str], ...] = (
+            outputs.append(Output(energy, self._energy, "J", doc, "$E$ (J)"))
+        functions: tuple[tuple[Any, str], ...] = (
             (self._damping_power, "power lost to damping"),
-            (partial(self._power, self.placed[ends:]), "power put in by the forcing"),
-            (partial(self._power, self.placed[places:ends]), "power put in by the contacts"),
+            (partial(self._power, self.placed[end:]), "power put in by the forcing"),
+            (partial(self._power, self.placed[first:end]), "power put in by the contacts"),
         )
-        outputs += [
-            Output(name, function, "W", doc, "$P$ (W)")
-            for name, (function, doc) in zip(GENERAL[1:], powers, strict=True)
-        ]
+        for name, (function, doc) in zip(powers, functions, strict=True):
+            outputs.append(Output(name, function, "W", doc, "$P$ (W)"))
         return tuple(outputs)
 
-    def _watched_displacement(
-        self, row: Array, q: Symbols, c: Symbols, phase: Expression
-    ) -> Expression:
+    def _watched(self, row: Array, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         return self.displacement(row, q)
 
     def _measured(self, item: Placed, measure: Output) -> Output:
@@ -398,14 +379,13 @@ class Assembly:
             local = self.local(item, q, c, phase)
             return measure.expression(local, local.c, phase)
 
-        return replace(
-            measure, name=component.full_name(measure.name), expression=expression, doc=doc
-        )
+        name = component.full_name(measure.name)
+        return replace(measure, name=name, expression=expression, doc=doc)
 
     def _form(self, matrix: Array, q: Symbols, rate: str) -> list[Expression]:
         """Return the terms of a quadratic form of displacements or velocities, in SI units."""
         symbols = [q[f"{rate}{name}"] for name in self.names]
-        even = (matrix + matrix.T) * (self.definition.length_scale**2 / 2)
+        even = (matrix + matrix.T) * (self.length**2 / 2)
         terms = []
         for row, symbol in enumerate(symbols):
             weights = even[row, row:] * np.where(np.arange(row, self.size) == row, 1.0, 2.0)
@@ -438,35 +418,5 @@ class Assembly:
         return total(terms)
 
 
-@lru_cache(maxsize=64)
-def assemble(definition: Definition) -> Assembly:
-    """Put a structure together; equal definitions share the result."""
-    assembly = Assembly(definition)
-    _refuse_doubles(assembly)
-    return assembly
-
-
-def _refuse_doubles(assembly: Assembly) -> None:
-    """Refuse names that stand for two things."""
-    measured = [
-        item.component.full_name(measure.name)
-        for item in assembly.placed
-        for measure in item.component.measures()
-    ]
-    groups = {
-        "a state": [item.name for item in assembly.states],
-        "a parameter": [item.name for item in assembly.parameters],
-        "an output": [*measured, *(name for name, _ in assembly.watched), *GENERAL],
-    }
-    known: dict[str, str] = {}
-    for what, names in groups.items():
-        for name in names:
-            if name in known:
-                both = f"{name} is {known[name]} and {what}"
-                if known[name] == what:
-                    both = f"two {what.split()[1]}s are called {name}"
-                raise InputError(
-                    f'{both}; give each component a name of its own, such as name = "left", or '
-                    "rename the degree of freedom"
-                )
-            known[name] = what
+assemble = lru_cache(maxsize=64)(Assembly)
+"""Put a structure together; equal definitions share the result."""

@@ -11,38 +11,33 @@ from typing import Any, ClassVar
 
 import heyoka as hy
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError, suggest
 from slipfold.models.parametric import Parametric, structural
 from slipfold.models.quantities import Expression, Limit, Output, Parameter, State, Symbols
 from slipfold.text import listed
 
-LONGEST_LINE = 60
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
+"""Names of degrees of freedom and components, so that they can be written anywhere."""
+
+Forces = tuple[Expression, ...]
+"""Forces along the directions of a component in N."""
 
 
 def shown(value: Any) -> str:
-    """Return a value as it would be typed, on one line and not too long.
-
-    >>> shown("tip")
-    "'tip'"
-    """
+    """Return a value as it would be typed, on one line and not too long."""
     try:
         text = " ".join(repr(value).split())
     except ValueError:  # a whole number of more digits than Python prints
         text = f"a {type(value).__name__}"
-    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 3]}..."
-
-
-def product(weight: float, symbol: Expression) -> Expression:
-    """Return ``weight * symbol``, without a factor of 1."""
-    return symbol if weight == 1 else weight * symbol
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def weighted_sum(weights: Iterable[float], symbols: Iterable[Expression]) -> list[Expression]:
-    """Return the terms of a sum, those with a weight of zero left out."""
-    pairs = zip(weights, symbols, strict=True)
-    return [product(float(weight), symbol) for weight, symbol in pairs if weight != 0]
+    """Return the terms of a sum, without those of weight zero and without factors of one."""
+    pairs = zip(map(float, weights), symbols, strict=True)
+    return [symbol if weight == 1 else weight * symbol for weight, symbol in pairs if weight != 0]
 
 
 def total(terms: list[Expression]) -> Expression:
@@ -70,26 +65,20 @@ class Direction:
         parts = [name if weight == 1 else f"{weight:g} {name}" for name, weight in self.weights]
         return " + ".join(parts).replace("+ -", "- ")
 
-    def vector(self, names: Sequence[str]) -> NDArray[np.float64]:
+    def vector(self, names: Sequence[str]) -> Array:
         """Return the weights in the order of the degrees of freedom, shape (n,)."""
-        result = np.zeros(len(names))
-        places = {name: place for place, name in enumerate(names)}
-        for name, weight in self.weights:
-            if name not in places:
+        weights = dict(self.weights)
+        for name in weights:
+            if name not in names:
                 raise InputError(
                     f"the structure has no degree of freedom {shown(name)}; {suggest(name, names)}"
                     f"it has {listed(names)}"
                 )
-            result[places[name]] = weight
-        return result
+        return np.array([weights.get(name, 0.0) for name in names])
 
 
 def as_direction(value: Any, title: str) -> Direction:
-    """Make a direction of a name or of weights by name.
-
-    >>> as_direction("tip", "spring")
-    Direction(weights=(('tip', 1.0),))
-    """
+    """Make a direction of a name or of weights by name."""
     if isinstance(value, Direction):
         return value
     if isinstance(value, str):
@@ -109,28 +98,6 @@ def as_direction(value: Any, title: str) -> Direction:
     return Direction(kept)
 
 
-def as_directions(value: Any, title: str, most: int = 2) -> tuple[Direction, ...]:
-    """Make one to `most` directions of one, or of a sequence of them."""
-    several = value if isinstance(value, list | tuple) else (value,)
-    if not 1 <= len(several) <= most:
-        raise InputError(
-            f"a {title} acts along {len(several)} directions; give 1 to {most} of them"
-        )
-    directions = tuple(as_direction(item, title) for item in several)
-    if len(directions) == 1:
-        return directions
-    names = sorted({name for item in directions for name, _ in item.weights})
-    vectors = np.array([item.vector(names) for item in directions])
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    if np.linalg.matrix_rank(vectors / lengths) < len(directions):
-        listed_directions = ", ".join(str(item) for item in directions)
-        raise InputError(
-            f"the directions {listed_directions} of a {title} lie in one another; give directions "
-            "at right angles"
-        )
-    return directions
-
-
 def _weight(name: str, weight: Any, title: str) -> float:
     try:
         number = float(weight)
@@ -144,12 +111,23 @@ def _weight(name: str, weight: Any, title: str) -> float:
     return number
 
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,59}")
-"""Names of degrees of freedom and components, so that they can be written anywhere."""
-
-
-Forces = tuple[Expression, ...]
-"""Forces along the directions of a component in N."""
+def as_directions(value: Any, title: str, most: int = 2) -> tuple[Direction, ...]:
+    """Make one to `most` directions of one, or of a sequence of them."""
+    several = value if isinstance(value, list | tuple) else (value,)
+    if not 1 <= len(several) <= most:
+        raise InputError(
+            f"a {title} acts along {len(several)} directions; give 1 to {most} of them"
+        )
+    directions = tuple(as_direction(item, title) for item in several)
+    names = sorted({name for item in directions for name, _ in item.weights})
+    vectors = np.array([item.vector(names) for item in directions])
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    if np.linalg.matrix_rank(vectors / lengths) < len(directions):
+        raise InputError(
+            f"the directions {', '.join(map(str, directions))} of a {title} lie in one another; "
+            "give directions at right angles"
+        )
+    return directions
 
 
 @dataclass(frozen=True)
@@ -259,7 +237,7 @@ class Component(Parametric, ABC):
         """Return limits of validity; they watch measures."""
         return ()
 
-    # -- what follows --------------------------------------------------------------------------
+    # -- names in the structure ------------------------------------------------------------------
 
     def full_name(self, symbol: str) -> str:
         """Return the name of a parameter, state or measure of the component in the structure.
@@ -271,13 +249,25 @@ class Component(Parametric, ABC):
         """
         return f"{symbol}_{self.name}" if self.name else symbol
 
+    def limit_name(self, limit: Limit) -> str:
+        """Return the name of a limit of the component in the structure.
+
+        Parameters
+        ----------
+        limit
+            The limit.
+        """
+        return f"{limit.name} of {self.name}" if self.name else limit.name
+
+    def named(self) -> tuple[Component, dict[str, float]]:
+        """Return the component with default values, and its values by the structure's names."""
+        return self.kind, {self.full_name(name): value for name, value in self.values.items()}
+
     @property
     def public_names(self) -> list[str]:
         """Names of the parameters, states and measures of the component in the structure."""
-        own = [item.name for item in self.parameters]
-        own += [item.name for item in self.memory()]
-        own += [item.name for item in self.measures()]
-        return [self.full_name(name) for name in own]
+        own: tuple[Any, ...] = (*self.parameters, *self.memory(), *self.measures())
+        return [self.full_name(item.name) for item in own]
 
     @property
     def location(self) -> str:
@@ -290,14 +280,13 @@ class Component(Parametric, ABC):
     def named_parameters(self) -> tuple[Parameter, ...]:
         """The parameters by the names that the structure gives them."""
         return tuple(
-            replace(item, name=self.full_name(item.name), symbol=self._symbol(item))
+            replace(
+                item,
+                name=self.full_name(item.name),
+                symbol=f"{item.symbol} {self.name}".rstrip() if item.symbol else "",
+            )
             for item in self.parameters
         )
-
-    @property
-    def named_values(self) -> dict[str, float]:
-        """Parameter values by the names that the structure gives them, in SI units."""
-        return {self.full_name(name): value for name, value in self.values.items()}
 
     def own(self, p: Mapping[str, Any]) -> dict[str, Any]:
         """Return the component's parameters by their own names.
@@ -308,16 +297,6 @@ class Component(Parametric, ABC):
             The structure's parameters by name, numbers or symbols.
         """
         return {item.name: p[self.full_name(item.name)] for item in self.parameters}
-
-    def _symbol(self, parameter: Parameter) -> str:
-        if not self.name or not parameter.symbol:
-            return parameter.symbol
-        return f"{parameter.symbol} {self.name}"
-
-
-def limit_name(component: Component, limit: Limit) -> str:
-    """Return the name of a limit of a component in the structure."""
-    return f"{limit.name} of {component.name}" if component.name else limit.name
 
 
 @dataclass(frozen=True)
@@ -334,16 +313,16 @@ class OneDirection(Component):
         return (self.at,)
 
 
-HIGHEST = 64
+MAX_HARMONIC = 64
 """Highest harmonic; each one takes a cosine and a sine at every step of the integration."""
 
 
 def checked_harmonic(value: Any, title: str, lowest: int = 1) -> int:
     """Return the number of a harmonic, or raise if it is none."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not lowest <= value <= HIGHEST:
+    if not whole or not lowest <= value <= MAX_HARMONIC:
         raise InputError(
             f"a {title} has the harmonic {shown(value)}; give a whole number from {lowest} to "
-            f"{HIGHEST}"
+            f"{MAX_HARMONIC}"
         )
     return int(value)

@@ -36,7 +36,6 @@ from slipfold.models.structures.component import (
     as_direction,
     as_directions,
     checked_harmonic,
-    limit_name,
     shown,
     total,
 )
@@ -336,7 +335,7 @@ class FrictionContact(Component):
             law=self.law,
             values=c,
             opens=self.load.opens,
-            limits=tuple(limit_name(self, limit) for limit in passed),
+            limits=tuple(map(self.limit_name, passed)),
         ).in_states(local.q)
 
     def forces(self, local: LocalState) -> Forces:

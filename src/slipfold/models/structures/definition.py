@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from slipfold.errors import InputError, about
+from slipfold.models.quantities import check_state_name
 from slipfold.models.structures.component import NAME, Component, Direction, as_direction, shown
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
 from slipfold.models.structures.damping import Damping
@@ -17,13 +18,7 @@ from slipfold.models.structures.forcing import (
     MultiHarmonicForce,
     TabulatedForce,
 )
-from slipfold.models.structures.matrices import (
-    TRIANGLES,
-    Matrix,
-    as_matrix,
-    check_mass,
-    require_symmetric,
-)
+from slipfold.models.structures.matrices import Matrix, as_matrix, check_mass, require_symmetric
 from slipfold.models.structures.reduction import Reduction
 from slipfold.models.structures.springs import (
     CubicSpring,
@@ -34,17 +29,12 @@ from slipfold.models.structures.springs import (
 )
 from slipfold.models.units import parse_quantity
 
-ELEMENTS = (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring)
-"""Classes of elements."""
-
-CONTACTS = (FrictionContact,)
-"""Classes of contacts."""
-
-FORCING = (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion)
-"""Classes of forcing."""
-
-_SYMBOLS = ("c_", "p_", "carried_")
-"""How the compiled equations begin the names of coefficients, parameters and variations."""
+COMPONENTS: dict[str, tuple[type[Component], ...]] = {
+    "elements": (LinearSpring, CubicSpring, PolynomialSpring, GapSpring, GeometricSpring),
+    "contacts": (FrictionContact,),
+    "forcing": (HarmonicForce, MultiHarmonicForce, TabulatedForce, BaseMotion),
+}
+"""Classes of components by the argument that takes them."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +54,8 @@ class Definition:
     length_scale: float  # displacements of the model are in units of it, in m
     watch: tuple[tuple[str, Direction], ...]  # name and direction of displacements that are outputs
     # Short name, and a line that says what it is
-    name: str = "structure"
-    title: str = ""
+    name: str
+    title: str
 
     @property
     def components(self) -> tuple[Component, ...]:
@@ -73,95 +63,112 @@ class Definition:
         return (*self.elements, *self.contacts, *self.forcing)
 
 
-def define(
-    M: Any,
-    C: Any,
-    K: Any,
-    names: Any,
-    reduction: Any,
-    components: tuple[Any, Any, Any],
-    length_scale: Any,
-    watch: Any,
-    title: tuple[Any, Any] = ("structure", ""),
-    triangles: Any = None,
-) -> tuple[Definition, dict[str, float]]:
+def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     """Check the arguments of a structure, and part them from the values of their parameters."""
-    if K is None:
-        raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
-    mass, stiffness, damping = _matrices(M, C, K, triangles)
-    if reduction is not None and not isinstance(reduction, Reduction):
-        raise InputError(
-            f"reduction = {shown(reduction)} is none; give ModalReduction(modes=5) or "
-            'CraigBampton(["tip"], modes=5)'
-        )
+    mass, damping, stiffness = _matrices(given)
     with about("structure", "names"):
-        given_names = _checked_names(names, mass.size)
-    if not isinstance(M, Matrix):  # a matrix that is frozen already was checked before
+        names = _checked_names(given["names"], mass.size)
+    if not isinstance(given["M"], Matrix):  # a matrix that is frozen already was checked before
         with about("structure", "M"):
-            check_mass(mass, given_names)
-    if reduction is not None:
-        with about("reduction"):
-            reduction.fits(mass, stiffness, given_names)
-    several = []
-    for what, classes, items in zip(
-        ("elements", "contacts", "forcing"), (ELEMENTS, CONTACTS, FORCING), components, strict=True
-    ):
-        several.append(_checked(items, classes, what))
-        for number, item in enumerate(several[-1]):
-            with about(what, str(number)):
-                _check_directions(item, given_names)
-    watched = _checked_watch(watch)
-    for name, direction in watched:
-        with about("watch", name):
-            direction.vector(given_names)
-    several = _named_apart(several)
+            check_mass(mass, names)
+    reduction = given["reduction"]
+    with about("reduction"):
+        if reduction is not None and not isinstance(reduction, Reduction):
+            raise InputError(
+                f"reduction = {shown(reduction)} is none; give ModalReduction(modes=5) or "
+                'CraigBampton(["tip"], modes=5)'
+            )
+        if reduction is not None:
+            reduction.fits(mass, stiffness, names)
+    components = {key: _checked_components(key, given[key], names) for key in COMPONENTS}
     values: dict[str, float] = dict(damping.values) if isinstance(damping, Damping) else {}
-    for component in (item for items in several for item in items):
-        values |= component.named_values
-    kinds: list[Any] = [tuple(item.kind for item in items) for items in several]
+    kinds: dict[str, Any] = {}
+    for key, items in _named_apart(components).items():
+        pairs = [item.named() for item in items]
+        kinds[key] = tuple(kind for kind, _ in pairs)
+        for _, own in pairs:
+            values |= own
     definition = Definition(
-        mass,
-        damping.kind if isinstance(damping, Damping) else damping,
-        stiffness,
-        given_names,
-        reduction,
-        kinds[0],
-        kinds[1],
-        kinds[2],
-        _checked_length(length_scale),
-        watched,
-        _checked_line(title[0], "name") or "structure",
-        _checked_line(title[1], "title"),
+        M=mass,
+        C=damping.kind if isinstance(damping, Damping) else damping,
+        K=stiffness,
+        names=names,
+        reduction=reduction,
+        **kinds,
+        length_scale=_checked_length(given["length_scale"]),
+        watch=_checked_watch(given["watch"], names),
+        name=_checked_line(given, "name") or "structure",
+        title=_checked_line(given, "title"),
     )
     return definition, values
 
 
-def _matrices(M: Any, C: Any, K: Any, triangles: Any) -> tuple[Matrix, Matrix, Any]:
-    """Return mass, stiffness and damping, which fit each other."""
-    with about("structure", "triangles"):
-        half = _checked_triangles(triangles)
+def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
+    """Return mass, damping and stiffness, which fit each other."""
+    if given["K"] is None:
+        raise InputError("the structure has no stiffness matrix; give K, of zeros if it has none")
+    half = given["triangles"]
+    if half is not None and not (isinstance(half, str) and half in ("symmetric", "whole")):
+        with about("structure", "triangles"):
+            raise InputError(f'triangles = {shown(half)} is not known; give "symmetric" or "whole"')
     matrices: dict[str, Any] = {}
-    for key, value in (("M", M), ("K", K), ("C", C)):
+    for key in ("M", "K", "C"):
+        value = given[key]
         with about("structure", key):
-            no_matrix = key == "C" and (value is None or isinstance(value, Damping))
-            matrices[key] = value if no_matrix else as_matrix(value, key, half)
-            _check_size(key, matrices[key], matrices["M"].size)
-    mass, stiffness, damping = (matrices[key] for key in ("M", "K", "C"))
+            if key == "C" and (value is None or isinstance(value, Damping)):
+                continue
+            matrices[key] = as_matrix(value, key, half)
+            if matrices[key].size != matrices["M"].size:
+                raise InputError(
+                    f"{key} has {matrices[key].size} rows and M has {matrices['M'].size}; give "
+                    "matrices of one size"
+                )
+    damping = given["C"]
     if isinstance(damping, Damping):
         with about("structure", "K"):
-            require_symmetric(
-                stiffness,
-                "K",
-                f"{damping.title} needs a symmetric one, so give C as a matrix instead",
-            )
-    return mass, stiffness, damping
+            why = f"{damping.title} needs a symmetric one, so give C as a matrix instead"
+            require_symmetric(matrices["K"], "K", why)
+    return matrices["M"], matrices.get("C", damping), matrices["K"]
 
 
-def _check_size(name: str, matrix: Any, size: int) -> None:
-    if isinstance(matrix, Matrix) and matrix.size != size:
+def _checked_line(given: Mapping[str, Any], key: str) -> str:
+    value = given[key]
+    if not isinstance(value, str) or not value.isprintable():
+        raise InputError(f"{key} = {shown(value)} is not a line of text; give one")
+    return value
+
+
+def _checked_names(names: Any, size: int) -> tuple[str, ...]:
+    """Return the names of the degrees of freedom."""
+    if names is None:
+        return tuple(f"q{place}" for place in range(1, size + 1))
+    given = tuple(_iterated(names.split() if isinstance(names, str) else names))
+    if len(given) != size:
         raise InputError(
-            f"{name} has {matrix.size} rows and M has {size}; give matrices of one size"
+            f"{len(given)} names are given for {size} degrees of freedom; give one a row of M"
         )
+    for name in given:
+        if not isinstance(name, str) or not NAME.fullmatch(name):
+            raise InputError(
+                f"{shown(name)} cannot name a degree of freedom; give at most 60 letters, "
+                "digits and _, a letter first"
+            )
+        check_state_name(name, "a degree of freedom")
+        if given.count(name) > 1:
+            raise InputError(f"two degrees of freedom are called {name}; rename one")
+    return given
+
+
+def _checked_components(key: str, items: Any, names: tuple[str, ...]) -> tuple[Component, ...]:
+    """Return elements, contacts or forces, whose directions are in the structure."""
+    given = (items,) if isinstance(items, Component) else tuple(_iterated(items))
+    for number, item in enumerate(given):
+        if not isinstance(item, COMPONENTS[key]):
+            known = ", ".join(cls.__name__ for cls in COMPONENTS[key])
+            raise InputError(f"{shown(item)} is not known among {key}; give {known}")
+        with about(key, str(number)):
+            _check_directions(item, names)
+    return given
 
 
 def _check_directions(part: Any, names: tuple[str, ...]) -> None:
@@ -176,68 +183,18 @@ def _check_directions(part: Any, names: tuple[str, ...]) -> None:
                     _check_directions(direction, names)
 
 
-def _checked_triangles(triangles: Any) -> str | None:
-    """Return what a matrix stands for that has one entry of each mirrored pair."""
-    if triangles is None or (isinstance(triangles, str) and triangles in TRIANGLES):
-        return triangles
-    known = " or ".join(f'"{item}"' for item in TRIANGLES)
-    raise InputError(f"triangles = {shown(triangles)} is not known; give {known}")
-
-
-def _checked_line(value: Any, what: str) -> str:
-    if not isinstance(value, str) or not value.isprintable():
-        raise InputError(f"{what} = {shown(value)} is not a line of text; give one")
-    return value
-
-
-def _checked_names(names: Any, size: int) -> tuple[str, ...]:
-    """Return the names of the degrees of freedom."""
-    if names is None:
-        return tuple(f"q{place}" for place in range(1, size + 1))
-    if isinstance(names, str):
-        names = names.split()
-    given = tuple(_iterated(names))
-    if len(given) != size:
-        raise InputError(
-            f"{len(given)} names are given for {size} degrees of freedom; give one a row of M"
-        )
-    for name in given:
-        if not isinstance(name, str) or not NAME.fullmatch(name):
-            raise InputError(
-                f"{shown(name)} cannot name a degree of freedom; give at most 60 letters, "
-                "digits and _, a letter first"
-            )
-        if name == "phase" or name.startswith(_SYMBOLS):
-            raise InputError(
-                f"a degree of freedom cannot be called {name}: phase and names that begin with "
-                f"{', '.join(_SYMBOLS)} are used inside; call it e.g. q_{name}"
-            )
-        if given.count(name) > 1:
-            raise InputError(f"two degrees of freedom are called {name}; rename one")
-    return given
-
-
-def _checked(items: Any, classes: tuple[type, ...], what: str) -> tuple[Component, ...]:
-    given: Sequence[Any] = (items,) if isinstance(items, Component) else tuple(_iterated(items))
-    for item in given:
-        if not isinstance(item, classes):
-            known = ", ".join(cls.__name__ for cls in classes)
-            raise InputError(f"{shown(item)} is not known among {what}; give {known}")
-    return tuple(given)
-
-
-def _named_apart(several: list[tuple[Component, ...]]) -> list[tuple[Component, ...]]:
+def _named_apart(
+    components: Mapping[str, tuple[Component, ...]],
+) -> dict[str, tuple[Component, ...]]:
     """Name components by where they act, where two without a name would share a parameter."""
-    counts = Counter(name for items in several for item in items for name in item.public_names)
-    return [
-        tuple(
-            replace(item, name=item.location)
-            if not item.name and any(counts[name] > 1 for name in item.public_names)
-            else item
-            for item in items
-        )
-        for items in several
-    ]
+    everything = [item for items in components.values() for item in items]
+    counts = Counter(name for item in everything for name in item.public_names)
+
+    def apart(item: Component) -> Component:
+        shared = not item.name and any(counts[name] > 1 for name in item.public_names)
+        return replace(item, name=item.location) if shared else item
+
+    return {key: tuple(map(apart, items)) for key, items in components.items()}
 
 
 def _iterated(items: Any) -> Iterable[Any]:
@@ -255,24 +212,27 @@ def _checked_length(value: Any) -> float:
         return length
 
 
-def _checked_watch(watch: Any) -> tuple[tuple[str, Direction], ...]:
+def _checked_watch(watch: Any, names: tuple[str, ...]) -> tuple[tuple[str, Direction], ...]:
     """Return the displacements that are outputs."""
-    if isinstance(watch, tuple):
-        return watch
-    if watch is None:
-        return ()
-    if not isinstance(watch, Mapping):
+    given = {} if watch is None else watch
+    if isinstance(watch, tuple) and all(
+        isinstance(part, tuple) and len(part) == 2 for part in watch
+    ):
+        given = dict(watch)  # those of another structure
+    if not isinstance(given, Mapping):
         raise InputError(
             f"watch = {shown(watch)} is not a mapping; give directions by the name of the output, "
             'such as {"u_tip": "tip"}'
         )
     result = []
-    for name, item in watch.items():
+    for name, item in given.items():
         with about("watch", str(name)):
             if not isinstance(name, str) or not NAME.fullmatch(name):
                 raise InputError(
                     f"{shown(name)} cannot name an output; give letters, digits and _, a letter "
                     "first"
                 )
-            result.append((name, as_direction(item, f"displacement {name}")))
+            direction = as_direction(item, f"displacement {name}")
+            direction.vector(names)
+            result.append((name, direction))
     return tuple(result)

@@ -25,7 +25,7 @@ from slipfold.models.friction.record import law_record, read_law
 from slipfold.models.structures.component import Direction
 from slipfold.models.structures.contacts import ConstantLoad, ContactLoad, ModulatedLoad, NormalLoad
 from slipfold.models.structures.damping import Damping, ModalDamping, ProportionalDamping
-from slipfold.models.structures.definition import CONTACTS, ELEMENTS, FORCING, Definition
+from slipfold.models.structures.definition import COMPONENTS, Definition
 from slipfold.models.structures.matrices import Matrix, read_matrix
 from slipfold.models.structures.reduction import CraigBampton, ModalReduction
 
@@ -138,6 +138,10 @@ def _one_of(*classes: type) -> BeforeValidator:
     return BeforeValidator(read)
 
 
+Elements, Contacts, Forcing = (
+    Annotated[list[Annotated[Any, _one_of(*classes)]], Field(max_length=MOST_ENTRIES)]
+    for classes in COMPONENTS.values()
+)
 MatrixEntry = Annotated[Any, BeforeValidator(_matrix)]
 
 
@@ -160,9 +164,15 @@ class StructureFile(Table):
     structure: MatricesTable = Field(examples=["a table [structure] with its matrices M and K"])
     damping: Annotated[Any, _one_of(ProportionalDamping, ModalDamping)] = None
     reduction: Annotated[Any, _one_of(ModalReduction, CraigBampton)] = None
-    elements: list[Annotated[Any, _one_of(*ELEMENTS)]] = Field([], max_length=MOST_ENTRIES)
-    contacts: list[Annotated[Any, _one_of(*CONTACTS)]] = Field([], max_length=MOST_ENTRIES)
-    forcing: list[Annotated[Any, _one_of(*FORCING)]] = Field([], max_length=MOST_ENTRIES)
+    elements: list[Annotated[Any, _one_of(*COMPONENTS["elements"])]] = Field(
+        [], max_length=MOST_ENTRIES
+    )
+    contacts: list[Annotated[Any, _one_of(*COMPONENTS["contacts"])]] = Field(
+        [], max_length=MOST_ENTRIES
+    )
+    forcing: list[Annotated[Any, _one_of(*COMPONENTS["forcing"])]] = Field(
+        [], max_length=MOST_ENTRIES
+    )
     watch: dict[str, Any] | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
 

@@ -15,7 +15,7 @@ from slipfold.models.friction.law import cos, sin
 from slipfold.models.parametric import described, structural
 from slipfold.models.quantities import Expression, Parameter, Symbols
 from slipfold.models.structures.component import (
-    HIGHEST,
+    MAX_HARMONIC,
     Component,
     Direction,
     Forces,
@@ -252,10 +252,10 @@ class TabulatedForce(PeriodicForce, OneDirection):
     def prepare(self) -> None:
         """Refuse harmonics that are too high."""
         highest = max((h for h, _, _ in self.series), default=0)
-        if highest > HIGHEST:
+        if highest > MAX_HARMONIC:
             raise InputError(
                 f"the table of {len(self.samples)} samples has harmonics up to {highest}; give "
-                f"harmonics, at most {HIGHEST}, and see in residual what that leaves out"
+                f"harmonics, at most {MAX_HARMONIC}, and see in residual what that leaves out"
             )
 
     @property

@@ -93,18 +93,27 @@ def _chosen(names: Collection[str], path: Path, name: str) -> str:
     )
 
 
-DENSE = 600
-"""Largest size at which full arrays are used; beyond it sparse ones."""
+@dataclass(frozen=True)
+class MatrixSettings:
+    """What counts as large, symmetric, regular and zero in matrices."""
 
-ASYMMETRY = 1e-9
-"""Difference between an entry and its mirror image, over the largest entry, that is rounding."""
+    dense: int = 600  # largest size at which full arrays are used; beyond it sparse ones
+    modal: int = 80  # largest size of equations with modes, which take longer to compile
+    # Difference between an entry and its mirror image, over the largest entry, that is rounding
+    asymmetry: float = 1e-9
+    # Size of entries of the inverse mass times a matrix, over the largest in the row, likewise
+    rounding: float = 1e-15
+    # Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular
+    singular: float = 1e-13
+    # Shift of the search for sparse modes, over a typical squared frequency: finds rigid-body modes
+    shift: float = 1e-6
+    # Ratio of the largest squared frequency to the smallest at which rounding errors matter
+    wide: float = 1e5
+    # Frequency over the largest one below which a motion is free: it has no relative error
+    free: float = 1e-6
 
-TRIANGLES = ("symmetric", "whole")
-"""What a matrix with at most one entry of each mirrored pair may be: half of a symmetric one, as
-finite-element programs store it, or complete, as follower friction forces make it."""
 
-SINGULAR = 1e-13
-"""Smallest eigenvalue of a mass matrix with unit diagonal at which it is regular."""
+MATRICES = MatrixSettings()
 
 
 @dataclass(frozen=True)
@@ -142,7 +151,7 @@ class Matrix:
 
     def array(self) -> Any:
         """Return the matrix as it is best calculated with: full if small, SciPy sparse if large."""
-        if self.size <= DENSE:
+        if self.size <= MATRICES.dense:
             return self.dense()
         # SciPy takes a while to load, and small structures do without it.
         from scipy.sparse import csr_array
@@ -223,7 +232,7 @@ def as_matrix(value: Any, name: str, triangles: str | None = None) -> Matrix:
 def require_symmetric(matrix: Matrix, name: str, why: str) -> None:
     """Raise if a matrix is not symmetric."""
     difference, row, column = matrix.asymmetry
-    if difference > ASYMMETRY:
+    if difference > MATRICES.asymmetry:
         entries = matrix.array()
         raise InputError(
             f"{name} is not symmetric: row {row + 1}, column {column + 1} is "
@@ -257,8 +266,8 @@ def _is_positive(matrix: Matrix, diagonal: Array) -> bool:
     scale = 1 / np.sqrt(diagonal)
     scaled = matrix.entries * scale[matrix.rows] * scale[matrix.columns]
     even = Matrix(matrix.size, matrix.rows, matrix.columns, scaled).array()
-    if matrix.size <= DENSE:
-        return bool(np.linalg.eigvalsh(even)[0] > SINGULAR)
+    if matrix.size <= MATRICES.dense:
+        return bool(np.linalg.eigvalsh(even)[0] > MATRICES.singular)
     from scipy.sparse.linalg import splu
 
     try:
@@ -271,7 +280,7 @@ def _is_positive(matrix: Matrix, diagonal: Array) -> bool:
         )
     except RuntimeError:  # exactly singular
         return False
-    return bool(factors.U.diagonal().min() > SINGULAR)
+    return bool(factors.U.diagonal().min() > MATRICES.singular)
 
 
 def _check_shape(shape: tuple[int, ...], name: str) -> None:
@@ -300,11 +309,6 @@ def _numbers(value: Any, name: str) -> Array:
             "sparse array, or the path of a .npz, .npy, .mat or Matrix Market file"
         )
     return numbers.astype(float)
-
-
-SHIFT = 1e-6
-"""Shift of the search for sparse modes, over a typical squared frequency: rigid-body modes are
-found too."""
 
 
 def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[Array, Array]:
@@ -355,7 +359,12 @@ def _sparse_modes(stiffness: Any, mass: Any, count: int) -> tuple[Array, Array]:
     typical = abs(stiffness.diagonal()).sum() / mass.diagonal().sum()
     start = np.ones(mass.shape[0])
     squares, shapes = eigsh(
-        stiffness.tocsc(), count, mass.tocsc(), sigma=-SHIFT * typical, which="LM", v0=start
+        stiffness.tocsc(),
+        count,
+        mass.tocsc(),
+        sigma=-MATRICES.shift * typical,
+        which="LM",
+        v0=start,
     )
     order = np.argsort(squares)
     return squares[order], shapes[:, order]

@@ -12,12 +12,15 @@ import numpy as np
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
 from slipfold.models.structures.component import Direction, shown
-from slipfold.models.structures.matrices import Matrix, lowest_modes, require_symmetric, solver
+from slipfold.models.structures.matrices import (
+    MATRICES,
+    Matrix,
+    lowest_modes,
+    require_symmetric,
+    solver,
+)
 from slipfold.models.units import parse_quantity
 from slipfold.text import OneLine, PrintedTable, listed, number_text
-
-FREE = 1e-6
-"""Frequency over the largest one below which a motion is free: it has no relative error."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,7 +61,7 @@ class ReductionReport(OneLine):
     @property
     def errors(self) -> Array:
         """Relative errors of the natural frequencies, shape (r,)."""
-        free = self.exact <= FREE * self.exact.max(initial=0.0)
+        free = self.exact <= MATRICES.free * self.exact.max(initial=0.0)
         return np.abs(self.frequencies - self.exact) / np.where(free, np.inf, self.exact)
 
     @property

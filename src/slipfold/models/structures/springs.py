@@ -30,14 +30,11 @@ from slipfold.models.structures.component import (
     LocalState,
     OneDirection,
     as_directions,
-    product,
     shown,
     total,
+    weighted_sum,
 )
 from slipfold.models.units import parse_quantity
-
-HIGHEST = 15
-"""Highest power of a polynomial: beyond it, fitted coefficients are seldom worth anything."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +97,10 @@ class CubicSpring(_PowersSpring):
     k3: float = described(Parameter("k3", 0.0, "N/m^3", "cubic stiffness", symbol="$k_3$"))
 
 
+MAX_POWER = 15
+"""Highest power of a polynomial: beyond it, fitted coefficients are seldom worth anything."""
+
+
 def _coefficient(n: int) -> Parameter:
     unit = "N/m" if n == 1 else f"N/m^{n}"
     return Parameter(f"k{n}", 0.0, unit, f"coefficient of u^{n}", symbol=f"$k_{{{n}}}$")
@@ -112,11 +113,11 @@ def _checked_stiffness(value: Any, title: str) -> tuple[tuple[int, float], ...]:
         isinstance(item, tuple) and len(item) == 2 for item in value
     )
     given = dict(value) if own or isinstance(value, Mapping) else {}
-    powers = [n for n in given if isinstance(n, int) and 1 <= n <= HIGHEST]
+    powers = [n for n in given if isinstance(n, int) and 1 <= n <= MAX_POWER]
     if not given or len(powers) != len(given):
         raise InputError(
             f"stiffness = {shown(value)} is not a polynomial; give coefficients by "
-            f"power, whole numbers from 1 to {HIGHEST}, such as {{1: -100.0, 3: 2e6}}"
+            f"power, whole numbers from 1 to {MAX_POWER}, such as {{1: -100.0, 3: 2e6}}"
         )
     items = ((n, _coefficient(n)) for n in sorted(powers))
     return tuple((n, one.check(parse_quantity(given[n], one.unit, one.name))) for n, one in items)
@@ -300,9 +301,9 @@ class GeometricSpring(Component):
     def _arrow(self, local: LocalState) -> list[Expression]:
         """Return the vector from the anchor to the point, over L."""
         moved = [u * local.c["inverse"] for u in local.u]
-        rest = [product(part, local.c["stretch"]) if part else None for part in self.axis]
-        arrow = [u if r is None else u + r for u, r in zip(moved, rest, strict=False)]
-        return arrow + [r for r in rest[len(moved) :] if r is not None]
+        rest = [weighted_sum([part], [local.c["stretch"]]) for part in self.axis]
+        arrow = [u + r[0] if r else u for u, r in zip(moved, rest, strict=False)]
+        return arrow + [r[0] for r in rest[len(moved) :] if r]
 
     def _length(self, local: LocalState, *_: Any) -> Expression:
         return hy.sqrt(total([part * part for part in self._arrow(local)]))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.errors import InputError
 from slipfold.models.definitions.source import (
     Source,
     source_of_file,
@@ -19,20 +19,13 @@ from slipfold.models.definitions.source import (
 from slipfold.models.friction.contact import Contact
 from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.quantities import Expression, Output, Symbols
-from slipfold.models.structures.assembly import Assembly, assemble
-from slipfold.models.structures.cost import Cost, estimate_cost
+from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
 from slipfold.models.structures.damping import Damping
-from slipfold.models.structures.definition import define
+from slipfold.models.structures.definition import COMPONENTS, Definition, define
 from slipfold.models.structures.reduction import ReductionReport
 
-_PARTS = (
-    *("M", "C", "K", "names", "reduction", "elements", "contacts", "forcing"),
-    *("length_scale", "watch", "name", "title"),
-)
+_PARTS = tuple(item.name for item in fields(Definition))
 """Arguments of the constructor that are not parameter values, and attributes of a definition."""
-
-MOST_PRODUCTS = 2_000_000
-"""Products in the equations with derivatives at which compiling takes minutes and much memory."""
 
 
 class Structure(MechanicalModel):
@@ -133,14 +126,14 @@ class Structure(MechanicalModel):
         title: str = "structure from matrices",
         **values: float | str,
     ) -> None:
-        components = (elements, contacts, forcing)
-        definition, given = define(
-            M, C, K, names, reduction, components, length_scale, watch, (name, title), triangles
-        )
+        arguments = locals()
+        parts = {key: arguments[key] for key in (*_PARTS, "triangles")}
+        definition, given = define(parts)
         self._become(assemble(definition), {**given, **values})
 
     def _become(self, assembly: Assembly, values: Mapping[str, float | str]) -> None:
         """Take the names of an assembly."""
+        first = next(iter(assembly.amplitudes), None)
         self._take(
             _assembly=assembly,
             name=assembly.definition.name,
@@ -148,7 +141,7 @@ class Structure(MechanicalModel):
             states=assembly.states,
             parameters=assembly.parameters,
             limits=assembly.limits,
-            forcing_amplitude=assembly.forcing_amplitude,
+            forcing_amplitude=LEVEL.name if assembly.scaled else first,
         )
         super().__init__(**values)
 
@@ -251,19 +244,7 @@ class Structure(MechanicalModel):
         return self._assembly.coefficients(p)
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Return the time derivatives of the states, per second.
-
-        Raises
-        ------
-        InputError
-            If the flow of these equations would be too large to compile.
-        """
-        cost = self.cost()
-        if cost.products > MOST_PRODUCTS:
-            raise InputError(
-                f"the structure is too large: {cost}; give reduction=CraigBampton(boundary, "
-                "modes=10) or ModalReduction(modes=20)"
-            )
+        """Return the time derivatives of the states, per second."""
         return self._assembly.rates(q, c, phase)
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
@@ -326,21 +307,15 @@ class Structure(MechanicalModel):
             changed._become(self._assembly, {**self._values, **changes})
             return changed.with_scales(self.estimated_scales)
         other = type(self)(**{**self.structure, **parts})
-        shared = {item.name for item in other.parameters} - self._values_of(parts)
-        values = {name: value for name, value in self._values.items() if name in shared}
+        kept = {item.name for item in other.parameters}
+        for name in (*COMPONENTS, "C"):  # the values of a part that is replaced go with it
+            part = getattr(self._assembly.definition, name) if name in parts else ()
+            if isinstance(part, Damping):
+                kept -= part.values.keys()
+            elif isinstance(part, tuple):
+                kept -= {one.name for item in part for one in item.named_parameters}
+        values = {name: value for name, value in self._values.items() if name in kept}
         return other.replace(**{**values, **changes})
-
-    def _values_of(self, parts: Mapping[str, Any]) -> set[str]:
-        """Return the names of the parameters of replaced parts."""
-        definition = self._assembly.definition
-        replaced = [
-            item for name in ("elements", "contacts", "forcing") if name in parts
-            for item in getattr(definition, name)
-        ]  # fmt: skip
-        names = {parameter.name for item in replaced for parameter in item.named_parameters}
-        if "C" in parts and isinstance(definition.C, Damping):
-            names |= {parameter.name for parameter in definition.C.parameters}
-        return names
 
     def __repr__(self) -> str:
         """Names of the displacements and the parameters that differ from the defaults."""
@@ -353,7 +328,8 @@ class Structure(MechanicalModel):
     @property
     def surface_speeds(self) -> Mapping[str, bool]:
         """Those of the contacts."""
-        return self._assembly.speeds
+        contacts = self._assembly.definition.contacts
+        return {item.full_name("Vd"): item.law.sticks for item in contacts}
 
     @property
     def mass_matrix(self) -> Array:
@@ -387,15 +363,3 @@ class Structure(MechanicalModel):
     def basis(self) -> Array:
         """Displacements of all n degrees of freedom by retained coordinate, shape (n, r)."""
         return self._assembly.reduced.basis.copy()
-
-    def cost(self) -> Cost:
-        """Estimate the times to compile and to run the flow; they print as a sentence."""
-        assembly = self._assembly
-        period = 1 / self._values["f"] if self.forced else self._values["duration"]
-        return estimate_cost(
-            states=len(self.states),
-            linear=assembly.nonzeros,
-            coupled=sum(int(np.count_nonzero(item.rows)) for item in assembly.placed),
-            directions=sum(len(item.rows) for item in assembly.placed),
-            cycles=float(assembly.frequencies[-1]) * period,
-        )
