@@ -83,3 +83,18 @@ def test_symmetry_breaks_where_another_integrator_finds_it(branches):
     near, start = (point.value - 5e-3, point.value + 5e-3), point.nodes[0]
     found = brentq(left_to_break, *near, args=(start,), xtol=1e-9)
     assert found == pytest.approx(point.value, abs=1e-6)
+
+
+def test_orbits_of_broken_symmetry_close_on_the_branch_point_that_they_began_at():
+    # Beside it Newton's method is singular; the fold there says where it is.
+    law = sf.Stribeck(mu_s=0.35, mu_k=0.3, vs=0.1, exponent=1)
+    contact = sf.FrictionContact("x", law, load=1.0, Vd=0.0)
+    force = sf.HarmonicForce("x", F=1.0)
+    model = sf.Structure([[1]], None, [[1]], names="x", contacts=contact, forcing=force, f=0.06)
+    settings = sf.Settings(largest_period=1)
+    orbit = sf.periodic_orbit(model)
+    whole, broken = sf.response(orbit, vary="f", span=(0.06, 0.09), settings=settings).branches
+    assert broken.stopped.kind == "closed"
+    ends = [item.value for item in whole.special if item.type == "BP"]
+    assert [item.value for item in broken.special if item.type == "BP"] == pytest.approx(ends)
+    assert len(broken.special) == 10

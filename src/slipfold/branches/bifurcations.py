@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 
@@ -192,13 +193,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         try:
             point = locate(self._orbits, known, a, b, determinant, LOCATED)
         except LostCurveError:  # so near to it that Newton's method is singular along the branch
-            near = _narrowest(known, a, b)
-            if near is None:
-                raise
-            arclength = 0.5 * (near[0].arclength + near[1].arclength)
-            aside = _on_other_branch(near, b.z - a.z)
-            z = hermite(near, arclength)[0] if aside is None else aside.z
-            point = replace(a, z=z, arclength=arclength)
+            point = self._beside_branch_point(known, a, b)
         # Of the points between, one may lie on the other branch; a and b lie on this one.
         along = hermite([a, b], point.arclength)[1]
         crossing = find_crossing(self._orbits, point, along)
@@ -206,6 +201,21 @@ class Bifurcations(Zeros[OrbitPoint]):
             slope = (b.tests["fold"] - a.tests["fold"]) / (b.arclength - a.arclength)
             return Found("BP", point, slope)
         return Found("BP", crossing.point, np.inf, crossing.other)
+
+    def _beside_branch_point(
+        self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> OrbitPoint:
+        """Return a point near a branch point: where the branch turns there, else between two."""
+        if self.changes_sign("LP", a, b):
+            with suppress(LostCurveError):
+                return locate_test(self._orbits, known, a, b, "LP", "LP").point
+        near = _narrowest(known, a, b)
+        if near is None:
+            raise LostCurveError("Newton's method is singular near a branch point")
+        arclength = 0.5 * (near[0].arclength + near[1].arclength)
+        aside = _on_other_branch(near, b.z - a.z)
+        z = hermite(near, arclength)[0] if aside is None else aside.z
+        return replace(a, z=z, arclength=arclength)
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether what was found explains the change in the number of unstable multipliers."""
