@@ -10,8 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.paper.cases import CurveCase, MotionFigure, motion_figures, read_cases
-from slipfold.paper.drawing import draw_motions
+from slipfold.paper.cases import read_cases
 from slipfold.plots.style import COLUMN, figure_style
 
 FOLDER = Path(__file__).parent
@@ -42,25 +41,15 @@ def plane() -> Figure:
     return figure
 
 
-def completed(figure: MotionFigure) -> Figure:
-    """Draw a figure of the paper with tori and motions, or basins beside two responses."""
-    found = {
-        case: sf.response(case.model, case.vary, case.span, tori=True)
-        if isinstance(case, CurveCase)
-        else case.compute()
-        for case in figure.needs
-    }
-    return draw_motions(figure, found)
-
-
 def main() -> None:
     """Compute and write all."""
     with figure_style():
         for name, draw in (("sweep", sweeps), ("regimes", plane)):
             draw().savefig(FOLDER / f"{name}.png", dpi=200)
-        for figure in motion_figures(read_cases()):
-            if figure.key != "regimes_f_Nd":  # as above
-                completed(figure).savefig(FOLDER / f"{figure.key}.png", dpi=200)
+        for figure in read_cases(motions=True).figures:
+            if figure.kind in ("completed", "hysteresis"):
+                found = {case: case.compute(tori=True) for case in figure.needs}
+                draw(figure, found).savefig(FOLDER / f"{figure.key}.png", dpi=200)
 
 
 if __name__ == "__main__":

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 import slipfold as sf
-from slipfold.long_term.spectrum import find_spectrum
-from slipfold.paper.cases import CurveCase, Row, Steady, read_cases
+from slipfold.paper.cases import Case, Row, read_cases
 from slipfold.paper.claims import CLAIMS, Findings, first, judge_claims, on_branches
 from slipfold.paper.tables import table
 
@@ -78,27 +77,23 @@ def variant(model: sf.SlidingOscillator, setting: Setting) -> sf.SlidingOscillat
     return sf.SlidingOscillator(sf.Stribeck(mu_s=STATIC * mu, mu_k=mu, vs=WITHIN), **values)
 
 
-def computed(case: CurveCase | Steady, setting: Setting) -> Any:
-    """Return a response diagram, or the spectrum of a motion from rest."""
+def computed(case: Case, setting: Setting) -> Any:
+    """Return a response diagram, or the spectrum of a trajectory from rest."""
     model = variant(case.model, setting)
-    if isinstance(case, Steady):
-        return find_spectrum(sf.simulate(model, PERIODS))
-    return sf.response(model, vary=case.vary, span=case.span)
+    if case.kind == "spectrum":
+        return sf.simulate(model, PERIODS).spectrum()
+    return sf.response(model, vary=case.vary[0], span=case.spans[0])
 
 
 def findings(setting: Setting) -> Findings:
-    """Compute all that the claims ask for; it stands in the place of the paper's cases."""
+    """Compute all that the claims need; it replaces the paper's cases."""
     cases = read_cases()
-    kinds = CurveCase | Steady if setting[1] == 1.0 else CurveCase  # spectra are judged, not told
-    needed = [case for case in cases.needs if isinstance(case, kinds)]
+    # Spectra are judged at the paper's speeds alone.
+    kinds = ("response", "spectrum") if setting[1] == 1.0 else ("response",)
+    needed = [case for case in cases.needs if case.kind in kinds]
     with ProcessPoolExecutor(2) as executor:
         results = list(executor.map(partial(computed, setting=setting), needed))
-    pairs = list(zip(needed, results, strict=True))
-    return Findings(
-        cases,
-        {case: result for case, result in pairs if isinstance(case, CurveCase)},
-        {case: result for case, result in pairs if isinstance(case, Steady)},
-    )
+    return Findings(cases, dict(zip(needed, results, strict=True)))
 
 
 def told(found: Findings, share: float) -> list[str]:

@@ -3,19 +3,20 @@ import math
 import pytest
 
 from slipfold import SlidingOscillator
-from slipfold.paper.cases import CurveCase, read_cases
+from slipfold.paper.cases import Case, read_cases
 
 CASES = read_cases()
+FIGURES = CASES.of_kind("family")
 
 
 def members(number, row=0):
-    [figure] = [figure for figure in CASES.figures if figure.number == number]
+    [figure] = [figure for figure in FIGURES if figure.number == number]
     family = figure.rows[row]
     return [curve.model.values[family.member] for curve in family.curves]
 
 
 def test_figures_are_those_of_the_paper():
-    assert [figure.number for figure in CASES.figures] == [2, 3, 4, 5, 6, 7]
+    assert [figure.number for figure in FIGURES] == [2, 3, 4, 5, 6, 7]
     assert members(2) == [12.5, 12.2]
     assert members(3) == [0.05, 0.10, 0.15]
     assert members(4) == [0.4, 0.6, 0.8, 1.0]
@@ -28,22 +29,25 @@ def test_figures_are_those_of_the_paper():
 def test_what_is_set_besides():
     speeds = {
         (figure.number, row_number): {curve.model.Vd for curve in row.curves}
-        for figure in CASES.figures
+        for figure in FIGURES
         for row_number, row in enumerate(figure.rows)
     }
     assert speeds[5, 0] == speeds[6, 0] == speeds[7, 1] == {1.0}
     assert speeds[7, 0] == {0.6}
     frequencies = {
-        curve.model.f for figure in CASES.figures if figure.number > 3 for curve in figure.curves
+        curve.model.f
+        for figure in FIGURES
+        if figure.number > 3
+        for curve in figure.of_kind("response")
     }
     assert frequencies == {12.5}
 
 
 def test_equal_curves_are_computed_once():
-    assert len(CASES.needs) == 24 + len(CASES.planes)
-    base = CurveCase(SlidingOscillator(), "Nd", (0.0, 0.98))
+    assert len(CASES.needs) == 24 + len(CASES.of_kind("plane"))
+    base = Case("response", SlidingOscillator(), ("Nd",), ((0.0, 0.98),))
     assert CASES.shown_in(base) == (2, 4, 7)
-    fast = CurveCase(SlidingOscillator(Vd=1.0), "Nd", (0.0, 0.98))
+    fast = Case("response", SlidingOscillator(Vd=1.0), ("Nd",), ((0.0, 0.98),))
     assert CASES.shown_in(fast) == (4, 5, 6, 7)
 
 

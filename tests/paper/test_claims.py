@@ -23,12 +23,12 @@ def judge(number, changes, spectra=None):
     for figure, lists in changes.items():
         for row, diagrams in zip(rows(figure), lists, strict=True):
             found.update(zip(row.curves, diagrams, strict=True))
-    return judge_claims(Findings(CASES, found, spectra or {}))[number - 1]
+    return judge_claims(Findings(CASES, found | (spectra or {})))[number - 1]
 
 
 def spectra(below=0.0, above=0.3, settled=True):
     made = {}
-    for case, half in zip(CASES.figures[0].spectra, (below, above), strict=True):
+    for case, half in zip(CASES.figures[0].cases, (below, above), strict=True):
         lines = {0.5: half, 1: 0.04, 1.5: half / 10}
         made[case] = SimpleNamespace(
             line=lambda name, order, lines=lines: lines[order], settled=settled

@@ -15,10 +15,8 @@ import slipfold as sf
 from slipfold import InputError
 from slipfold.paper import reproduce
 from slipfold.paper.cases import read_cases
-from slipfold.paper.reproduce import Tasks
 from slipfold.paper.tables import COLUMNS
 from slipfold.results import writing
-from slipfold.studies.executors import open_executor
 
 CASES = read_cases()
 
@@ -113,8 +111,7 @@ def test_interrupt_keeps_what_is_finished(tmp_path, processes):
     assert made.interrupted
     kept = sorted(path.stem for path in (tmp_path / "data").iterdir())
     assert {row["curve"] for row in table(tmp_path)} == set(kept)
-    # What other processes were at is finished too.
-    assert 1 <= len(kept) < 4
+    assert len(kept) == 1
     assert sorted([*made.missing, *kept]) == [
         "Nd_Vd0.4",
         "Nd_Vd0.8",
@@ -141,20 +138,6 @@ def test_a_full_disk_is_noticed_before_anything_is_computed(tmp_path, monkeypatc
     with pytest.raises(InputError, match="no space left"):
         reproduce(tmp_path)
     assert not [path for path in tmp_path.rglob("*") if path.is_file()]
-
-
-@pytest.mark.parametrize("processes", [1, 2])
-def test_tasks(processes):
-    with open_executor(None if processes == 1 else processes) as opened:
-        tasks = Tasks(opened.executor, processes)
-        for value in range(4):
-            tasks.add(value, abs, -value)
-        results = {}
-        for name, result in tasks.finished():
-            results[name] = result
-            if name == 0:
-                tasks.add("more", abs, -10)
-    assert results == {0: 0, 1: 1, 2: 2, 3: 3, "more": 10}
 
 
 SCRIPT = """

@@ -6,90 +6,80 @@ import math
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from slipfold.loci.window import Window
-from slipfold.models.quantities import Parameter
+from slipfold.branches.settings import Settings
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.results.attractors import Basins
-from slipfold.results.trajectories import RegimeMap, Sweep
+
+Interval = tuple[float, float]
+
+BOX = {"x": (-0.3, 0.3), "y": (-0.3, 0.3), "vx": (-10, 10), "vy": (-10, 10)}
+"""Box of starting states of sweeps."""
+
+REST = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}
+"""Plane of starting states of basins."""
+
+PERIODS = 1500
+"""Forcing periods from rest until the response is taken as steady."""
+
+TRANSIENT, STORED = 4000, 48
+"""Forcing periods left out of sweeps, and stored."""
+
+PREFIXES = {"response": (), "bifurcation_set": ("plane",), "spectrum": ("simulation",)}
+"""Beginnings of names of files, where they are not the kind."""
 
 
 @dataclass(frozen=True)
-class PlaneCase:
-    """One bifurcation set."""
+class Case:
+    """One computation; equal ones are computed once."""
 
-    model: SlidingOscillator  # the model; its values of `vary` play no part
-    vary: tuple[str, str]  # names of the two parameters
-    window: Window  # least and largest value of each
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return f"plane_{self.vary[0]}_{self.vary[1]}"
-
-
-@dataclass(frozen=True)
-class PlaneFigure:
-    """The figure of a bifurcation set: its window and a part of it, magnified."""
-
-    plane: PlaneCase  # the bifurcation set
-    title: str  # what the first parameter is
-    detail: Window  # the part of the window that is drawn once more
-    wide: bool = False  # whether the detail is drawn below instead of on the right
+    kind: str  # "response", "spectrum", "bifurcation_set", "sweep", "basins" or "regimes"
+    model: SlidingOscillator  # its values of `vary` have no effect
+    vary: tuple[str, ...] = ()  # names of the parameters that are varied
+    spans: tuple[Interval, ...] = ()  # first and last value of each
+    points: tuple[int, ...] = ()  # number of values along each axis
+    starts: int = 4  # of a sweep, at each value
 
     @property
     def key(self) -> str:
-        """Name for files."""
-        return f"bifurcation_set_{self.plane.vary[0]}_{self.plane.vary[1]}"
+        """Name for files: the parameters varied, and what differs from the base case."""
+        changed = changes(self.model, self.vary) if len(self.vary) < 2 else []
+        return "_".join([*PREFIXES.get(self.kind, (self.kind,)), *self.vary, *changed])
 
-    @property
-    def needs(self) -> tuple[PlaneCase, ...]:
-        """All that must be computed before it can be drawn."""
-        return (self.plane,)
+    def compute(self, settings: Settings | None = None, *, tori: bool = False) -> Any:
+        """Compute it; of a response with its tori on request."""
+        from slipfold.computations import loci, long_term
+        from slipfold.computations.response import response
 
-
-@dataclass(frozen=True)
-class CurveCase:
-    """One response diagram; equal curves are computed once."""
-
-    model: SlidingOscillator  # the model; its value of `vary` plays no part
-    vary: str  # parameter followed
-    span: tuple[float, float]  # its first and last value
-
-    @property
-    def key(self) -> str:
-        """Name for files: the parameter followed and what differs from the base case."""
-        return "_".join([self.vary, *changes(self.model, self.vary)])
-
-
-@dataclass(frozen=True)
-class Steady:
-    """One steady response reached from zero initial conditions."""
-
-    model: SlidingOscillator
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return "_".join(["simulation", *changes(self.model)])
-
-
-Case = CurveCase | Steady | PlaneCase
-"""What is computed as one piece."""
+        if self.kind == "spectrum":
+            return long_term.simulate(self.model, PERIODS).spectrum()
+        if self.kind == "basins":
+            return long_term.basins(self.model, REST, points=self.points[0])
+        if self.kind == "regimes":
+            plane = dict(zip(self.vary, self.spans, strict=True))
+            return long_term.regimes(self.model, plane, points=(self.points[0], self.points[1]))
+        if self.kind == "bifurcation_set":
+            names, window = (self.vary[0], self.vary[1]), (self.spans[0], self.spans[1])
+            return loci.bifurcation_set(self.model, names, window, settings=settings)
+        (vary,), (span,) = self.vary, self.spans
+        if self.kind == "response":
+            return response(self.model, vary, span, settings=settings, tori=tori)
+        return long_term.sweep(
+            self.model, vary, span, points=self.points[0], starts=self.starts,
+            box=BOX, transient=TRANSIENT, periods=STORED,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Row:
     """A family of curves, drawn as one row of panels."""
 
-    curves: tuple[CurveCase, ...]
+    curves: tuple[Case, ...]
     member: str  # name of the parameter in which they differ
     common: tuple[str, ...] = ()  # names of the parameters set for all curves of the row
     # Range of the parameter followed that is drawn once more, magnified; None for no such panel
-    detail: tuple[float, float] | None = None
+    detail: Interval | None = None
     wide: bool = False  # whether its panels take the whole width, one below the other
 
     @property
@@ -100,59 +90,51 @@ class Row:
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of the paper."""
+    """One figure: the cases that it shows, and how."""
 
-    number: int  # its number in the paper
-    title: str  # what it shows
-    rows: tuple[Row, ...]  # families of response curves
-    spectra: tuple[Steady, ...] = ()  # steady responses whose spectra it shows
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return f"figure{self.number}"
-
-    @property
-    def curves(self) -> tuple[CurveCase, ...]:
-        """All curves, row by row."""
-        return tuple(curve for row in self.rows for curve in row.curves)
+    key: str  # name for files
+    kind: str  # "family", "plane", "completed", "hysteresis" or "regimes"
+    title: str = ""
+    number: int = 0  # number in the paper; 0: not in the paper
+    rows: tuple[Row, ...] = ()  # families of response curves
+    cases: tuple[Case, ...] = ()  # further cases
+    detail: tuple[Interval, Interval] | None = None  # part of a plane that is drawn once more
+    wide: bool = False  # whether the detail is drawn below instead of on the right
 
     @property
-    def needs(self) -> tuple[CurveCase | Steady, ...]:
+    def needs(self) -> tuple[Case, ...]:
         """All that must be computed before it can be drawn."""
-        return (*self.curves, *self.spectra)
+        return (*(curve for row in self.rows for curve in row.curves), *self.cases)
+
+    def of_kind(self, kind: str) -> tuple[Case, ...]:
+        """Return the cases of one kind."""
+        return tuple(case for case in self.needs if case.kind == kind)
 
 
 @dataclass(frozen=True)
 class Cases:
-    """All that the paper shows or claims, and the bifurcation sets beyond it."""
+    """All that the paper shows or claims, and the figures beyond it."""
 
     figures: tuple[Figure, ...]
     # Rows that a claim needs and no figure shows, by number of the claim
     further: tuple[tuple[int, Row], ...] = ()
-    # Figures of bifurcation sets, which the paper does not have
-    planes: tuple[PlaneFigure, ...] = ()
 
     @property
     def needs(self) -> tuple[Case, ...]:
-        """All that must be computed, each once.
-
-        The planes come first, since each takes longer than anything else; then the order is that
-        of the paper.
-        """
-        planes = [figure.plane for figure in self.planes]
-        drawn = [item for figure in self.figures for item in figure.needs]
+        """All that must be computed, each once; planes first, as they take longest."""
+        drawn = [case for figure in self.figures for case in figure.needs]
         claimed = [curve for _, row in self.further for curve in row.curves]
+        planes = [case for case in drawn if case.kind == "bifurcation_set"]
         return tuple(dict.fromkeys([*planes, *drawn, *claimed]))
 
-    @property
-    def all_figures(self) -> tuple[Figure | PlaneFigure, ...]:
-        """The figures of the paper and those beyond it."""
-        return (*self.figures, *self.planes)
+    def of_kind(self, kind: str) -> tuple[Figure, ...]:
+        """Return the figures of one kind."""
+        return tuple(figure for figure in self.figures if figure.kind == kind)
 
-    def shown_in(self, curve: CurveCase) -> tuple[int, ...]:
-        """Return the numbers of the figures that show a curve."""
-        return tuple(figure.number for figure in self.figures if curve in figure.curves)
+    def shown_in(self, curve: Case) -> tuple[int, ...]:
+        """Return the numbers of the paper's figures that show a curve."""
+        shown = (figure for figure in self.figures if figure.number and curve in figure.needs)
+        return tuple(figure.number for figure in shown)
 
     def only(self, numbers: Iterable[int]) -> Cases:
         """Return the cases of some figures of the paper alone."""
@@ -160,29 +142,34 @@ class Cases:
         return Cases(tuple(figure for figure in self.figures if figure.number in wanted))
 
 
-def _content() -> dict[str, Any]:
-    return tomllib.loads(files("slipfold.paper").joinpath("cases.toml").read_text("utf-8"))
+def read_cases(*, motions: bool = False) -> Cases:
+    """Read the figures of the source paper, the bifurcation sets and, on request, long-term ones.
 
-
-@cache
-def read_cases() -> Cases:
-    """Read the figures of the source paper and the bifurcation sets.
-
-    >>> [figure.number for figure in read_cases().figures]
+    >>> [figure.number for figure in read_cases().of_kind("family")]
     [2, 3, 4, 5, 6, 7]
+    >>> [figure.key for figure in read_cases(motions=True).figures[-4:]]
+    ['figure2_completed', 'figure3_completed', 'hysteresis', 'regimes_f_Nd']
     """
-    content = _content()
-    figures = tuple(
+    content = tomllib.loads(files("slipfold.paper").joinpath("cases.toml").read_text("utf-8"))
+    figures = [
         Figure(
-            item["number"],
+            f"figure{item['number']}",
+            "family",
             item["title"],
-            tuple(_row(row) for row in item["row"]),
-            tuple(Steady(SlidingOscillator(**case["set"])) for case in item.get("spectrum", ())),
+            item["number"],
+            tuple(map(_row, item["row"])),
+            tuple(
+                Case("spectrum", SlidingOscillator(**case["set"]))
+                for case in item.get("spectrum", ())
+            ),
         )
         for item in content["figure"]
-    )
+    ]
+    figures += map(_plane, content["plane"])
+    if motions:
+        figures += _long_term(content, figures)
     further = tuple((item["number"], _row(row)) for item in content["claim"] for row in item["row"])
-    return Cases(figures, further, tuple(_plane(item) for item in content["plane"]))
+    return Cases(tuple(figures), further)
 
 
 def _row(content: Mapping[str, Any]) -> Row:
@@ -193,19 +180,53 @@ def _row(content: Mapping[str, Any]) -> Row:
         model = SlidingOscillator(**common, **{member: value})
         unit = model.values[content["span_of"]] if "span_of" in content else 1.0
         first, last = content["span"]
-        curves.append(CurveCase(model, content["vary"], (first * unit, last * unit)))
+        curves.append(Case("response", model, (content["vary"],), ((first * unit, last * unit),)))
     detail = tuple(content["detail"]) if "detail" in content else None
     return Row(tuple(curves), member, tuple(common), detail, content.get("wide", False))
 
 
-def _plane(content: Mapping[str, Any]) -> PlaneFigure:
-    first, second = content["vary"]
-    window, detail = (
-        ((float(a), float(b)), (float(c), float(d)))
-        for (a, b), (c, d) in (content["window"], content["detail"])
-    )
-    plane = PlaneCase(SlidingOscillator(), (first, second), window)
-    return PlaneFigure(plane, content["title"], detail, content.get("wide", False))
+def _window(content: Any) -> tuple[Interval, Interval]:
+    (a, b), (c, d) = content
+    return (float(a), float(b)), (float(c), float(d))
+
+
+def _plane(item: Mapping[str, Any]) -> Figure:
+    vary = tuple(item["vary"])
+    plane = Case("bifurcation_set", SlidingOscillator(), vary, _window(item["window"]))
+    return Figure(
+        "_".join(["bifurcation_set", *vary]), "plane", item["title"], cases=(plane,),
+        detail=_window(item["detail"]), wide=item.get("wide", False),
+    )  # fmt: skip
+
+
+def _long_term(content: Mapping[str, Any], figures: Iterable[Figure]) -> list[Figure]:
+    """Return the figures of long-term behavior, which use cases of other figures."""
+    curves = {figure.number: figure.of_kind("response") for figure in figures}
+    planes = {case.vary: case for figure in figures for case in figure.of_kind("bifurcation_set")}
+    result, sweeps = list[Figure](), dict[Case, Case]()
+    for item in content["completed"]:
+        own = curves[item["number"]]
+        span, points = (tuple(item["span"]),), (item["points"],)
+        sweeps |= {curve: Case("sweep", curve.model, curve.vary, span, points) for curve in own}
+        cases = (*own, *(sweeps[curve] for curve in own))
+        result.append(Figure(f"figure{item['number']}_completed", "completed", cases=cases))
+    item = content["hysteresis"]
+    model = SlidingOscillator(**item["set"])
+    curve = next(case for case in sweeps if case.model == model and case.vary == (item["vary"],))
+    basins = [
+        Case("basins", model.replace(**{item["vary"]: value}), points=(item["points"],))
+        for value in item["values"]
+    ]
+    cases = (curve, sweeps[curve], *basins)
+    item = content["regimes"]
+    plane = planes[tuple(item["vary"])]
+    window, points = _window(item["window"]), tuple(item["points"])
+    regimes = Case("regimes", plane.model, plane.vary, window, points)
+    return [
+        *result,
+        Figure("hysteresis", "hysteresis", cases=cases),
+        Figure(regimes.key, "regimes", cases=(plane, regimes)),
+    ]
 
 
 def value_text(model: SlidingOscillator, name: str) -> tuple[str, str]:
@@ -227,193 +248,12 @@ def equation_text(model: SlidingOscillator, name: str) -> str:
     return f"{model.parameter(name).symbol} = {value}{unit}"
 
 
-def changes(model: SlidingOscillator, without: str = "") -> list[str]:
+def changes(model: SlidingOscillator, without: Iterable[str] = ()) -> list[str]:
     """Return what differs from the base case, for names of files."""
-    changed = [parameter for parameter in model.parameters if _changed(model, parameter, without)]
-    texts = [(item.name, *value_text(model, item.name)) for item in changed]
-    return [f"{name}{value}{'deg' * (unit == '°')}" for name, value, unit in texts] or ["base"]
-
-
-def _changed(model: SlidingOscillator, parameter: Parameter, without: str) -> bool:
-    value = model.values[parameter.name]
-    same = math.isclose(value, parameter.default, rel_tol=1e-12, abs_tol=0.0)
-    return parameter.name != without and not same
-
-
-BOX = {"x": (-0.3, 0.3), "y": (-0.3, 0.3), "vx": (-10, 10), "vy": (-10, 10)}
-"""Box of starting states."""
-
-TRANSIENT, KEPT = 4000, 48
-"""Forcing periods left out of sweeps, and stored."""
-
-
-@dataclass(frozen=True)
-class SweepCase:
-    """Solutions swept up and down over part of a curve, and from some starts at each value."""
-
-    curve: CurveCase
-    span: tuple[float, float]
-    points: int
-    starts: int = 4
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return f"sweep_{self.curve.key}"
-
-    def compute(self) -> Sweep:
-        """Compute it."""
-        from slipfold.computations.long_term import sweep
-
-        return sweep(
-            self.curve.model, self.curve.vary, self.span, points=self.points, starts=self.starts,
-            box=BOX, transient=TRANSIENT, periods=KEPT,
-        )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class BasinCase:
-    """Basins on a plane of starts at rest."""
-
-    model: SlidingOscillator
-    points: int
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return "_".join(["basins", *changes(self.model)])
-
-    def compute(self) -> Basins:
-        """Compute it."""
-        from slipfold.computations.long_term import basins
-
-        return basins(self.model, {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}, points=self.points)
-
-
-@dataclass(frozen=True)
-class RegimeCase:
-    """A map of regimes over part of a plane."""
-
-    plane: PlaneCase
-    window: Window
-    points: tuple[int, int]
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return f"regimes_{self.plane.vary[0]}_{self.plane.vary[1]}"
-
-    def compute(self) -> RegimeMap:
-        """Compute it."""
-        from slipfold.computations.long_term import regimes
-
-        over = dict(zip(self.plane.vary, self.window, strict=True))
-        return regimes(self.plane.model, over, points=self.points)
-
-
-Motions = SweepCase | BasinCase | RegimeCase
-"""What is computed as one piece."""
-
-
-@dataclass(frozen=True)
-class CompletedFigure:
-    """A figure of the paper with tori and sampled solutions, a curve a row."""
-
-    number: int  # that of the figure
-    curves: tuple[CurveCase, ...]
-    sweeps: tuple[SweepCase, ...]
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return f"figure{self.number}_completed"
-
-    @property
-    def needs(self) -> tuple[CurveCase | SweepCase, ...]:
-        """All that must be computed before it can be drawn."""
-        return (*self.curves, *self.sweeps)
-
-
-@dataclass(frozen=True)
-class HysteresisFigure:
-    """A range with two responses, and their basins of attraction."""
-
-    curve: CurveCase
-    swept: SweepCase
-    basins: tuple[BasinCase, ...]
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return "hysteresis"
-
-    @property
-    def needs(self) -> tuple[CurveCase | SweepCase | BasinCase, ...]:
-        """All that must be computed before it can be drawn."""
-        return (self.curve, self.swept, *self.basins)
-
-
-@dataclass(frozen=True)
-class RegimeFigure:
-    """A map of regimes over its bifurcation set."""
-
-    regimes: RegimeCase
-
-    @property
-    def key(self) -> str:
-        """Name for files."""
-        return self.regimes.key
-
-    @property
-    def needs(self) -> tuple[PlaneCase | RegimeCase, ...]:
-        """All that must be computed before it can be drawn."""
-        return (self.regimes.plane, self.regimes)
-
-
-MotionFigure = CompletedFigure | HysteresisFigure | RegimeFigure
-
-AnyFigure = Figure | PlaneFigure | MotionFigure
-
-
-def motion_figures(cases: Cases) -> tuple[MotionFigure, ...]:
-    """Read the figures of long-term behavior that belong to cases of the paper.
-
-    >>> [figure.key for figure in motion_figures(read_cases())]
-    ['figure2_completed', 'figure3_completed', 'hysteresis', 'regimes_f_Nd']
-    """
-    content = _content()
-    curves = {figure.number: figure.curves for figure in cases.figures}
-    planes = {figure.plane.vary: figure.plane for figure in cases.planes}
-    result: list[MotionFigure] = [
-        _completed(item, curves[item["number"]])
-        for item in content["completed"]
-        if item["number"] in curves
+    texts = [
+        (item.name, *value_text(model, item.name))
+        for item in model.parameters
+        if item.name not in without
+        and not math.isclose(model.values[item.name], item.default, rel_tol=1e-12, abs_tol=0.0)
     ]
-    sweeps = {
-        each.curve: each
-        for figure in result if isinstance(figure, CompletedFigure)
-        for each in figure.sweeps
-    }  # fmt: skip
-    hysteresis = content["hysteresis"]
-    for curve, swept in sweeps.items():
-        if curve.vary == hysteresis["vary"] and curve.model == SlidingOscillator(
-            **hysteresis["set"]
-        ):
-            basins_ = tuple(
-                BasinCase(curve.model.replace(**{curve.vary: value}), hysteresis["points"])
-                for value in hysteresis["values"]
-            )
-            result.append(HysteresisFigure(curve, swept, basins_))
-    item = content["regimes"]
-    if tuple(item["vary"]) in planes:
-        first, second = item["window"]
-        window = (first[0], first[1]), (second[0], second[1])
-        points = item["points"][0], item["points"][1]
-        result.append(RegimeFigure(RegimeCase(planes[*item["vary"]], window, points)))
-    return tuple(result)
-
-
-def _completed(item: Mapping[str, Any], curves: tuple[CurveCase, ...]) -> CompletedFigure:
-    first, last = item["span"]
-    sweeps = tuple(SweepCase(curve, (first, last), item["points"]) for curve in curves)
-    return CompletedFigure(item["number"], curves, sweeps)
+    return [f"{name}{value}{'deg' * (unit == '°')}" for name, value, unit in texts] or ["base"]

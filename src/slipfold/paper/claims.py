@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.lines import branch_segments
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.paper.cases import Cases, CurveCase, Row, Steady
+from slipfold.paper.cases import Case, Cases, Row
 from slipfold.paper.tables import number, table
-from slipfold.plots.response import HasBranches
+from slipfold.results.diagram import Diagram
 
 
 class NotComputed(LookupError):
@@ -28,25 +28,22 @@ class Findings:
     """Results by case."""
 
     cases: Cases  # what was to be computed
-    # Finished response diagrams
-    diagrams: Mapping[CurveCase, HasBranches] = field(default_factory=dict)
-    spectra: Mapping[Steady, Spectrum] = field(default_factory=dict)  # finished spectra
+    results: Mapping[Case, Any] = field(default_factory=dict)
 
-    def diagram(self, vary: str = "Nd", **parameters: Any) -> HasBranches:
+    def diagram(self, vary: str = "Nd", **parameters: Any) -> Diagram:
         """Return the response diagram of a case."""
         model = SlidingOscillator(**parameters)
-        for curve, diagram in self.diagrams.items():
-            if curve.vary == vary and curve.model == model:
-                return diagram
+        for case, result in self.results.items():
+            if (case.kind, case.vary, case.model) == ("response", (vary,), model):
+                return cast("Diagram", result)
         raise NotComputed(f"the response in {vary} of {model!r}")
 
     def spectrum(self, **parameters: Any) -> Spectrum:
         """Return the spectrum of a case."""
-        model = SlidingOscillator(**parameters)
-        try:
-            return self.spectra[Steady(model)]
-        except KeyError:
-            raise NotComputed(f"the spectrum of {model!r}") from None
+        case = Case("spectrum", SlidingOscillator(**parameters))
+        if case not in self.results:
+            raise NotComputed(f"the spectrum of {case.model!r}")
+        return cast("Spectrum", self.results[case])
 
     def rows(self, figure: int) -> tuple[Row, ...]:
         """Return the families of a figure."""
@@ -55,16 +52,16 @@ class Findings:
                 return item.rows
         raise NotComputed(f"figure {figure}")
 
-    def family(self, row: Row) -> list[tuple[float, HasBranches]]:
+    def family(self, row: Row) -> list[tuple[float, Diagram]]:
         """Return the diagrams of a family with the value in which they differ, ascending."""
-        missing = [curve.key for curve in row.curves if curve not in self.diagrams]
+        missing = [curve.key for curve in row.curves if curve not in self.results]
         if missing:
             raise NotComputed(", ".join(missing))
-        members = [(curve.model.values[row.member], self.diagrams[curve]) for curve in row.curves]
+        members = [(curve.model.values[row.member], self.results[curve]) for curve in row.curves]
         return sorted(members, key=lambda member: member[0])
 
 
-def on_branches(diagram: HasBranches, type_: str, doubled: bool) -> list[SpecialPoint]:
+def on_branches(diagram: Diagram, type_: str, doubled: bool) -> list[SpecialPoint]:
     """Return special points of one type by value."""
     result = [
         point
@@ -76,7 +73,7 @@ def on_branches(diagram: HasBranches, type_: str, doubled: bool) -> list[Special
     return sorted(result, key=lambda point: point.value)
 
 
-def first(diagram: HasBranches, type_: str, doubled: bool) -> SpecialPoint | None:
+def first(diagram: Diagram, type_: str, doubled: bool) -> SpecialPoint | None:
     """Return the special point of one type with the smallest value, or None."""
     return next(iter(on_branches(diagram, type_, doubled)), None)
 
@@ -370,7 +367,7 @@ def _family_table(findings: Findings, row: Row) -> str:
     return table([head.replace("rad", "°"), "PD at Nd (N)", "NS at Nd (N)"], rows)
 
 
-def _listed(diagram: HasBranches) -> list[str]:
+def _listed(diagram: Diagram) -> list[str]:
     result = on_branches(diagram, "PD", False), on_branches(diagram, "NS", True)
     return [", ".join(number(point.value) for point in points) or "none" for points in result]
 

@@ -20,32 +20,21 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from slipfold.lines import OTHER, STABLE, torus_segments
-from slipfold.loci.locus import Locus
-from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.long_term.sweep import DOWN, UP
-from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.paper.cases import (
-    AnyFigure,
-    CompletedFigure,
-    CurveCase,
+    Case,
     Figure,
-    HysteresisFigure,
-    MotionFigure,
-    PlaneCase,
-    PlaneFigure,
     Row,
-    SweepCase,
     equation_text,
     value_text,
 )
-from slipfold.plots.loci import HasLoci, draw_loci, legend_options, name_loci
+from slipfold.plots.loci import draw_loci, legend_options, name_loci
 from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
 from slipfold.plots.response import (
     BREAKS,
-    HasBranches,
     draw_family,
     marks_of,
     name_family,
@@ -54,20 +43,29 @@ from slipfold.plots.response import (
 from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette
 from slipfold.plots.trajectories import COLORS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
 from slipfold.results.attractors import Basins, in_words
+from slipfold.results.diagram import Diagram
+from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
 
 
-def render(figure: AnyFigure, result: Mapping[Any, Any], measure: str = "max") -> dict[str, bytes]:
+def render(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> dict[str, bytes]:
     """Draw a figure from what was computed for it, as PDF and PNG."""
+    contents = {}
     with figure_style():
-        if isinstance(figure, Figure):
-            canvas = draw_figure(figure, result, measure)
-        elif isinstance(figure, PlaneFigure):
-            canvas = draw_plane(figure, result[figure.plane])
-        else:
-            canvas = draw_motions(figure, result, measure)
-        return _files(canvas, figure.key)
+        canvas = draw(figure, result, measure)
+        for suffix in ("pdf", "png"):
+            memory = io.BytesIO()
+            # Without the date the same numbers make the same file.
+            metadata = {"CreationDate": None} if suffix == "pdf" else None
+            canvas.savefig(memory, format=suffix, metadata=metadata)
+            contents[f"{figure.key}.{suffix}"] = memory.getvalue()
+    return contents
+
+
+def draw(figure: Figure, result: Mapping[Case, Any], measure: str = "max") -> Canvas:
+    """Draw a figure."""
+    return DRAWINGS[figure.kind](figure, result, measure)
 
 
 def _canvas(height: float) -> Canvas:
@@ -102,22 +100,22 @@ GRAY = "0.2"
 
 def draw_legend(
     canvas: Canvas,
-    diagrams: Sequence[HasBranches],
+    diagrams: Sequence[Diagram],
     measure: str = "max",
     more: Sequence[Artist] | None = None,
-    spans: Sequence[tuple[float, float]] | None = None,
+    span: tuple[float, float] = (-np.inf, np.inf),
 ) -> None:
     """Explain lines and markers below the panels; the colors are named beside them.
 
-    Given `more` it has that instead of the tori. Given `spans` of the parameter that the panels of
-    each diagram show, markers outside of them are left out.
+    Given `more` it has that instead of the tori. Markers outside of a span of the parameter are
+    left out.
     """
     marks = [
         mark
-        for place, diagram in enumerate(diagrams)
+        for diagram in diagrams
         for branch in diagram.branches
         for mark in marks_of(branch, branch.model.states[0].name, measure)
-        if spans is None or min(spans[place]) <= mark.parameter <= max(spans[place])
+        if min(span) <= mark.parameter <= max(span)
     ]
     handles: list[Artist] = [
         Line2D([], [], color=GRAY, label=name, **LINES[kind]) for kind, name in LINE_NAMES.items()
@@ -141,15 +139,9 @@ def draw_legend(
 
 def _marker(type_: str, name: str, face: str = GRAY) -> Line2D:
     return Line2D(
-        [],
-        [],
-        linestyle="none",
-        marker=MARKERS[type_],
-        color=GRAY,
-        markerfacecolor=face,
-        markeredgewidth=0.9,
-        label=name,
-    )
+        [], [], linestyle="none", marker=MARKERS[type_], color=GRAY, markerfacecolor=face,
+        markeredgewidth=0.9, label=name,
+    )  # fmt: skip
 
 
 OUTPUTS = ("y", "x")
@@ -168,18 +160,18 @@ class _Panel:
 
     ax: Axes
     row: Row
-    diagrams: Sequence[HasBranches]
+    diagrams: Sequence[Diagram]
     output: str
     without: tuple[float, float] | None = None
 
 
-def draw_figure(
-    figure: Figure,
-    result: Mapping[Any, Any],
-    measure: str = "max",
-) -> Canvas:
+def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     """Draw one figure of the paper."""
-    heights = _heights(figure)
+    heights = list[float]()
+    for row in figure.rows:
+        heights += [WIDE_HEIGHT] * 2 if row.wide else [ROW_HEIGHT]
+        heights += [DETAIL_HEIGHT] * (row.detail is not None)
+    heights += [SPECTRUM_HEIGHT] * len(figure.cases)
     canvas = _canvas(sum(heights) + LEGEND_HEIGHT)
     grid = canvas.add_gridspec(len(heights), 2, height_ratios=heights)
     lines = iter(range(len(heights)))
@@ -199,7 +191,7 @@ def draw_figure(
             axes = [canvas.add_subplot(grid[line, column]) for column in (0, 1)]
             panels += _draw_details(axes, drawn, row.detail, measure)
     spectral: list[tuple[Axes, Spectrum, str]] = []
-    for case in figure.spectra:
+    for case in figure.cases:
         line = next(lines)
         for column, output in enumerate(OUTPUTS):
             ax = canvas.add_subplot(grid[line, column])
@@ -207,26 +199,17 @@ def draw_figure(
             settings = ", ".join(equation_text(case.model, name) for name in ("f", "Nd"))
             ax.set_title(f"{next(letters)}  {settings}")
             spectral.append((ax, result[case], output))
-    draw_legend(canvas, [result[curve] for curve in figure.curves], measure)
+    draw_legend(canvas, [result[curve] for curve in figure.of_kind("response")], measure)
     naming = [partial(_name, panel, measure) for panel in panels]
     naming += [partial(name_lines, *each, palette(1)[0]) for each in spectral]
     _name_last(canvas, naming)
     return canvas
 
 
-def _heights(figure: Figure) -> list[float]:
-    heights = []
-    for row in figure.rows:
-        heights += [WIDE_HEIGHT] * 2 if row.wide else [ROW_HEIGHT]
-        if row.detail is not None:
-            heights.append(DETAIL_HEIGHT)
-    return heights + [SPECTRUM_HEIGHT] * len(figure.spectra)
-
-
 def _draw_row(
     axes: Sequence[Axes],
     row: Row,
-    diagrams: Sequence[HasBranches],
+    diagrams: Sequence[Diagram],
     letters: Iterator[str],
     measure: str,
 ) -> list[_Panel]:
@@ -279,7 +262,7 @@ def _common(row: Row) -> str:
     """Return the common parameters of a row, and the one in which its curves differ."""
     model = row.curves[0].model
     shown = [*row.common]
-    if "f" not in (row.member, row.curves[0].vary, *shown):
+    if "f" not in (row.member, *row.curves[0].vary, *shown):
         shown.append("f")
     equations = ", ".join(equation_text(model, name) for name in shown)
     symbol = model.parameter(row.member).symbol
@@ -297,21 +280,27 @@ LOWEST = ("PD",)
 """Loci whose lowest point is labeled."""
 
 
-def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
+def _plane(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     """Draw a bifurcation set and a detail of it."""
-    diagram = _without_lost_contact(diagram)
+    (case,) = figure.cases
+    diagram = _without_lost_contact(result[case])
+    assert figure.detail is not None
     heights = WIDE_HEIGHTS if figure.wide else (PLANE_HEIGHT,)
     canvas = _canvas(sum(heights) + PLANE_LEGEND_HEIGHT)
     # It knows the size of a text; without it every question would draw the figure again.
     FigureCanvasAgg(canvas)
     grid = canvas.add_gridspec(len(heights), 2 // len(heights), height_ratios=heights)
     whole, detail = (canvas.add_subplot(grid[place]) for place in (0, 1))
-    for ax, view in ((whole, figure.plane.window), (detail, figure.detail)):
+    for ax, view in ((whole, diagram.window), (detail, figure.detail)):
         draw_loci(diagram, ax, window=view, annotate=False, legend=False)
-        _draw_contact_limit(ax, figure.plane, view)
-    _draw_frame(whole, figure.detail)
-    fixed = ("alpha", "Vd", "Ns", "mu") if "f" in figure.plane.vary else ("f",)
-    equations = ", ".join(equation_text(figure.plane.model, name) for name in fixed)
+        if case.vary == CONTACT:
+            _draw_contact_limit(ax, view)
+    # Framed by a line, which names avoid.
+    (left, right), (bottom, top) = figure.detail
+    corners = [left, right, right, left, left], [bottom, bottom, top, top, bottom]
+    whole.plot(*corners, color="0.35", linewidth=0.6)
+    fixed = ("alpha", "Vd", "Ns", "mu") if "f" in case.vary else ("f",)
+    equations = ", ".join(equation_text(case.model, name) for name in fixed)
     whole.set_title(f"(a)  {equations}")
     detail.set_title("(b)  detail of (a)")
     canvas.legend(**legend_options([diagram]), loc="outside lower center")
@@ -320,42 +309,17 @@ def draw_plane(figure: PlaneFigure, diagram: HasLoci) -> Canvas:
     return canvas
 
 
-@dataclass(frozen=True)
-class _Shown:
-    """A bifurcation set as it is drawn."""
-
-    model: Model
-    vary: tuple[str, str]
-    window: Window
-    loci: Sequence[Locus]
-    regions: RegionMap | None
-
-
-def _without_lost_contact(diagram: HasLoci) -> HasLoci:
+def _without_lost_contact(diagram: LocusDiagram) -> LocusDiagram:
     """Remove the regions where the tip lifts off: there the model is not valid."""
     regions = diagram.regions
     if diagram.vary != CONTACT or regions is None:
         return diagram
     labels = np.where(regions.second[:, None] < regions.first, regions.labels, 0)
-    regions = replace(regions, labels=labels)
-    return _Shown(diagram.model, diagram.vary, diagram.window, diagram.loci, regions)
+    return replace(diagram, regions=replace(regions, labels=labels))
 
 
-def _draw_frame(ax: Axes, view: Window) -> None:
-    """Frame the magnified part with a line that names avoid."""
-    (left, right), (bottom, top) = view
-    ax.plot(
-        [left, right, right, left, left],
-        [bottom, bottom, top, top, bottom],
-        color="0.35",
-        linewidth=0.6,
-    )
-
-
-def _draw_contact_limit(ax: Axes, plane: PlaneCase, view: Window) -> None:
+def _draw_contact_limit(ax: Axes, view: Window) -> None:
     """Hatch where the amplitude of the normal force exceeds its static part: the tip lifts off."""
-    if plane.vary != CONTACT:
-        return
     (left, right), (bottom, top) = view
     if top <= left:
         return
@@ -365,14 +329,9 @@ def _draw_contact_limit(ax: Axes, plane: PlaneCase, view: Window) -> None:
         Polygon(corners, facecolor="white", edgecolor="0.8", hatch="////", linewidth=0.0, zorder=1)
     )
     ax.plot(ends, ends, color="black", linewidth=0.8, zorder=1.5)
-    ax.text(
-        left + 0.25 * (right - left),
-        bottom + 0.7 * (top - bottom),
-        "tip lifts off: $N_d > N_s$",
-        fontsize=7.0,
-        ha="center",
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.5},
-    )
+    place = left + 0.25 * (right - left), bottom + 0.7 * (top - bottom)
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+    ax.text(*place, "tip lifts off: $N_d > N_s$", fontsize=7.0, ha="center", bbox=box)
 
 
 MOTION_HEIGHT, BASIN_HEIGHT, MOTION_LEGEND_HEIGHT = 2.3, 2.6, 0.6
@@ -392,89 +351,81 @@ ROOM = 0.06
 """Room above and below what is drawn, over its height."""
 
 
-def draw_motions(figure: MotionFigure, result: Mapping[Any, Any], measure: str = "max") -> Canvas:
-    """Draw one of them."""
-    if isinstance(figure, CompletedFigure):
-        return _completed(figure, result, measure)
-    if isinstance(figure, HysteresisFigure):
-        return _hysteresis(figure, result, measure)
+def _regimes(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+    """Draw a map of regimes over its bifurcation set."""
+    plane, regimes = figure.cases
     canvas = _canvas(1.25 * COLUMN)
-    over = result[figure.regimes.plane]
-    draw_regimes(result[figure.regimes], canvas.add_subplot(), over=over)
+    draw_regimes(result[regimes], canvas.add_subplot(), over=result[plane])
     return canvas
 
 
-def _completed(figure: CompletedFigure, result: Mapping[Any, Any], measure: str) -> Canvas:
-    rows = len(figure.curves)
-    canvas = _canvas(rows * MOTION_HEIGHT + MOTION_LEGEND_HEIGHT)
+def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+    """Draw a figure of the paper with tori and sampled solutions, a curve a row."""
+    curves, sweeps = figure.of_kind("response"), figure.of_kind("sweep")
+    canvas = _canvas(len(curves) * MOTION_HEIGHT + MOTION_LEGEND_HEIGHT)
     letters = (f"({chr(ord('a') + number)})" for number in count())
     naming = []
-    for axes, curve, swept in zip(
-        canvas.subplots(rows, 2, squeeze=False), figure.curves, figure.sweeps, strict=True
-    ):
+    panels = canvas.subplots(len(curves), 2, squeeze=False)
+    for axes, curve, swept in zip(panels, curves, sweeps, strict=True):
         for ax, output in zip(axes, OUTPUTS, strict=True):
-            naming.append(_draw_both(ax, curve, swept, output, result, measure))
+            naming.append(_draw_both(ax, result[curve], result[swept], output, measure))
             ax.set_title(f"{next(letters)}  {_fixed(curve)}")
-    diagrams = [result[curve] for curve in figure.curves]
+    diagrams = [result[curve] for curve in curves]
     tori = [tori for diagram in diagrams for tori in diagram.tori]
-    more = _more(tori, [result[swept] for swept in figure.sweeps])
-    draw_legend(canvas, diagrams, measure, more, [swept.span for swept in figure.sweeps])
+    more = _more(tori, [result[swept] for swept in sweeps])
+    draw_legend(canvas, diagrams, measure, more, sweeps[0].spans[0])
     _name_last(canvas, naming)
     return canvas
 
 
-def _hysteresis(figure: HysteresisFigure, result: Mapping[Any, Any], measure: str) -> Canvas:
+def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
+    """Draw a range with two responses, and their basins of attraction."""
+    curve, swept, *cases = figure.cases
+    basins = [_by_period(result[case]) for case in cases]
     heights = MOTION_HEIGHT, BASIN_HEIGHT
     canvas = _canvas(sum(heights) + MOTION_LEGEND_HEIGHT)
     grid = canvas.add_gridspec(2, 1, height_ratios=heights)
-    above, below = (grid[row].subgridspec(1, n) for row, n in ((0, 2), (1, len(figure.basins))))
+    above, below = (grid[row].subgridspec(1, n) for row, n in ((0, 2), (1, len(basins))))
     naming = []
     for place, output in enumerate(OUTPUTS):
         ax = canvas.add_subplot(above[place])
-        naming.append(_draw_both(ax, figure.curve, figure.swept, output, result, measure))
-        ax.set_title(f"({'ab'[place]})  {_fixed(figure.curve)}")
-    for place, case in enumerate(figure.basins):
+        naming.append(_draw_both(ax, result[curve], result[swept], output, measure))
+        ax.set_title(f"({'ab'[place]})  {_fixed(curve)}")
+    for place, (case, found) in enumerate(zip(cases, basins, strict=True)):
         ax = canvas.add_subplot(below[place])
-        seen = _by_period(result[case])
-        draw_basins(seen, ax, legend=False)
+        draw_basins(found, ax, legend=False)
         if place:
             ax.set_ylabel("")
-        fraction = f"{100 * seen.fraction(seen[0]).value:.2g} % {in_words(seen[0])}"
-        at = equation_text(case.model, figure.curve.vary)
+        fraction = f"{100 * found.fraction(found[0]).value:.2g} % {in_words(found[0])}"
+        at = equation_text(case.model, curve.vary[0])
         ax.set_title(f"({'cdefgh'[place]})  {at}\n{fraction}")
-    most = max((_by_period(result[case]) for case in figure.basins), key=len)
+    most = max(basins, key=len)
     patches = [
         Patch(facecolor=color, label=f"basin of {in_words(item)}")
         for item, color in zip(most, BASINS, strict=False)
     ]
-    if any((result[case].uncertain > 0).any() for case in figure.basins):
+    if any((found.uncertain > 0).any() for found in basins):
         patches.append(Patch(facecolor="0.92", edgecolor="0.55", label="crossed by a boundary"))
-    more = [*_more(result[figure.curve].tori, [result[figure.swept]]), *patches]
-    draw_legend(canvas, [result[figure.curve]], measure, more, [figure.swept.span])
+    more = [*_more(result[curve].tori, [result[swept]]), *patches]
+    draw_legend(canvas, [result[curve]], measure, more, swept.spans[0])
     _name_last(canvas, naming)
     return canvas
 
 
 def _draw_both(
-    ax: Axes,
-    curve: CurveCase,
-    swept: SweepCase,
-    output: str,
-    result: Mapping[Any, Any],
-    measure: str,
+    ax: Axes, diagram: Diagram, swept: Sweep, output: str, measure: str
 ) -> Callable[[], None]:
     """Draw branches and tori over the dots of solutions; return what names them.
 
     The axes show the range of the solutions: unstable orbits may be outside it.
     """
-    diagram = result[curve]
-    _draw_dots(ax, result[swept], output, measure)
+    _draw_dots(ax, swept, output, measure)
     low, high = ax.dataLim.intervaly
     draw_family([diagram], output, measure, ax, ["black"])
     for tori in diagram.tori:
         for line in torus_segments(tori, output, measure):
             ax.plot(line.parameter, line.value, **_torus_line(line.kind))
-    ax.set_xlim(swept.span)
+    ax.set_xlim(swept.values[0], swept.values[-1])
     ax.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
     ax.xaxis.set_major_locator(MaxNLocator(5))
     return lambda: name_family(ax, [diagram], None, output, measure, ["black"])
@@ -492,8 +443,8 @@ def _draw_dots(ax: Axes, swept: Sweep, output: str, measure: str) -> None:
             )  # fmt: skip
 
 
-def _fixed(curve: CurveCase) -> str:
-    other = "f" if curve.vary == "Nd" else "Nd"
+def _fixed(curve: Case) -> str:
+    other = "f" if curve.vary == ("Nd",) else "Nd"
     return equation_text(curve.model, other)
 
 
@@ -527,13 +478,11 @@ def _torus_line(kind: str) -> dict[str, Any]:
     return {**LINES[kind], "color": TORUS, "path_effects": [edge], "zorder": 2.2}
 
 
-def _files(canvas: Canvas, key: str) -> dict[str, bytes]:
-    """Return a figure as PDF and PNG."""
-    contents = {}
-    for suffix in ("pdf", "png"):
-        memory = io.BytesIO()
-        # Without the date the same numbers make the same file.
-        metadata = {"CreationDate": None} if suffix == "pdf" else None
-        canvas.savefig(memory, format=suffix, metadata=metadata)
-        contents[f"{key}.{suffix}"] = memory.getvalue()
-    return contents
+DRAWINGS: dict[str, Callable[[Figure, Mapping[Case, Any], str], Canvas]] = {
+    "family": _family,
+    "plane": _plane,
+    "completed": _completed,
+    "hysteresis": _hysteresis,
+    "regimes": _regimes,
+}
+"""Functions by kind of figure."""

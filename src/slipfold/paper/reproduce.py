@@ -2,50 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from slipfold.branches.settings import Settings
-from slipfold.computations.loci import bifurcation_set
-from slipfold.computations.response import response
 from slipfold.errors import InputError
-from slipfold.flow.simulate import simulate
-from slipfold.long_term.spectrum import find_spectrum
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO
-from slipfold.paper.cases import (
-    AnyFigure,
-    Case,
-    Cases,
-    CurveCase,
-    MotionFigure,
-    Motions,
-    PlaneCase,
-    Steady,
-    motion_figures,
-    read_cases,
-)
+from slipfold.paper.cases import Case, Cases, Figure, read_cases
 from slipfold.paper.claims import Claim, Findings, claims_markdown, judge_claims
 from slipfold.paper.drawing import render
 from slipfold.paper.tables import planes_markdown, thresholds_csv
 from slipfold.progress import Observer, Progress
-from slipfold.results.diagram import Diagram
-from slipfold.results.locus_diagram import LocusDiagram
-from slipfold.results.result import Result
 from slipfold.results.writing import check_writable, write_file
 from slipfold.studies.executors import open_executor
+from slipfold.text import listed
 
-PERIODS = 1500
-"""Forcing periods from rest until the response is taken as steady."""
-
-WITH_TORI = (2, 3)
+WITH_TORI = {2, 3}
 """Figures that get the tori that the paper leaves out, on request."""
 
 ROOM = 16_000_000
 """Bytes that the files may need; twice what they do."""
+
+Task = tuple[Any, Callable[..., Any], tuple[Any, ...]]
+"""What a function computes, the function, and its arguments."""
 
 
 @dataclass(frozen=True)
@@ -114,15 +96,22 @@ def reproduce(
     if processes < 1:
         raise InputError(f"processes = {processes} is less than 1; give at least 1")
     folder = _prepare(Path(out))
-    cases = read_cases() if cases is None else cases
-    beyond = motion_figures(cases) if motions else ()
-    run = _Run(folder, cases, settings, measure, on_progress, tori or motions, beyond)
+    run = _Run(folder, cases or read_cases(motions=motions), on_progress)
+    with_tori = WITH_TORI if tori or motions else set[int]()
     with open_executor(None if processes == 1 else processes) as opened:
-        tasks = Tasks(opened.executor, processes)
         try:
-            run.compute(tasks)
+            tasks: Iterable[Task] = (
+                (case, _compute, (case, settings, bool(with_tori & {*run.cases.shown_in(case)})))
+                for case in run.cases.needs
+            )
+            for case, result in _finished(opened.executor, processes, tasks):
+                run.take_result(case, *result)
+            tasks = ((figure, render, run.drawing(figure, measure)) for figure in run.complete())
+            for figure, files in _finished(opened.executor, processes, tasks):
+                run.take_figure(figure, files)
         except KeyboardInterrupt:
-            run.rescue(tasks)
+            for figure in run.complete():
+                run.take_figure(figure, render(*run.drawing(figure, measure)), report=False)
     return run.conclude()
 
 
@@ -146,198 +135,101 @@ def _prepare(folder: Path) -> Path:
     return folder
 
 
-class Tasks:
-    """Functions that wait for a free process; no more are handed over than processes are free."""
+def _finished(
+    executor: Executor, processes: int, tasks: Iterable[Task]
+) -> Iterator[tuple[Any, Any]]:
+    """Yield the result of each task as it ends; no more of them wait than there are processes."""
+    waiting, running = iter(tasks), dict[Future[Any], Any]()
+    while True:
+        for name, function, arguments in islice(waiting, processes - len(running)):
+            running[executor.submit(function, *arguments)] = name
+        if not running:
+            return
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            yield running.pop(future), future.result()
 
-    def __init__(self, executor: Executor, processes: int) -> None:
-        self._executor = executor
-        self._processes = processes
-        self._waiting: list[tuple[Any, Callable[..., Any], tuple[Any, ...]]] = []
-        self._running: dict[Future[Any], Any] = {}
 
-    def add(self, name: Any, function: Callable[..., Any], *arguments: Any) -> None:
-        """Put a function in the queue."""
-        self._waiting.append((name, function, arguments))
-
-    def finished(self) -> Iterator[tuple[Any, Any]]:
-        """Yield name and result of each function as it ends, until none is left.
-
-        Functions may be added meanwhile.
-        """
-        while self._waiting or self._running:
-            while self._waiting and len(self._running) < self._processes:
-                name, function, arguments = self._waiting.pop(0)
-                self._running[self._executor.submit(function, *arguments)] = name
-            done, _ = wait(self._running, return_when=FIRST_COMPLETED)
-            for future in [item for item in self._running if item in done]:
-                yield self._running.pop(future), future.result()
-
-    def stop(self) -> Iterator[tuple[Any, Any]]:
-        """Drop waiting functions, and yield name and result of those running until they end."""
-        self._waiting.clear()
-        yield from self.finished()
+def _compute(case: Case, settings: Settings | None, tori: bool) -> tuple[Any, bytes | None]:
+    """Return a result and its file, which a spectrum has not; may run in a process of its own."""
+    result = case.compute(settings, tori=tori)
+    if case.kind == "spectrum":
+        return result, None
+    if result.interrupted:
+        raise KeyboardInterrupt
+    return result, result._table().to_netcdf()
 
 
 class _Run:
-    """One reproduction while it runs."""
+    """One reproduction while it runs: its results and files."""
 
-    def __init__(
-        self,
-        folder: Path,
-        cases: Cases,
-        settings: Settings | None,
-        measure: str,
-        on_progress: Observer | None,
-        tori: bool,
-        beyond: tuple[MotionFigure, ...] = (),
-    ) -> None:
-        self.tori = tori
-        self.beyond = beyond
-        self.folder = folder
-        self.cases = cases
-        self.settings = settings
-        self.measure = measure
-        self.on_progress = on_progress
-        self.found: dict[Any, Any] = {}  # spectra and results by case
-        self.drawn: set[AnyFigure] = set()
-        self.queued: set[AnyFigure] = set()
+    def __init__(self, folder: Path, cases: Cases, on_progress: Observer | None) -> None:
+        self.folder, self.cases, self.on_progress = folder, cases, on_progress
+        self.results: dict[Case, Any] = {}
+        self.drawn: list[Figure] = []
         self.written: list[Path] = []
 
-    def compute(self, tasks: Tasks) -> None:
-        """Compute everything; draw each figure as soon as its curves are there."""
-        for case in self.needs:
-            shown = self.cases.shown_in(case) if isinstance(case, CurveCase) else ()
-            tori = self.tori and not set(WITH_TORI).isdisjoint(shown)
-            tasks.add(case, _compute, case, self.settings, tori)
-        for name, result in tasks.finished():
-            self.take(name, result)
-            for figure in self.complete():
-                if figure not in self.queued:
-                    self.queued.add(figure)
-                    tasks.add(figure, *self.drawing(figure))
+    def take_result(self, case: Case, result: Any, content: bytes | None) -> None:
+        """Save a result."""
+        if content is not None:
+            self.write(f"data/{case.key}.nc", content)
+        self.results[case] = result
+        special = [point.type for _, point in getattr(result, "special", ())]
+        self.report(f"{case.key}  found: {listed(special)}" if special else case.key, case.key)
 
-    @property
-    def needs(self) -> tuple[Case | Motions, ...]:
-        """All that is computed, each once."""
-        further = [case for figure in self.beyond for case in figure.needs]
-        return tuple(dict.fromkeys([*self.cases.needs, *further]))
+    def take_figure(self, figure: Figure, files: dict[str, bytes], *, report: bool = True) -> None:
+        """Save a figure."""
+        for name, content in files.items():
+            self.write(name, content)
+        self.drawn.append(figure)
+        if report:
+            self.report(figure.key, figure.key)
 
-    @property
-    def figures(self) -> tuple[AnyFigure, ...]:
-        """All that are drawn."""
-        return (*self.cases.all_figures, *self.beyond)
-
-    def rescue(self, tasks: Tasks) -> None:
-        """After Ctrl-C: take the results of running tasks, and draw complete figures."""
-        self.on_progress = None
-        with suppress(BrokenExecutor):  # a signal to all processes ends those at work
-            for name, result in tasks.stop():
-                self.take(name, result)
-        for figure in self.complete():
-            if figure not in self.drawn:
-                draw, *arguments = self.drawing(figure)
-                self.take(figure, draw(*arguments))
-
-    def take(self, name: Any, result: Any) -> None:
-        """Keep and save one result."""
-        found: tuple[str, ...] = ()
-        if isinstance(name, AnyFigure):
-            for file, content in result.items():
-                self.write(file, content)
-            self.drawn.add(name)
-        elif isinstance(name, Steady):
-            self.found[name] = result
-        else:
-            diagram, content = result
-            if diagram.interrupted:
-                raise KeyboardInterrupt
-            self.write(f"data/{name.key}.nc", content)
-            self.found[name] = diagram
-            found = _found(diagram)
+    def report(self, text: str, name: str) -> None:
+        """Report the progress."""
         if self.on_progress is not None:
-            done = sum(case in self.found for case in self.needs) + len(self.drawn)
-            total = len(self.needs) + len(self.figures)
-            text = f"{name.key}  found: {', '.join(found)}" if found else name.key
-            self.on_progress(Progress("results", done, total, text, {"name": name.key}))
-
-    def complete(self) -> Iterator[AnyFigure]:
-        """Yield the figures for which everything is computed."""
-        for figure in self.figures:
-            if self.found.keys() >= set(figure.needs):
-                yield figure
-
-    def drawing(self, figure: AnyFigure) -> tuple[Any, ...]:
-        """Return the function that draws a figure, and its arguments."""
-        needed = {case: self.found[case] for case in figure.needs}
-        return render, figure, needed, self.measure
+            done = len(self.results) + len(self.drawn)
+            total = len(self.cases.needs) + len(self.cases.figures)
+            self.on_progress(Progress("results", done, total, text, {"name": name}))
 
     def write(self, name: str, content: bytes) -> None:
+        """Write a file."""
         write_file(self.folder / name, content)
         self.written.append(self.folder / name)
 
+    def complete(self) -> list[Figure]:
+        """Return the figures that can be drawn and are not yet."""
+        return [
+            figure
+            for figure in self.cases.figures
+            if self.results.keys() >= set(figure.needs) and figure not in self.drawn
+        ]
+
+    def drawing(self, figure: Figure, measure: str) -> tuple[Any, ...]:
+        """Return the arguments that draw a figure."""
+        return figure, {case: self.results[case] for case in figure.needs}, measure
+
     def conclude(self) -> Reproduction:
         """Tabulate and judge."""
-        diagrams = self.of_kind(CurveCase)
-        claims = judge_claims(Findings(self.cases, diagrams, self.of_kind(Steady)))
-        self.write("thresholds.csv", thresholds_csv(self.cases, diagrams).encode())
+        claims = judge_claims(Findings(self.cases, self.results))
+        self.write("thresholds.csv", thresholds_csv(self.cases, self.results).encode())
         self.write("claims.md", claims_markdown(claims).encode())
-        if self.cases.planes:
-            text = planes_markdown(self.cases.planes, self.of_kind(PlaneCase))
-            self.write("bifurcation_sets.md", text.encode())
-        missing = [case.key for case in self.needs if case not in self.found]
-        missing += [figure.key for figure in self.figures if figure not in self.drawn]
+        if planes := self.cases.of_kind("plane"):
+            self.write("bifurcation_sets.md", planes_markdown(planes, self.results).encode())
+        missing = [case.key for case in self.cases.needs if case not in self.results]
+        missing += [figure.key for figure in self.cases.figures if figure not in self.drawn]
+        stopped = sorted(
+            sentence for case, result in self.results.items() for sentence in _early(case, result)
+        )
         return Reproduction(
-            self.folder, tuple(self.written), claims, tuple(sorted(self.stopped())), tuple(missing)
+            self.folder, tuple(self.written), claims, tuple(stopped), tuple(missing)
         )
 
-    def stopped(self) -> Iterator[str]:
-        """Yield a sentence for each branch and each locus that was given up."""
-        for curve, diagram in self.of_kind(CurveCase).items():
-            for branch in diagram.branches:
-                reasons = [end.reason for end in branch.ends if end.early]
-                yield from (f"{curve.key}, branch {branch.id}: {reason}" for reason in reasons)
-            for tori in diagram.tori:
-                if tori.stopped.early:
-                    yield f"{curve.key}, tori {tori.id}: {tori.stopped.reason}"
-        for plane, found in self.of_kind(PlaneCase).items():
-            for locus in found.loci:
-                for end in (locus.started, locus.stopped):
-                    if end.early:
-                        yield f"{plane.key}, locus {locus.id}: {end.reason}"
 
-    def of_kind(self, kind: type) -> dict[Any, Any]:
-        """Return what was computed for one kind of case."""
-        return {case: found for case, found in self.found.items() if isinstance(case, kind)}
-
-
-def _found(diagram: Result) -> tuple[str, ...]:
-    """Return what was found, as progress shows it."""
-    if isinstance(diagram, LocusDiagram):
-        return tuple(
-            f"{point.type} {point.values[0]:.6g} {point.values[1]:.6g}"
-            for _, point in diagram.special
-            if point.type in CODIMENSION_TWO
-        )
-    if not isinstance(diagram, Diagram):
-        return ()
-    return tuple(
-        f"{point.type} {point.value:.6g}"
-        for _, point in diagram.special
-        if point.type in BIFURCATION_TYPES
-    )
-
-
-def _compute(case: Case | Motions, settings: Settings | None, tori: bool) -> Any:
-    """Compute one spectrum, or anything else and its file; may run in a process of its own."""
-    if isinstance(case, Steady):
-        return find_spectrum(simulate(case.model, PERIODS))
-    if isinstance(case, PlaneCase):
-        found = bifurcation_set(case.model, case.vary, case.window, settings=settings)
-        return found, found._table().to_netcdf()
-    if not isinstance(case, CurveCase):
-        motions = case.compute()
-        return motions, motions._table().to_netcdf()
-    diagram = response(case.model, case.vary, case.span, settings=settings, tori=tori)
-    # The file asks for extrema and uncertainties, which the branches keep: they are computed here
-    # rather than in the process that waits, and once for all drawings.
-    return diagram, diagram._table().to_netcdf()
+def _early(case: Case, result: Any) -> Iterator[str]:
+    """Yield a sentence for each branch, locus and torus that stopped early."""
+    for what in ("branches", "tori", "loci"):
+        for curve in getattr(result, what, ()):
+            name = {"branches": "branch", "tori": "tori", "loci": "locus"}[what]
+            ends = (curve.stopped,) if what == "tori" else curve.ends
+            reasons = [end.reason for end in ends if end.early]
+            yield from (f"{case.key}, {name} {curve.id}: {reason}" for reason in reasons)

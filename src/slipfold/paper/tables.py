@@ -5,12 +5,11 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
-from slipfold.paper.cases import Cases, CurveCase, PlaneCase, PlaneFigure
-from slipfold.plots.response import HasBranches
-from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.paper.cases import Case, Cases, Figure
 
 
 def number(value: float | None, missing: str = "none") -> str:
@@ -39,30 +38,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 PARAMETERS = ("f", "Nd", "Ns", "mu", "alpha", "Vd")
 
 COLUMNS = (
-    "figures",
-    "curve",
-    "vary",
-    *PARAMETERS,
-    "branch",
-    "period",
-    "type",
-    "name",
-    "value",
-    "uncertainty",
-    "criticality",
-    "coefficient",
-    "leads_to",
-    "x",
-    "y",
-    "vx",
-    "vy",
-    "multiplier_real",
-    "multiplier_imag",
+    *("figures", "curve", "vary", *PARAMETERS, "branch", "period", "type", "name", "value"),
+    *("uncertainty", "criticality", "coefficient", "leads_to", "x", "y", "vx", "vy"),
+    *("multiplier_real", "multiplier_imag"),
 )
 """Columns; SI units, angles in radians, x and y over L, their rates in 1/s."""
 
 
-def thresholds_csv(cases: Cases, diagrams: Mapping[CurveCase, HasBranches]) -> str:
+def thresholds_csv(cases: Cases, results: Mapping[Case, Any]) -> str:
     """Return every special point of every curve as comma-separated values.
 
     Numbers are written so that they read back exactly. What has no value is empty.
@@ -71,23 +54,19 @@ def thresholds_csv(cases: Cases, diagrams: Mapping[CurveCase, HasBranches]) -> s
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     for curve in cases.needs:
-        if not isinstance(curve, CurveCase) or curve not in diagrams:
-            continue
-        for branch in diagrams[curve].branches:
-            for point in branch.special:
+        if curve.kind == "response" and curve in results:
+            for branch, point in results[curve].special:
                 writer.writerow(_cells(cases, curve, branch, point))
     return text.getvalue()
 
 
-def _cells(
-    cases: Cases, curve: CurveCase, branch: Branch, point: SpecialPoint
-) -> dict[str, object]:
+def _cells(cases: Cases, curve: Case, branch: Branch, point: SpecialPoint) -> dict[str, object]:
     critical = point.critical_multiplier
     states = zip(point.model.states, point.state, strict=True)
     return {
         "figures": " ".join(str(number) for number in cases.shown_in(curve)),
         "curve": curve.key,
-        "vary": curve.vary,
+        "vary": point.vary,
         **{name: point.model.values[name] for name in PARAMETERS},
         "branch": branch.id,
         "period": branch.period,
@@ -104,9 +83,7 @@ def _cells(
     }
 
 
-def planes_markdown(
-    figures: Sequence[PlaneFigure], diagrams: Mapping[PlaneCase, LocusDiagram]
-) -> str:
+def planes_markdown(figures: Sequence[Figure], results: Mapping[Case, Any]) -> str:
     """Return the summary of each bifurcation set as Markdown."""
     parts = [
         "# Bifurcation sets",
@@ -116,7 +93,8 @@ def planes_markdown(
         "uncertainty of each point.",
     ]
     for figure in figures:
-        parts.append(f"## {figure.title}: {figure.plane.vary[0]} and {figure.plane.vary[1]}")
-        diagram = diagrams.get(figure.plane)
+        (plane,) = figure.cases
+        parts.append(f"## {figure.title}: {plane.vary[0]} and {plane.vary[1]}")
+        diagram = results.get(plane)
         parts.append("Not computed." if diagram is None else f"```text\n{diagram.summary()}\n```")
     return "\n\n".join(parts) + "\n"
