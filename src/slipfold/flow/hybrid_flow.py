@@ -85,17 +85,10 @@ class CompiledMode:
             hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
         ]
         self.events = events_of(mode, limits, self._weights[:count])
-        # Next mode of a single contact along a line by the outcome of the integration
-        self.follows = _follows(self.events) if count == 1 else {}
         self.held = [equations.names.index(name) for name in mode.held]
         # Whether held states are constant, as on surfaces with a constant speed
         self.rests = mode.slow is None and all(
             is_zero(equations.field[place]) for place in self.held
-        )
-        # Whether all rates are constant, of contacts along lines
-        constant = {str(item) for item in equations.coefficients}
-        self.steady = all(len(contact.slip) == 1 for contact in mode.contacts) and (
-            constant.issuperset(hy.get_variables(list(equations.field)))
         )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
         self.flow = Flow(equations)
@@ -233,15 +226,6 @@ class CompiledMode:
         elif event.ending is not Ending.STOPS:
             which += count
         return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
-
-
-def _follows(events: Sequence[SwitchingEvent]) -> dict[int, Mode]:
-    after = {Ending.STOPS: STUCK}
-    after_each = {
-        -1 - place: (event.towards,) if event.ending is Ending.YIELDS else after.get(event.ending)
-        for place, event in enumerate(events)
-    }
-    return {outcome: mode for outcome, mode in after_each.items() if mode is not None}
 
 
 def _held_alone(mode: ModeEquations) -> list[Expression]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, repeat
 from operator import attrgetter
@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import ARRIVED, ROUNDING
+from slipfold.flow.batches import ROUNDING
 from slipfold.flow.contact_state import Instant, Numbers, Undecided
 from slipfold.flow.guarded_flow import GuardStop
-from slipfold.flow.hybrid_flow import STEPS, HybridSystem, SmoothPhase
+from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
     SLOW,
     STUCK,
@@ -73,7 +73,7 @@ class Recorder:
         # Of each mode: its time, its state and the number of earlier smooth phases
         self.modes, self._times, self._legs = [mode], [0.0], [0]
         self._states: list[Array] = []
-        self.started = 0  # complete periods before the phases that are noted
+        self.periods = 0  # complete ones before the phases that are noted
 
     def add(self, energies: Array) -> None:
         """Note the energies of a smooth phase, shape (2 k,)."""
@@ -82,7 +82,7 @@ class Recorder:
     def changed(self, time: float, state: Array, mode: Mode) -> None:
         """Note a new mode, at a phase of the present period."""
         self.modes.append(mode)
-        self._times.append(self.started + time)
+        self._times.append(self.periods + time)
         self._states.append(state)
         self._legs.append(len(self._energies))
 
@@ -123,56 +123,6 @@ class Recorder:
         return [*map(Interval._make, zip(repeat(name), names, *columns, strict=False))]
 
 
-MAX_PHASES = 1_000
-"""Smooth phases in a period that are integrated without a closer look."""
-
-
-def alternate(
-    system: HybridSystem,
-    mode: Mode,
-    state: Array,
-    phase: float,
-    further: float,
-    recorder: Recorder,
-    ended: Callable[[Mode, Array], None],
-) -> tuple[Mode, Array, float]:
-    """Propagate a state of a single contact to the end of a period, or to an unclear event.
-
-    It is faster than `smooth_phases`. A smooth phase with constant rates may continue beyond the
-    end of the period, which is reported to `ended`. Shapes: state (n,).
-    """
-    flow, constants, weights = system.flow, system.constants, system.weights
-    # An event is a later root: a contact at its limit may be beyond it already.
-    if phase < 1 and mode == STUCK and not flow.stuck.rest(state, phase, constants)[1]:
-        return mode, state, phase
-    for _ in range(MAX_PHASES):
-        if phase >= 1:
-            break
-        ready = flow.ready(mode, constants, weights)
-        compiled, integrator = ready.compiled, ready.integrator
-        ready.set_out(state, phase)
-        until = 1 + further if compiled.steady else 1.0
-        outcome = int(integrator.propagate_until(until, STEPS)[0])
-        after = mode if outcome == ARRIVED else compiled.follows.get(outcome)
-        if after is None:
-            break
-        end, (final, energies) = integrator.time, ready.arrived()
-        if after is STUCK:
-            speed, holds = flow.stuck.rest(final, end, constants)
-            if not holds:
-                break
-            final[flow.stuck.held[0]] = speed
-        elif not compiled.rests:
-            final = compiled.hold(final, end, constants)
-        recorder.add(energies)
-        if end > 1:
-            ended(mode, state + (1 - phase) / (end - phase) * (final - state))
-        if after is not mode:
-            recorder.changed(end, final, after)
-        state, phase, mode = final, end, after
-    return mode, state, phase
-
-
 MAX_CHANGES = 10_000
 """Largest number of changes in a forcing period."""
 
@@ -209,12 +159,8 @@ def smooth_phases(
     *,
     begin: float = 0.0,
     dense: bool = False,
-    steadily: float = 0.0,
 ) -> Iterator[tuple[SmoothPhase, Mode]]:
-    """Propagate a state through its modes; yield each smooth phase and the mode that follows.
-
-    A last smooth phase with constant rates may continue to the phase `steadily` beyond the end.
-    """
+    """Propagate a state through its modes; yield each smooth phase and the mode that follows."""
     flow, phase = system.flow, begin
     if flow.planar:
         mode = _slow_where_slow(system, mode, state, phase)
@@ -226,8 +172,7 @@ def smooth_phases(
         if first and phase >= end:
             return
     for _ in range(MAX_CHANGES):
-        until = steadily if steadily > end and flow.mode(mode).steady else end
-        part = system.run(mode, state, phase, until, dense=dense)
+        part = system.run(mode, state, phase, end, dense=dense)
         if part.event is None:
             yield part, mode
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,9 +24,9 @@ from slipfold.flow.equilibrium import (
 )
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, GuardStop
-from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_system
-from slipfold.flow.hybrid_trajectory import Broken, Recorder, alternate, first_mode, smooth_phases
-from slipfold.flow.modes import Mode, Status, contacts_of, shown
+from slipfold.flow.hybrid_flow import hybrid_system
+from slipfold.flow.hybrid_trajectory import Broken, Recorder, first_mode, smooth_phases
+from slipfold.flow.modes import Status, contacts_of, shown
 from slipfold.flow.scales import measured
 from slipfold.flow.settlement import (
     Settlement,
@@ -403,45 +403,23 @@ class HybridIntegration(Integration):
 
     def advance(self, periods: int, on_progress: Callable[[], None] = lambda: None) -> None:
         """Integrate some more periods, as far as it comes."""
-        last, state, mode, phase = self.periods + periods, self._states[-1], self.modes[-1], 0.0
-        further = 0.5  # phases beyond the end of a period
+        last, state, mode = self.periods + periods, self._states[-1], self.modes[-1]
         while (done := self.periods) < last:
-            beyond = further if done + 1 < last else 0.0
-            self.recorder.started = done
-            if self.flow.straight:
-                args = self.system, mode, state, phase, beyond, self.recorder, self._ended
-                mode, state, phase = alternate(*args)
-            closely: Iterable[tuple[SmoothPhase, Mode]] = ()
-            if phase < 1:
-                closely = smooth_phases(
-                    self.system, mode, state, 1.0, begin=phase, steadily=1 + beyond
-                )
+            self.recorder.periods = done
             try:
-                for part, after in closely:
+                for part, after in smooth_phases(self.system, mode, state, 1.0):
                     self.recorder.add(part.energies)
-                    if part.end > 1:
-                        fraction = (1 - part.begin) / (part.end - part.begin)
-                        self._ended(mode, state + fraction * (part.state - state))
-                    state, phase = part.state, part.end
+                    state = part.state
                     if shown(after) != mode:
                         mode = shown(after)
-                        self.recorder.changed(phase, state, mode)
+                        self.recorder.changed(part.end, state, mode)
             except Broken as broken:
-                if broken.stop.time > 1:  # the end of the period is still to come
-                    further = 0.0
-                    continue
                 time = (done + broken.stop.time) * self.constants.period
                 self.stopped = replace(broken.stop, time=time)
                 return
-            if phase <= 1:
-                self._ended(mode, state)
-            phase -= 1
+            self.modes.append(mode)
+            self._states.append(state)
             on_progress()
-
-    def _ended(self, mode: Mode, state: Array) -> None:
-        """Note the end of a period."""
-        self.modes.append(mode)
-        self._states.append(state)
 
     def settlement(self, tolerance: float) -> Settlement:
         """Return whether it has converged, and to what."""
