@@ -60,3 +60,20 @@ def test_chaos_is_sensitive(model):
     # An error of 1e-13 grows by e in one to four periods of either.
     assert 15 < known < 200
     assert Checked.from_json(checked.to_json()) == checked
+
+
+def test_a_chaotic_branch_of_two_wells_is_checked():
+    # A secant along the branch came to rest, and its slope was divided by zero.
+    model = sf.System(
+        {
+            "name": "two wells",
+            "parameters": {"F": 0.1},
+            "states": {
+                "x": {"rate": "v", "start": 1.0},
+                "v": {"rate": "-0.25*v + x - x^3 + F*cos(t)", "start": 0.0},
+            },
+            "forcing": {"period": "2*pi", "amplitude": "F"},
+        }
+    )
+    diagram = sf.response(model, "F", (0, 0.5))
+    assert diagram.checked.checks

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,13 +14,14 @@ from slipfold.arrays import Array
 from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.end import End
-from slipfold.continuation.interpolation import hermite
-from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate
+from slipfold.continuation.interpolation import hermite, lagrange
+from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate, point_at
 from slipfold.continuation.search import Zeros, contracts_between, locate_test
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import EDGE
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
 CLOSED = "the branch closed on itself"
@@ -47,6 +49,13 @@ VANISHED = 1e-3
 
 REAL = 1e-7
 """A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeveralCritical(Found[OrbitPoint]):
+    """A point at which several real multipliers are critical at once, as by a symmetry."""
+
+    error: float = np.inf  # of its arclength
 
 
 class Bifurcations(Zeros[OrbitPoint]):
@@ -237,7 +246,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         Along a family of centers, which have one value of the parameter, it is zero throughout,
         with a multiplier on the circle; without damping that of NS is so everywhere, with a pair
         whose product is one. A function alone may be small where none is: it is a product over all
-        multipliers, which lie close together where fast decay sets the unit of time.
+        multipliers, which lie close together where fast decay sets the unit of time. Two real
+        multipliers with the product one are a neutral saddle, or both are one, as by a symmetry:
+        there Newton's method is singular.
         """
         if name == "LP" and _stands(a, b):  # the sign of the tangent is rounding
             passes = (a.tests["fold"] > 0) != (b.tests["fold"] > 0)
@@ -246,6 +257,8 @@ class Bifurcations(Zeros[OrbitPoint]):
             return all(map(is_off_circle, (a, b))) and _passes_one(a, b)
         before, after = a.tests[name], b.tests[name]
         if (before > 0) == (after > 0):
+            return False
+        if name in PAIRED and _has_real_pair(a) and _has_real_pair(b):
             return False
         off = _off_pair if name in PAIRED else _off_circle
         return max(abs(before), abs(after)) > TEST_NOISE or max(map(off, (a, b))) > TEST_NOISE
@@ -265,11 +278,11 @@ class Bifurcations(Zeros[OrbitPoint]):
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
     ) -> list[Found]:
-        """Return where pairs cross the unit circle though their test function does not tell.
+        """Return where several multipliers cross the unit circle at once, which no function shows.
 
-        It has a double zero where two pairs cross at once, as those of two equal parts of a
-        structure do, which friction does not tell apart; and it is zero everywhere beside two real
-        multipliers whose product is always one, as those of x'' = x.
+        Functions have double zeros where two multipliers or two pairs cross at once, as symmetry
+        or equal parts of a structure make them do. The function of pairs is also zero everywhere
+        where two real multipliers have the product one, as those of x'' = x.
         """
         change = abs(b.unstable - a.unstable)
         if found or change < 2 or change % 2:
@@ -279,11 +292,44 @@ class Bifurcations(Zeros[OrbitPoint]):
         def growth(point: OrbitPoint) -> float:
             return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
 
-        point = locate(self._orbits, known, a, b, growth)
-        if not _crossing(point.multipliers, place, change):
-            return []
+        point = locate(self._orbits, known, a, b, growth, LOCATED)
+        error = 0.0
+        if point.multipliers[place].imag == 0:
+            point, error = self._interpolated(known, point, growth)
+        else:
+            point = locate(self._orbits, known, a, b, growth)
+        order = np.argsort(-np.abs(point.multipliers), kind="stable")
+        critical = point.multipliers[order[place : place + change]]
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
-        return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
+        on_circle = np.abs(np.abs(critical) - 1) < ON_CIRCLE
+        if (on_circle & (np.abs(critical.imag) > REAL)).all():
+            return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
+        for kind, target in (("BP", 1.0), ("PD", -1.0)):
+            if (np.abs(critical - target) < ON_CIRCLE).all():
+                return [SeveralCritical(kind, point, slope, error=error)]
+        return []
+
+    def _interpolated(
+        self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]
+    ) -> tuple[OrbitPoint, float]:
+        """Return the zero of a function at which Newton's method is singular, and its error."""
+        places = near.arclength + CLEAR * np.array([-2.0, -1.0, 1.0, 2.0])
+        around = [point_at(self._orbits, known, place) for place in places.tolist()]
+        values, own = [function(point) for point in around], [item.arclength for item in around]
+        arclength = float(lagrange(values, 0.0) @ own)
+        error = abs(arclength - float(lagrange(values[1:], 0.0) @ own[1:]))
+        z = hermite(around, arclength)[0]
+        linearization = self._orbits.linearize(z)
+        point = replace(
+            near,
+            z=z,
+            arclength=arclength,
+            residual=float(np.abs(linearization.residual).max()),
+            linearization=linearization,
+            monodromy=linearization.monodromy,
+            multipliers=floquet_multipliers(linearization.monodromy),
+        )
+        return point, error
 
 
 def span_end(orbits: Orbits, last: OrbitPoint) -> End:
@@ -346,6 +392,21 @@ def _off_pair(point: OrbitPoint) -> float:
     return float(np.abs(1 - values[first] * values[second]).min(initial=np.inf))
 
 
+def _has_real_pair(point: OrbitPoint) -> bool:
+    """Whether the two multipliers whose product is nearest to one are real."""
+    # Two multipliers that meet are known to the root of rounding.
+    return bool(np.abs(_nearest_pair(point.multipliers).imag).max(initial=0.0) < LOCATED)
+
+
+def _nearest_pair(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Return the two multipliers whose product is nearest to one. Shapes: values (n,)."""
+    first, second = np.triu_indices(len(values), k=1)
+    if not len(first):
+        return values[:0]
+    closest = np.abs(1 - values[first] * values[second]).argmin()
+    return values[[first[closest], second[closest]]]
+
+
 def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     """Whether several pairs come to the unit circle where the branch ends, without damping.
 
@@ -359,17 +420,6 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
 def count_on_circle(point: OrbitPoint) -> int:
     """Count the multipliers on the unit circle."""
     return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < LOCATED))
-
-
-def _crossing(values: NDArray[np.complex128], place: int, count: int) -> bool:
-    """Whether multipliers, counted from the largest, are on the unit circle and not real.
-
-    Shapes: values (n,).
-    """
-    order = np.argsort(-np.abs(values), kind="stable")
-    critical = values[order[place : place + count]]
-    on_circle = np.abs(np.abs(critical) - 1) < ON_CIRCLE
-    return bool((on_circle & (np.abs(critical.imag) > REAL)).all())
 
 
 def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint] | None:
@@ -426,7 +476,5 @@ def is_torus(values: NDArray[np.complex128]) -> bool:
 
     Shapes: values (n,).
     """
-    first, second = np.triu_indices(len(values), k=1)
-    closest = np.abs(1 - values[first] * values[second]).argmin()
-    pair = values[first[closest]]
-    return bool(abs(pair.imag) > REAL and abs(abs(pair) - 1) < ON_CIRCLE)
+    pair = _nearest_pair(values)
+    return bool((np.abs(pair.imag) > REAL).all() and (np.abs(np.abs(pair) - 1) < ON_CIRCLE).all())

@@ -96,10 +96,6 @@ class BranchEndings(Endings[OrbitPoint]):
         kind, reason = failure_reason(orbits, last, failure)
         if kind == "failed" and len(traced.points) == 1 and _is_one_of_several(last):
             reason = SEVERAL
-        largest = float(np.abs(last.multipliers).max(initial=0.0))
-        if kind == "failed" and largest > RESOLVED:
-            kind = "unresolved"
-            reason = f"a multiplier of {largest:.1e} leaves too few digits for a step ({reason})"
         if kind == "failed" and clause:
             kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
         elif clause:
@@ -132,6 +128,15 @@ def _is_one_of_several(start: OrbitPoint) -> bool:
 
 def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
     """Return the kind and the sentence of a failure, with how far the model's limits are."""
+    kind, reason = _explained(orbits, last, failure)
+    largest = float(np.abs(last.multipliers).max(initial=0.0))
+    if kind == "failed" and orbits.by.smooth and largest > RESOLVED:
+        kind = "unresolved"
+        reason = f"a multiplier of {largest:.1e} leaves too few digits for a step ({reason})"
+    return kind, reason
+
+
+def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
     if failure.kind != "failed":
         return failure.kind, failure.reason
     if not orbits.by.smooth:

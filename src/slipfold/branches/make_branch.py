@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.bifurcations import TURNING
+from slipfold.branches.bifurcations import TURNING, SeveralCritical
 from slipfold.branches.branch import Branch
 from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.events import Happened
@@ -221,6 +221,10 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
     far rounding may move it along them moves the multipliers too.
     """
     point, other = found.point, found.other
+    if isinstance(found, SeveralCritical):  # Newton's method is singular there
+        along = found.error + CLOSE
+        blurred = along * abs(point.tangent[-1]) * orbits.width
+        return blurred, along * _multiplier_rates(orbits, point, point.tangent)
     if other is None:
         again, rounding = recomputed(orbits, point)
     else:

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.branches.bifurcations import CLOSED, Bifurcations
+from slipfold.branches.bifurcations import CLOSED, ON_CIRCLE, Bifurcations
 from slipfold.branches.branch import Branch
 from slipfold.branches.change import Change, Growing
 from slipfold.branches.closed_branches import (
@@ -27,7 +27,7 @@ from slipfold.branches.progress import branch_progress, searching
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.start import Begin, FirstOrbit, measured_over
 from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
-from slipfold.branches.switching import Junction, find_meeting, junctions_on
+from slipfold.branches.switching import RADIUS, Junction, find_meeting, junctions_on
 from slipfold.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.follow import BIRTH, follow
@@ -127,6 +127,7 @@ class _Branches(CurveSet[OrbitPoint]):
         self._events = events
         self._observer = observer
         self._junctions: list[Junction] = []
+        self._met: set[Found | None] = set()  # branch points that known branches pass as well
 
     def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
         """Follow a branch in one direction; it may end where others are known to begin."""
@@ -150,14 +151,17 @@ class _Branches(CurveSet[OrbitPoint]):
         new = junctions_on(followed, self._settings)
         for i, junction in enumerate(new):
             other = find_meeting(junction, [*self._junctions, *new[:i]])
-            if other is not None and other.parent is not None:
+            if other is not None and other.parent is not None and other.found != junction.found:
                 self.lead(junction.found, other.parent)
                 self.lead(other.found, followed.number)
+                self._met.add(junction.found)
         self._junctions += new
         return new
 
     def known(self, start: Start[OrbitPoint]) -> int | None:
         """Return the branch that a junction is known to lead to."""
+        if isinstance(start, Junction) and start.several and start.found not in self._met:
+            return None
         numbers = self.leads.get(start.found) if start.found is not None else None
         return numbers[-1] if numbers else None
 
@@ -198,8 +202,8 @@ def _names(traced: TracedCurve[OrbitPoint]) -> tuple[str, ...]:
 
 
 def _crosses(junction: Junction) -> bool:
-    """Whether the branch that begins there continues in both directions."""
-    return len(junction.points) > 1
+    """Whether it is a branch point: no branch ends there."""
+    return len(junction.points) > 1 or junction.several
 
 
 LEVEL = 1e-7
@@ -268,21 +272,24 @@ def _monitors(
 def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     """Leave another branch by a step so short that nothing else can happen within it.
 
-    All multipliers but the critical one are near those of the common orbit, so that the number
-    outside the unit circle may differ by one at most. The parameter must continue in its initial
+    All multipliers but the critical ones are near those of the common orbit, so that the number
+    outside the unit circle may differ by theirs at most. The parameter must continue in its initial
     direction, else there is a fold. Otherwise the step is shortened.
     """
-    others = np.delete(start.multipliers, np.abs(start.multipliers - 1).argmin())
+    apart = np.abs(start.multipliers - 1)
+    critical = max(1, int(np.count_nonzero(apart < ON_CIRCLE)))
+    others = start.multipliers[apart.argsort()[critical:]]
     outside = int(np.count_nonzero(np.abs(others) > 1))
-    step = BIRTH
+    # Of several branches each is known at that distance, and nearer to the point it is not.
+    longest = step = BIRTH if critical == 1 else RADIUS
     for _ in range(6):
         first = first_point(orbits, start, step, settings)
-        if not isinstance(first, Failure) and first.unstable in (outside, outside + 1):
+        if not isinstance(first, Failure) and 0 <= first.unstable - outside <= critical:
             nearer = first_point(orbits, start, step / 4, settings)
             if isinstance(nearer, Failure) or _continues(nearer, first):
                 return step
         step /= 4
-    return BIRTH
+    return longest
 
 
 def _continues(nearer: OrbitPoint, first: OrbitPoint) -> bool:

@@ -82,10 +82,10 @@ class SpecialPoint(LocatedPoint):
             return "interrupted before its normal form was computed"
         if self.criticality is not None or meaningless:
             return None
-        if self.type == "BP" and self.coefficient is None and self.name != "pitchfork":
-            return "no other branch was found to cross here"
         if self.several:
             return "criticality unknown: several multipliers are critical at once, as by a symmetry"
+        if self.type == "BP" and self.coefficient is None and self.name != "pitchfork":
+            return "no other branch was found to cross here"
         if self.coefficient is None or not np.isfinite(self.coefficient):
             return (
                 "criticality unknown: derivatives of the map overflow, or its digits are lost to "
@@ -95,11 +95,13 @@ class SpecialPoint(LocatedPoint):
 
     @property
     def several(self) -> bool:
-        """Whether a PD, NS or HB has its critical multiplier more than once, as by a symmetry."""
+        """Whether its critical multiplier is there more than once, as by a symmetry."""
         critical = self.critical_multiplier
-        if critical is None or self.type not in ("PD", *PAIRED):
+        if critical is None or self.type not in ("BP", "PD", *PAIRED):
             return False
-        return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1
+        # A cycle has a multiplier one anyway, that of its own direction.
+        cycle = self.type == "BP" and not self.model.forced and len(self.nodes) > 1
+        return int(np.count_nonzero(np.abs(self.multipliers - critical) < ALIKE)) > 1 + cycle
 
     @property
     def duration(self) -> float:

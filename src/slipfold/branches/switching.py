@@ -9,16 +9,19 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.bifurcations import SeveralCritical
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
 from slipfold.branches.homoclinic import snakes_about
 from slipfold.branches.settings import Settings
 from slipfold.branches.start import method_for
 from slipfold.continuation.curve_set import FollowedCurve, Start
+from slipfold.continuation.newton import correct
 from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import match_multipliers
 
 SAME_VALUE = 1e-7
 """Difference of the parameter, in spans, below which two branch points may be one."""
@@ -29,12 +32,21 @@ TAIL = 0.01
 are not followed: at every fold the same branches begin, on an ever smaller scale."""
 
 
+RADIUS = 1e-2
+"""Distance, in scaled variables, at which branches are looked for around a point where two
+multipliers are one: directions are those at the point to within it."""
+
+DIRECTIONS = 24
+"""Directions from which they are: twice as many as leave a point with a dihedral symmetry D6."""
+
+
 @dataclass(frozen=True, eq=False)
 class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins."""
 
     orbits: Orbits | None = None  # equations of the branch on which it lies
     birth: Birth | None = None  # the branch that begins there
+    several: bool = False  # whether other branches begin there as well, as by a symmetry
 
 
 def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> list[Junction]:
@@ -52,18 +64,22 @@ def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> lis
         if min(left, default=np.inf) < TAIL:
             continue
         try:
-            birth = emanating_branch(orbits, found, settings, largest)
+            several = isinstance(found, SeveralCritical) and found.type == "BP"
+            if several:
+                births = branches_around(orbits, found.point)
+            else:
+                birth = emanating_branch(orbits, found, settings, largest)
+                births = [] if birth is None else [birth]
         except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
             continue
-        if birth is None:
-            continue
-        start, curve = birth.start, birth.orbits
-        # At a branch point the other branch continues in both directions.
-        both = (start, curve.turned(start)) if found.type == "BP" else (start,)
-        rank = (int(curve.kind != "equilibrium"), curve.period)
-        junctions.append(
-            Junction(curve, both, rank, True, followed.number, found, orbits=orbits, birth=birth)
-        )
+        for birth in births:
+            start, curve = birth.start, birth.orbits
+            # At a branch point the other branch continues in both directions.
+            crosses = found.type == "BP" and not several
+            both = (start, curve.turned(start)) if crosses else (start,)
+            rank = (int(curve.kind != "equilibrium"), curve.period)
+            common = curve, both, rank, True, followed.number, found
+            junctions.append(Junction(*common, orbits=orbits, birth=birth, several=several))
     if about and traced.end is not None:
         reason = (
             f"{traced.end.reason}; what begins within {TAIL:g} of the span of that value, at one "
@@ -87,6 +103,45 @@ def emanating_branch(
     if found.type == "PD" and 2 * orbits.period <= largest:
         return _born(doubled_orbit(orbits, found.point.z), found.point)
     return None
+
+
+def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
+    """Return the branches that leave a point where two multipliers are one, as by a symmetry.
+
+    There the Jacobian has a kernel of three dimensions: the tangent of the branch that is known,
+    and a plane. Branches cross a small circle in that plane in isolated points, which Newton's
+    method finds from directions all around. Of branches that are symmetric images of each other,
+    with the same parameter and multipliers at the same distance, one is followed.
+    """
+    right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-3:]
+    along = right @ point.tangent
+    plane = np.linalg.svd(along[None])[2][1:] @ right
+    points: list[OrbitPoint] = []
+    for angle in 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+        row, found = np.array([np.cos(angle), np.sin(angle)]) @ plane, None
+        for _ in range(3):  # until the row is the direction of the branch itself
+            correction = correct(orbits, point.z + RADIUS * row, row, reach=RADIUS)
+            if not correction.converged:
+                break
+            found = orbits.point(correction, 0.0)
+            row = (found.z - point.z) @ plane.T @ plane
+            row /= np.linalg.norm(row)
+        else:
+            if found is not None and not any(_are_images(found, other) for other in points):
+                points.append(found)
+    births = []
+    for item in points:
+        tangent = (item.z - point.z) / np.linalg.norm(item.z - point.z)
+        tests = {**point.tests, "LP": float(tangent[-1])}
+        start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
+        births.append(Birth(orbits, start))
+    return births
+
+
+def _are_images(first: OrbitPoint, second: OrbitPoint) -> bool:
+    """Whether two orbits at the same distance from a symmetric one are images of each other."""
+    apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
+    return abs(first.z[-1] - second.z[-1]) < SAME_ORBIT * RADIUS and apart.max() < SAME_ORBIT
 
 
 def _born(first: Emanating, point: OrbitPoint) -> Birth:

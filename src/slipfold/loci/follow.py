@@ -134,6 +134,11 @@ class _LocusEndings(Endings[OrbitPoint]):
         return End(kind, reason, pair_of(curve, last))
 
 
+SEVERAL = (
+    "points at which several multipliers are critical at once, as by a symmetry, are not followed "
+    "in two parameters"
+)
+
 OWN = ("duration",)
 """Parameters that belong to an orbit of an autonomous model, not to the case."""
 
@@ -207,6 +212,8 @@ def follow_found(
                     remarks.append(_without_locus(point, vary, start))
                 else:
                     refusals.append(start)
+                    if point.several:
+                        remarks.append(SEVERAL)
                 continue
             work.explore(start)
         if work.interrupted:

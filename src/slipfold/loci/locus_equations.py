@@ -145,6 +145,9 @@ class LocusEquations(Critical):
     def _coefficient(self, z: Array, linearization: Linearization) -> float:
         if not self.orbits.by.smooth:
             return np.nan
+        # Perturbations that grow enter derivatives of higher order with the square of their growth.
+        if np.abs(linearization.monodromy).max() ** 2 * np.finfo(float).eps > 1:
+            return np.nan
         try:
             return self.forms.coefficient(self, z, linearization)
         except np.linalg.LinAlgError:

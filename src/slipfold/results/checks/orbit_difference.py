@@ -197,7 +197,7 @@ def _along_branch(
         if best.value <= min(best.allowed, allowed) or not (np.isfinite(slope) and slope):
             break
         before, place, compared = place, place - after.excess / slope, after
-        if not abs(place) <= reach:
+        if place == before or not abs(place) <= reach:
             break
     return replace(best, allowed=min(best.allowed, allowed))
 

@@ -1,0 +1,91 @@
+"""Branch points at which a symmetry makes two multipliers one: rings of equal cells."""
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+import slipfold as sf
+
+
+def ring(name, count, parameters, states, couplings):
+    """A ring of equal cells: rates of one cell's states, and how neighbors couple each."""
+    table = {}
+    for i in range(count):
+        left, right = (i - 1) % count, (i + 1) % count
+        for state, (rate, start) in states.items():
+            own = {each: f"{each}{i}" for each in states}
+            coupled = f"({state}{left} + {state}{right} - 2*{state}{i})"
+            text = f"{rate.format(**own)} + {couplings[state]}*{coupled}"
+            table[f"{state}{i}"] = {"rate": text, "start": start}
+    return sf.System({"name": name, "parameters": parameters, "states": table})
+
+
+@pytest.fixture(scope="module")
+def three():
+    """u' = m u + u^2 - u^3 with coupling k: the modes that are not uniform grow from m = 3 k on."""
+    model = ring(
+        "three cells", 3, {"m": -0.5, "k": 0.3}, {"u": ("m*{u} + {u}^2 - {u}^3", 0.0)}, {"u": "k"}
+    )
+    return sf.response(model, "m", (-0.5, 1.5))
+
+
+@pytest.fixture(scope="module")
+def four():
+    """Four Brusselators: the determinant of the first modes, 2.2 - B, is zero twice at B = 2.2."""
+    states = {
+        "a": ("1 - (B + 1)*{a} + {a}^2*{b}", 1.0),
+        "b": ("B*{a} - {a}^2*{b}", 1.5),
+    }
+    model = ring("four cells", 4, {"B": 1.2, "k": 0.05}, states, {"a": "k", "b": "10*k"})
+    return sf.response(model, "B", (1.2, 2.6), settings=sf.Settings(largest_period=0))
+
+
+@pytest.mark.parametrize(("rings", "value"), [("three", 0.9), ("four", 2.2)])
+def test_a_double_multiplier_one_is_a_branch_point(rings, value, request):
+    trivial = request.getfixturevalue(rings).branches[0]
+    (point,) = (point for point in trivial.special if point.type == "BP" and point.several)
+    assert point.value == pytest.approx(value, abs=1e-12)
+    assert abs(point.value - value) <= point.uncertainty < 1e-10
+    assert "several multipliers" in point.outcome
+    assert trivial.stopped.kind == "span"
+
+
+def born(diagram):
+    """Branches that leave the first one in one direction."""
+    return [item for item in diagram.branches if item.parent == 1 and item.ends[0].kind == "born"]
+
+
+def test_both_branches_of_three_cells_leave_it(three):
+    own = born(three)
+    assert len(own) == 2
+    for branch in own:  # two cells are equal, the third is not
+        states = np.sort(branch.states[-1])
+        assert np.diff(states).min() < 1e-9 < np.diff(states).max()
+    folds = [point.value for branch in own for point in branch.special if point.type == "LP"]
+    assert folds == pytest.approx([fold_of_three()], abs=1e-11)
+
+
+def fold_of_three(k=0.3):
+    """Solve for the fold of a = b, c by the determinant of the two equations."""
+
+    def equations(unknown):
+        a, c, m = unknown
+        slopes = [m + 2 * u - 3 * u**2 for u in (a, c)]
+        return [
+            m * a + a**2 - a**3 + k * (c - a),
+            m * c + c**2 - c**3 + 2 * k * (a - c),
+            (slopes[0] - k) * (slopes[1] - 2 * k) - 2 * k**2,
+        ]
+
+    return fsolve(equations, [-0.083, 0.166, 0.865], xtol=1e-14)[2]
+
+
+def test_two_kinds_of_branches_leave_four_cells(four):
+    own = born(four)
+    kinds = set()
+    for branch in own:
+        cells = branch.states[len(branch) // 2, ::2]
+        equal = sum(abs(cells[i] - cells[j]) < 1e-7 for i in range(4) for j in range(i))
+        kinds.add(equal)
+    assert len(own) == 2
+    assert kinds == {1, 2}  # opposite cells are equal, or neighbors are, pair by pair
