@@ -33,7 +33,7 @@ Number = float | str
 
 Kind = Literal[
     "text", "texts", "flag", "whole", "wholes", "number", "numbers", "pair", "grid",
-    "intervals", "bounds", "states", "values", "spans",
+    "intervals", "values", "spans",
 ]  # fmt: skip
 
 
@@ -69,6 +69,11 @@ class Option:
         return handler(Annotated[source, bounds])
 
 
+def flags_of(name: str, option: Option) -> tuple[str, ...]:
+    """Return the names of a parameter on the command line."""
+    return option.flags or (f"--{name.replace('_', '-')}",)
+
+
 # -- where solutions start ---------------------------------------------------------------------
 
 Box = Annotated[
@@ -85,7 +90,7 @@ State = Annotated[
     Option(
         "Starting state at phase zero, shape (n_states,), or some states by name; by default the "
         "model's own. A state on an unstable equilibrium of an autonomous model is moved by 1e-6.",
-        "states",
+        "values",
         "NAME=VALUE",
         flags=("--start", "--state"),
         command_help="Starting state at phase zero, by default the model's own.",
@@ -397,7 +402,7 @@ Choose = Annotated[
     "Mapping[str, tuple[Number, Number]]",
     Option(
         "Parameters to choose, by name, each with its lowest and highest value.",
-        "bounds",
+        "intervals",
         "NAME=LOWER:UPPER",
     ),
 ]
@@ -481,7 +486,7 @@ Bounds = Annotated[
     Option(
         "Lower and upper bound of each fitted parameter, by name: numbers in SI units or text with "
         "a unit.",
-        "bounds",
+        "intervals",
         "NAME=LOWER:UPPER",
         flags=("--fit",),
         command_help="A parameter to be fitted, and its bounds, e.g. mu=0.3:0.7.",

@@ -42,13 +42,13 @@ CASES = {
     "NaN in the span": (["response", "sliding", "--vary", "Nd=0:nan"], "Nd = nan"),
     "empty span": (["response", "sliding", "--vary", "Nd=0.1:0.1"], "empty", "different"),
     "half a span": (["response", "sliding", "--vary", "Nd=0"], "--vary 'Nd=0'", "--vary Nd=0:0.98"),
-    "two spans": ([*RESPONSE, "--vary", "f=11:14"], "--vary is given 2 times"),
+    "two spans": ([*RESPONSE, "--vary", "f=11:14"], "--vary is given twice; give it once"),
     "no --vary": (["response", "sliding"], "--vary", "slipfold response --help"),
     "no model": (["response", "--vary", "Nd=0:1"], "MODEL", "slipfold response --help"),
     "unknown model": (["response", "slidng", "--vary", "Nd=0:1"], "no model 'slidng'", "sliding?"),
-    "set and varied": ([*RESPONSE, "--set", "Nd=0.1"], "Nd is varied", "leave out --set Nd=0.1"),
+    "set and varied": ([*RESPONSE, "--set", "Nd=0.1"], "Nd is varied", "once, in --vary"),
     "set without value": ([*RESPONSE, "--set", "f"], "--set 'f'", "NAME=VALUE"),
-    "set twice": ([*RESPONSE, "--set", "f=12", "--set", "f=13"], "f is set twice"),
+    "set twice": ([*RESPONSE, "--set", "f=12", "--set", "f=13"], "--set gives f twice"),
     "unknown command": (["respond"], "respond", "slipfold --help"),
     "unknown option": ([*RESPONSE, "--steps", "3"], "--steps", "slipfold response --help"),
     "option without value": ([*RESPONSE, "--out"], "--out", "slipfold response --help"),
@@ -66,8 +66,8 @@ CASES = {
     "models unknown": (["models", "duffin"], "no model 'duffin'"),
     "paper processes": (["paper", "--out", "/dev/null/x", "--processes", "0"], "--processes 0"),
     "locus in one parameter": (["locus", "sliding", "--vary", "f=12:13"], "--vary is given once"),
-    "locus in three": ([*LOCUS, "--vary", "mu=0:1"], "--vary is given 3 times", "two parameters"),
-    "locus, set and varied": ([*LOCUS, "--set", "f=12"], "f is varied", "leave out --set f=12"),
+    "locus in three": ([*LOCUS, "--vary", "mu=0:1"], "--vary is given 3 times; give it twice"),
+    "locus, set and varied": ([*LOCUS, "--set", "f=12"], "f is varied", "give it once, in --vary"),
     "locus outside the bounds": (
         ["locus", "sliding", "--vary", "f=12:13", "--vary", "mu=-1:1"], "mu = -1", "must be >= 0",
     ),
@@ -78,14 +78,14 @@ CASES = {
     "locus of an unknown type": ([*LOCUS, "--type", "HB"], "type 'HB'", "LP, PD, NS"),
     "locus of period 3": ([*LOCUS, "--period", "3"], "period = 3", "1 nor 2"),
     "regions of one type": ([*LOCUS, "--type", "PD", "--regions"], "all types", "LP, PD, NS"),
-    "regimes without regions": ([*LOCUS, "--regimes", "60x50"], "needs --regions", "both"),
+    "regimes without regions": ([*LOCUS, "--regimes", "60x50"], "(60, 50) needs regions"),
     "regimes on no grid": ([*LOCUS, "--regions", "--regimes", "0x9"], "--regimes 0 is not a whole"),
     "locus where nothing moves periodically": (
         ["locus", "sliding", "--vary", "f=12:13", "--vary", "Nd=0.5:0.9", "--set", "Vd=1e-7"],
         "no response exists",
     ),
-    "label of a model": ([*LOCUS, "--label", "2"], "--label 2", "sliding is a model"),
-    "only of a model": ([*LOCUS, "--only"], "--only is for a saved response", "or --type"),
+    "label of a model": ([*LOCUS, "--label", "2"], "--label is for a saved", "sliding is a model"),
+    "only of a model": ([*LOCUS, "--only"], "--only is for a saved response", "leave it out"),
     "locus of a file that is not there": (
         ["locus", "no.nc", "--vary", "f=12:13", "--vary", "Nd=0:1"], "no.nc cannot be read",
     ),
@@ -202,25 +202,28 @@ def test_locus_of_a_saved_response(tmp_path):
     path = tmp_path / "x.nc"
     made_diagram().save(path)
     window = ("--vary", "f=12:13", "--vary", "Nd=0:0.5")
-    known = "are: 2 (PD of period 1), 6 (NS of period 2)"
+    known = "give one of 2 (PD of period 1), 6 (NS of period 2)"
     for arguments, words in {
-        (*window, "--label", "9"): ("--label 9 is no bifurcation", known),
-        (*window, "--label", "1"): ("--label 1 is no bifurcation", known),  # an end
-        (*window, "--label", "3"): ("--label 3 is no bifurcation", known),  # an event
+        (*window, "--label", "9"): ("no special point with a locus of label 9", known),
+        (*window, "--label", "1"): ("locus of label 1;", known),  # an end
+        (*window, "--label", "3"): ("locus of label 3;", known),  # an event
         (*window, "--label", "PD"): ("--label PD is not a whole number",),
-        (*window, "--label", "2", "--type", "PD"): ("leave out --type and --period",),
-        (*window, "--set", "mu=0.3"): ("--set mu=0.3 is for a model", "leave out --set"),
-        (*window, "--regions"): ("--regions needs all loci", "leave out --regions"),
-        (*window, "--type", "HX"): ("no loci of type 'HX'", "LP, PD, NS"),
-        (*window, "--type", "LP"): ("no bifurcation of that type and period", known),
-        (*window, "--period", "3"): ("no bifurcation of that type and period", known),
-        ("--vary", "f=13:14", "--vary", "Nd=0:0.5"): ("inside the window", "f = 12.5 and Nd ="),
+        (*window, "--label", "2", "--type", "PD"): ("leave out --type, --period",),
+        (*window, "--set", "mu=0.3"): ("--set is for a model", "leave it out"),
+        (*window, "--regions"): ("--regions is for a model", "is a saved response"),
+        (*window, "--type", "HX"): ("locus of type HX;", known),
+        (*window, "--type", "LP"): ("locus of type LP;", known),
+        (*window, "--period", "3"): ("locus of period 3;", known),
+        ("--vary", "f=13:14", "--vary", "Nd=0:0.5"): (
+            "at f = 12.5 is outside the window",
+            "give a window",
+        ),
         (*window[:2],): ("--vary is given once",),
         (*window[:2], "--vary", "ND=0:1"): ("'ND'", "Nd?"),
     }.items():
         assert_refused(run("locus", str(path), *arguments), *words)
     made_diagram(branches=()).save(path)
-    assert_refused(run("locus", str(path), *window), "x.nc has none")
+    assert_refused(run("locus", str(path), *window), "x.nc has no special point")
     assert os.listdir(tmp_path) == ["x.nc"]
 
 

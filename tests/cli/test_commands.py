@@ -276,3 +276,19 @@ def test_help_of_each_command(command):
     result = run(command, "--help")
     assert result.exit_code == 0
     assert result.stdout.startswith(f"Usage: slipfold {command}")
+
+
+def test_a_branch_beyond_which_no_orbit_was_found_is_status_3(tmp_path):
+    path = tmp_path / "caught.toml"
+    path.write_text("""name = "pushed"
+parameters = {P = 0.0}
+states = {x = "v", v = "F - x - 0.1*v + P*cos(t)"}
+forcing = {period = "2*pi", amplitude = "P"}
+[contacts.F]
+slip = "0.3 - v"
+normal = 1.0
+friction = {law = "Coulomb", mu_s = 0.6, mu_k = 0.4}
+""")
+    result = run("response", str(path), "--vary", "P=0:0.1")
+    assert result.exit_code == 3, result.output
+    assert "no orbit was found beyond" in result.stderr

@@ -86,7 +86,7 @@ def test_a_plan_says_which_readings_tell_most():
     [
         (["fit", "duffing", "none.csv", "--fit", "d=0:1"], "none.csv cannot be read"),
         (["fit", "duffing", "DATA", "--fit", "d"], "--fit 'd' is not of the form NAME=FIRST:LAST"),
-        (["fit", "duffing", "DATA", "--fit", "d=0:1", "--fit", "d=0:1"], "d has bounds twice"),
+        (["fit", "duffing", "DATA", "--fit", "d=0:1", "--fit", "d=0:1"], "--fit gives d twice"),
         (["fit", "duffing", "DATA", "--fit", "W=0.5:2"], "W was varied in the measurement"),
         (["measure", "duffing", "--vary", "W=1:2", "--quantity", "q"], "what is measured"),
         (["plan", "duffing", "--vary", "W=1:2", "--quantity", "max q", "--fit", "d"], "'--error'"),

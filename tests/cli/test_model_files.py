@@ -287,7 +287,7 @@ def test_a_law_in_a_case_file(case):
         (["models", "duffing", "--friction", "dahl"], "duffing takes no friction law"),
         (["models", "--friction", "dahl"], "--friction dahl is for one model"),
         (["models", "sliding", "--friction", "regularized"], "--friction has no of; give it"),
-        (["locus", "x.nc", "--friction", "dahl", "--vary", "f=1:2"], "--friction dahl is for a mo"),
+        (["locus", "x.nc", "--friction", "dahl", "--vary", "f=1:2"], "--friction is for a model"),
         (["simulate", "sliding", "--friction", "stribeck", "--set", "mu=1"], "no parameter 'mu'"),
     ],
 )

@@ -15,7 +15,7 @@ FUNCTIONS = {
     if command.home.startswith("slipfold.computations.")
 }
 
-ARGUMENTS = ("model", "measurement", "vary", "span", "values")
+ARGUMENTS = ("model", "measurement", "point", "vary", "span", "values")
 """Parameters that are arguments of a command, or parts of ``--vary``."""
 
 

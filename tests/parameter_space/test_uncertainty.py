@@ -281,4 +281,6 @@ def test_command():
     assert "P(threshold > 0.043 N)" in result.stdout
     wrong = run("uncertainty", "sliding", "--vary", "Nd=0:0.02", "--distribution", "mu=normal:5%")
     assert wrong.exit_code == 2
-    assert "no special point lies on the way from Nd = 0 to 0.02; give a longer" in wrong.stderr
+    assert (
+        "the response has no special point with a locus; give another model or span" in wrong.stderr
+    )

@@ -150,7 +150,7 @@ def test_slip_in_the_plane_that_is_caught_for_good_ends_the_branch():
     (point,) = branch.special
     assert point.type == "GRAZE"
     assert point.value == pytest.approx(0.0552587111, abs=1e-10)
-    assert branch.stopped.kind == "limit"
+    assert branch.stopped.kind == "failed"
     assert branch.stopped.value == point.value
     assert "no orbit was found beyond" in branch.stopped.reason
 

@@ -204,7 +204,7 @@ def test_a_slip_that_touches_zero_is_caught_for_good():
     assert point.type == "GRAZE"
     assert point.value == pytest.approx(0.3 * 0.1, abs=point.uncertainty)
     assert point.uncertainty < 1e-11
-    assert branch.stopped.kind == "limit"
+    assert branch.stopped.kind == "failed"
     assert branch.stopped.value == point.value
     assert "no orbit was found beyond" in branch.stopped.reason
 

@@ -170,7 +170,7 @@ def test_orbits_that_static_friction_only_just_holds_end_there(span):
     model = den_hartog(0.5, 0.3, 0.35).replace(f=span[0])
     orbit = sf.periodic_orbit(model)
     *_, branch = sf.response(orbit, vary="f", span=span, settings=SINGLE).branches
-    ends = [end for end in (branch.started, branch.stopped) if end.kind == "limit"]
+    ends = [end for end in (branch.started, branch.stopped) if end.kind == "failed"]
     assert ends
     points = [item for item in branch.special if item.value in [end.value for end in ends]]
     for point in points:

@@ -269,7 +269,7 @@ def beyond_boundary(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitP
         return None
     beyond = _next_piece(traced)
     if beyond is None:
-        traced.end = End("limit", traced.end.reason, traced.end.values)
+        traced.end = End("failed", traced.end.reason, traced.end.values)
     return beyond
 
 

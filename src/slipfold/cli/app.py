@@ -9,7 +9,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from slipfold.cli import explore, locus, measured, models, plot, study
+from slipfold.cli import explore, locus, measured, models, plot, study, thresholds
 from slipfold.cli.commands import LOCUS_SETTINGS, PLANE, VALUES, Command
 from slipfold.cli.running import BAD_INPUT, DONE, INTERRUPTED, note, say
 from slipfold.errors import InputError
@@ -18,100 +18,92 @@ from slipfold.errors import InputError
 UsageError: Any = typer.BadParameter.__mro__[1]
 
 
-KEEPS = "Ctrl-C keeps what is finished. Exit status: 0 done, 2 bad input, "
-
-STATUS = "Exit status: 0 done, 2 bad input, 130 interrupted; results so far are kept."
+RESPONSE, LOCI, LONG_TERM, MEASURED, THRESHOLDS = (
+    f"slipfold.computations.{name}"
+    for name in ("response", "loci", "long_term", "measured", "thresholds")
+)
 
 COMMANDS = {
     "response": Command(
-        "slipfold.computations.response:response",
+        f"{RESPONSE}:response",
         "Follow the periodic response over a parameter, with all bifurcations and doubled "
-        f"branches.\n\n{KEEPS}3 a branch could not be followed to its end, 130 interrupted.",
+        "branches.",
     ),
     "locus": Command(
         "slipfold.cli.locus:locus",
         "Find all bifurcations in a window of two parameters, and follow them through it.\n\n"
         "With a saved response, follow those that pass its special points, and what starts on "
-        f"them.\n\n{KEEPS}3 a locus could not be followed to its end, 130 interrupted.",
+        "them.",
         {"given": locus.GIVEN, "settings": LOCUS_SETTINGS},
     ),
     "simulate": Command(
-        "slipfold.computations.long_term:simulate",
+        f"{LONG_TERM}:simulate",
         "Integrate from the model's own or a given state; say whether and on what the solution "
-        f"becomes steady.\n\n{KEEPS}3 the solution became singular, 130 interrupted.",
+        "becomes steady.",
     ),
     "lyapunov": Command(
-        "slipfold.computations.long_term:lyapunov",
-        "Distinguish periodic, quasi-periodic and chaotic solutions by their Lyapunov exponents."
-        f"\n\n{STATUS}",
+        f"{LONG_TERM}:lyapunov",
+        "Distinguish periodic, quasi-periodic and chaotic solutions by their Lyapunov exponents.",
     ),
     "attractors": Command(
-        "slipfold.computations.long_term:attractors",
-        "Find all responses, cycles, equilibria, tori and chaos that a box of starts leads to."
-        f"\n\n{STATUS}",
+        f"{LONG_TERM}:attractors",
+        "Find all responses, cycles, equilibria, tori and chaos that a box of starts leads to.",
     ),
     "basins": Command(
-        "slipfold.computations.long_term:basins",
-        "Compute which response, cycle, equilibrium, torus or chaos each start leads to.\n\n"
-        f"Draw the result with slipfold plot. {STATUS}",
+        f"{LONG_TERM}:basins",
+        "Compute which response, cycle, equilibrium, torus or chaos each start leads to.",
     ),
     "basin-fractions": Command(
-        "slipfold.computations.long_term:basin_fractions",
+        f"{LONG_TERM}:basin_fractions",
         "Compute the fraction of starts that each response, torus or chaos attracts over a "
-        f"parameter.\n\nDraw the result with slipfold plot. {STATUS}",
+        "parameter.",
     ),
     "sweep": Command(
-        "slipfold.computations.long_term:sweep",
-        "Sweep a parameter up and down, and start again at each value; store a state each period."
-        f"\n\n{STATUS}",
+        f"{LONG_TERM}:sweep",
+        "Sweep a parameter up and down, and start again at each value; store a state each period.",
     ),
     "regimes": Command(
-        "slipfold.computations.long_term:regimes",
-        f"Map where solutions repeat and how soon, are tori or chaotic, or stick.\n\n{STATUS}",
+        f"{LONG_TERM}:regimes",
+        "Map where solutions repeat and how soon, are tori or chaotic, or stick.",
         {"vary": PLANE},
     ),
     "study": Command(
         "slipfold.cli.study:study",
         "Compute the same thing for many cases, on all cores or a cluster; lose none.\n\n"
         "Each finished case is stored at once: after Ctrl-C, a crash or a full disk, --resume "
-        "continues. A case that fails is stored with its reason and stops no others. Exit status: "
-        "0 done, 2 bad input or a store that cannot be written, 130 interrupted.",
+        "continues. A case that fails is stored with its reason and stops no others.",
         study.READERS,
     ),
     "uncertainty": Command(
-        "slipfold.cli.thresholds:uncertainty",
-        f"Compute the distribution of a threshold, by its gradients and by samples.\n\n{STATUS}",
+        f"{THRESHOLDS}:uncertainty",
+        "Compute the distribution of a threshold, by its gradients and by samples.",
+        thresholds.POINT,
     ),
     "design": Command(
-        "slipfold.cli.thresholds:design",
-        "Choose parameters for a threshold where it is needed, at the lowest vibration.\n\n"
-        "Exit status: 0 done, 2 bad input, 3 nothing found, 130 interrupted; what was known is "
-        "kept.",
+        f"{THRESHOLDS}:design",
+        "Choose parameters for a threshold where it is needed, at the lowest vibration.",
+        thresholds.KEPT,
     ),
     "measure": Command(
-        "slipfold.computations.measured:measure",
-        "Measure a response as a test stand would: sweep a parameter, with jumps and with noise."
-        "\n\nExit status: 0 done, 2 bad input, 3 the solution ended at a limit, 130 interrupted; "
-        "what was measured by then is kept.",
+        f"{MEASURED}:measure",
+        "Measure a response as a test stand would: sweep a parameter, with jumps and with noise.",
         {"vary": VALUES, "outputs": measured.MEASUREMENT_FILE},
         {"seed": 1},
     ),
     "fit": Command(
-        "slipfold.computations.measured:fit",
-        "Fit parameters to a measured response, with intervals of confidence.\n\n"
-        "Exit status: 0 done, 2 bad input, 130 interrupted.",
+        f"{MEASURED}:fit",
+        "Fit parameters to a measured response, with intervals of confidence.",
         {"measurement": measured.MEASUREMENT},
     ),
     "plan": Command(
-        "slipfold.computations.measured:plan_measurement",
+        f"{MEASURED}:plan_measurement",
         "Compute how accurately a planned measurement determines parameters, and the best "
-        "readings.\n\nExit status: 0 done, 2 bad input.",
+        "readings.",
         {"vary": VALUES, "outputs": measured.PLAN_FILES},
     ),
     "paper": Command(
         "slipfold.cli.study:paper",
-        "Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets."
-        f"\n\n{KEEPS}3 a branch could not be followed to its end, 130 interrupted.",
+        "Compute and draw the source paper's figures, thresholds and claims, and bifurcation sets.",
     ),
     "models": Command(
         "slipfold.cli.models:models",

@@ -2,35 +2,34 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from slipfold import options as declarations
 from slipfold.cli.reading import (
-    equidistant,
     find_model,
     parse_assignments,
-    parse_bounds,
-    parse_box,
     parse_event,
+    parse_intervals,
     parse_number,
     parse_pair,
     parse_points,
-    parse_span,
-    parse_states,
     parse_whole,
-    parse_window,
-    refuse_varied,
 )
-from slipfold.cli.running import Outputs
+from slipfold.cli.running import Outputs, exit_statuses
 from slipfold.errors import InputError
-from slipfold.options import Box, Option, Search, declared, resolved
+from slipfold.options import Box, Option, Search, declared, flags_of, resolved
+from slipfold.progress import Observer
 
 REQUIRED = inspect.Parameter.empty
 
@@ -60,43 +59,82 @@ class Command:
     readers: Mapping[str, Reader] = field(default_factory=dict)  # by argument
     defaults: Mapping[str, Any] = field(default_factory=dict)  # where not those of the function
 
-    def program(self) -> Callable[..., Any]:
+    def program(self) -> Program:
         """Return the function that typer calls with texts; it returns the exit status."""
-        module, name = self.home.split(":")
-        function: Callable[..., Any] = getattr(import_module(module), name)
-        parameters = resolved(function).parameters
+        parameters = signature_of(self.home)
         computes = "outputs" in self.readers or "on_progress" in parameters
-        readers = self._readers(parameters.values(), computes)
-
-        def run(**texts: Any) -> Any:
-            values: dict[str, Any] = {}
-            for reader in readers:
-                values |= reader.read(texts, values)
-            if not computes:
-                return function(**values)
-            outputs: Outputs = values.pop("outputs")
-            return outputs.status_of(partial(function, **values))
-
-        ordered = [*readers[1:], readers[0]] if computes else readers  # files are listed last
-        options = [option for reader in ordered for option in reader.options]
-        options.sort(key=lambda option: option.default is not REQUIRED)
-        run.__doc__ = self.help
-        run.__annotations__ = {option.name: option.annotation for option in options}
-        run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-        return run
-
-    def _readers(self, parameters: Iterable[inspect.Parameter], computes: bool) -> list[Reader]:
-        """Return the readers of a function's arguments; files are checked first."""
         known = {**READERS, **self.readers}
-        result = [known["outputs"]] if computes else []
-        for item in parameters:
-            option = declared(item.annotation)
-            if item.name in known:
-                result.append(known[item.name])
-            elif option is not None and item.name not in WITH_VARY:
-                default = self.defaults.get(item.name, item.default)
-                result.append(reader_of(item.name, option, default))
-        return result
+        readers = [known["outputs"]] if computes else []  # files are checked first
+        for name, item in parameters.items():
+            declaration = declared(item.annotation)
+            if name in known:
+                readers.append(known[name])
+            elif declaration is not None and name not in WITH_VARY:
+                default = self.defaults.get(name, item.default)
+                readers.append(reader_of(name, declaration, default))
+        return Program(self, readers, computes)
+
+
+class Program:
+    """A function of texts with the signature that typer needs."""
+
+    def __init__(self, command: Command, readers: Sequence[Reader], computes: bool) -> None:
+        self._command, self._readers, self._computes = command, readers, computes
+        ordered = [*readers[1:], readers[0]] if computes else readers  # files are listed last
+        options = [item for reader in ordered for item in reader.options]
+        options.sort(key=lambda item: item.default is not REQUIRED)
+        self.__doc__ = f"{command.help}\n\n{exit_statuses(command.home)}"
+        self.__annotations__ = {item.name: item.annotation for item in options}
+        self.__signature__ = inspect.Signature(options)
+
+    def __call__(self, **texts: Any) -> Any:
+        """Read the texts, call the function, and return the exit status."""
+        values: dict[str, Any] = {}
+        for reader in self._readers:
+            values |= reader.read(texts, values)
+        module, name = self._command.home.split(":")
+        function = getattr(import_module(module), name)
+        if not self._computes:
+            return function(**values)
+        outputs: Outputs = values.pop("outputs")
+        if "before" not in values:
+            return outputs.status_of(partial(function, **values))
+        before = values.pop("before")
+
+        def compute(on_progress: Observer) -> Any:
+            more = before(on_progress)
+            return function(**values, **more, on_progress=on_progress)
+
+        return outputs.status_of(compute)
+
+
+def signature_of(home: str) -> Mapping[str, inspect.Parameter]:
+    """Return the parameters of a function.
+
+    Those of a computation are read from its source: importing it takes longer than its help.
+    """
+    module, name = home.split(":")
+    if not module.startswith("slipfold.computations."):
+        return resolved(getattr(import_module(module), name)).parameters
+    spec = find_spec(module)
+    assert spec is not None
+    assert spec.origin is not None
+    tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+    (function,) = (
+        node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == name
+    )
+    given = function.args
+    count = len(given.args) - len(given.defaults)
+    defaults = [*[None] * count, *given.defaults, *given.kw_defaults]
+    return {
+        item.arg: inspect.Parameter(
+            item.arg,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=REQUIRED if default is None else ast.literal_eval(default),
+            annotation=getattr(declarations, ast.unparse(item.annotation or item), None),
+        )
+        for item, default in zip([*given.args, *given.kwonlyargs], defaults, strict=True)
+    }
 
 
 def option(name: str, declared: Option, default: Any = REQUIRED) -> inspect.Parameter:
@@ -109,20 +147,17 @@ def option(name: str, declared: Option, default: Any = REQUIRED) -> inspect.Para
     if not flag and default is not REQUIRED:
         default = None if several else _as_text(default, declared)
         kind = kind if default is not None else kind | None
-    annotation = Annotated[kind, how]
     return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
+        name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=default,
+        annotation=Annotated[kind, how],
     )
 
 
 def optional(**options: Option) -> tuple[inspect.Parameter, ...]:
     """Return options that need not be given, by name."""
     return tuple(option(name, declared, None) for name, declared in options.items())
-
-
-def flags_of(name: str, declared: Option) -> tuple[str, ...]:
-    """Return the names of a parameter on the command line."""
-    return declared.flags or (f"--{name.replace('_', '-')}",)
 
 
 def _as_text(default: Any, declared: Option) -> str | None:
@@ -142,12 +177,12 @@ def reader_of(name: str, declared: Option, default: Any = REQUIRED) -> Reader:
         text = texts[name]
         if text is None or (text == [] and default is not REQUIRED):
             return {name: default}
-        return {name: PARSERS[declared.kind](text, flag, declared, values)}
+        return {name: PARSERS[declared.kind](text, flag, declared)}
 
     return Reader((option(name, declared, default),), read)
 
 
-def _chosen(text: str, flag: str, declared: Option, values: Values) -> Any:
+def _chosen(text: str, flag: str, declared: Option) -> Any:
     if declared.choices is None:
         return text
     if text not in declared.choices:
@@ -155,28 +190,26 @@ def _chosen(text: str, flag: str, declared: Option, values: Values) -> Any:
     return declared.choices[text]
 
 
-def _numbers(texts: Sequence[str], flag: str, declared: Option, values: Values) -> Any:
+def _numbers(texts: Sequence[str], flag: str, declared: Option) -> Any:
     result = [parse_number(text, flag) for text in texts]
     return result[0] if len(result) == 1 else result
 
 
-PARSERS: Mapping[str, Callable[[Any, str, Option, Values], Any]] = {
+PARSERS: Mapping[str, Callable[[Any, str, Option], Any]] = {
     "text": _chosen,
-    "texts": lambda texts, flag, declared, values: texts,
-    "spans": lambda texts, flag, declared, values: texts,
-    "flag": lambda given, flag, declared, values: given,
-    "whole": lambda text, flag, declared, values: parse_whole(
+    "texts": lambda texts, flag, declared: texts,
+    "spans": lambda texts, flag, declared: texts,
+    "flag": lambda given, flag, declared: given,
+    "whole": lambda text, flag, declared: parse_whole(
         text, flag, declared.minimum, declared.maximum
     ),
-    "wholes": lambda texts, flag, declared, values: [parse_whole(text, flag) for text in texts],
-    "number": lambda text, flag, declared, values: parse_number(text, flag),
+    "wholes": lambda texts, flag, declared: [parse_whole(text, flag) for text in texts],
+    "number": lambda text, flag, declared: parse_number(text, flag),
     "numbers": _numbers,
-    "pair": lambda text, flag, declared, values: parse_pair(text, flag),
-    "grid": lambda text, flag, declared, values: parse_points(text, flag, declared.minimum),
-    "intervals": lambda texts, flag, declared, values: parse_box(texts, flag),
-    "bounds": lambda texts, flag, declared, values: parse_bounds(texts, values["model"], flag),
-    "states": lambda texts, flag, declared, values: parse_states(texts, values["model"]),
-    "values": lambda texts, flag, declared, values: parse_assignments(texts, flag),
+    "pair": lambda text, flag, declared: parse_pair(text, flag),
+    "grid": lambda text, flag, declared: parse_points(text, flag, declared.minimum),
+    "intervals": lambda texts, flag, declared: parse_intervals(texts, flag),
+    "values": lambda texts, flag, declared: parse_assignments(texts, flag, example="x=0.1"),
 }
 """What reads each kind of option."""
 
@@ -219,7 +252,8 @@ MODEL = argument(
 )
 
 
-def _read_model(texts: Values, values: Values) -> Values:
+def read_model(texts: Values, values: Values) -> Values:
+    """Read the model with its values and its friction law."""
     changes = parse_assignments(texts["set_"])
     return {"model": find_model(texts["model"], changes, texts["friction"])}
 
@@ -235,27 +269,43 @@ WITH_VARY = ("span", "values")
 """Arguments that are read together with the name of the parameter that varies."""
 
 
-def _read_span(texts: Values, values: Values) -> Values:
-    name, span = parse_span(texts["vary"], values["model"])
-    refuse_varied(parse_assignments(texts["set_"]), (name,))
+def read_varied(texts: Values, count: int) -> dict[str, tuple[str, str]]:
+    """Read the parameters that vary, with their first and last values."""
+    from slipfold.computations.arguments import refuse_varied
+
+    given = texts["vary"]
+    if len(given) != count:
+        times = {1: "once", 2: "twice"}
+        raise InputError(
+            f"--vary is given {times.get(len(given), f'{len(given)} times')}; give it "
+            f"{times[count]}, e.g. {' '.join(('--vary Nd=0:0.98', '--vary f=11:14')[:count])}"
+        )
+    result = parse_intervals(given, "--vary")
+    refuse_varied(result, parse_assignments(texts["set_"]), "--vary")
+    return result
+
+
+def read_span(texts: Values, values: Values) -> Values:
+    """Read the parameter that varies, and its span."""
+    ((name, span),) = read_varied(texts, 1).items()
     return {"vary": name, "span": span}
 
 
-def _read_plane(texts: Values, values: Values) -> Values:
-    names, spans = parse_window(texts["vary"], values["model"], "a map of regimes")
-    refuse_varied(parse_assignments(texts["set_"]), names)
-    return {"vary": dict(zip(names, spans, strict=True))}
-
-
 PLANE = Reader(
-    (vary_option("A parameter and its ends; give two. Sweeps go along the second."),), _read_plane
+    (vary_option("A parameter and its ends; give two. Sweeps go along the second."),),
+    lambda texts, values: {"vary": read_varied(texts, 2)},
 )
 
 
 def _read_values(texts: Values, values: Values) -> Values:
-    read = _read_span(texts, values)
-    count = parse_whole(texts["points"], "--points")
-    return {"vary": read["vary"], "values": equidistant(read["span"], count)}
+    import numpy as np
+
+    from slipfold.computations.arguments import interval
+
+    ((name, span),) = read_varied(texts, 1).items()
+    ends = interval(values["model"].variable_parameter(name), span)
+    count = parse_whole(texts["points"], "--points", 2)
+    return {"vary": name, "values": np.linspace(*ends, count).tolist()}
 
 
 VALUES = Reader(
@@ -275,13 +325,6 @@ FILES = optional(
     out=Option("Write everything as netCDF.", metavar="FILE.nc"),
     csv=Option("Write all points as comma-separated values.", metavar="FILE"),
 )
-
-OUTPUTS = Reader(
-    FILES,
-    lambda texts, _: {"outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked()},
-)
-"""The files that a result is written to."""
-
 
 STEPS = {
     ("steps", "largest"): (
@@ -362,25 +405,25 @@ def _read_events(texts: Values, values: Values) -> Values:
     }
 
 
-def _read_search(texts: Values, values: Values) -> Values:
-    return {"search": parse_box(texts["box"], "--box") or texts["search"]}
-
-
-def _declared(alias: Any) -> Option:
-    found = declared(alias)
-    assert isinstance(found, Option)
-    return found
+def declaration(alias: Any) -> Option:
+    """Return the declaration of an option by its type."""
+    result = declared(alias)
+    assert result is not None
+    return result
 
 
 READERS: Mapping[str, Reader] = {
-    "model": Reader((MODEL, SET, FRICTION), _read_model),
-    "vary": Reader((VARY,), _read_span),
+    "model": Reader((MODEL, SET, FRICTION), read_model),
+    "vary": Reader((VARY,), read_span),
     "settings": settings_reader(STEPS | BRANCHES),
     "events": Reader(EVENTS, _read_events),
     "search": Reader(
-        (option("search", _declared(Search), False), option("box", _declared(Box), None)),
-        _read_search,
+        (option("search", declaration(Search), False), option("box", declaration(Box), None)),
+        lambda texts, _: {"search": parse_intervals(texts["box"], "--box") or texts["search"]},
     ),
-    "outputs": OUTPUTS,
+    "outputs": Reader(
+        FILES,
+        lambda texts, _: {"outputs": Outputs(texts["json"], texts["out"], texts["csv"]).checked()},
+    ),
 }
 """Readers of arguments by their names, where an option alone does not tell how to read them."""

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any
 
-from slipfold.cli.commands import FRICTION, SET, Reader, argument
-from slipfold.cli.reading import (
-    find_model,
-    parse_assignments,
-    parse_whole,
-    parse_window,
-    refuse_varied,
-)
+from slipfold.cli.commands import FRICTION, SET, Reader, Values, argument, read_varied, vary_option
+from slipfold.cli.reading import find_model, parse_assignments
 from slipfold.errors import InputError
 from slipfold.options import Option, Regimes, Regions, Types
 
@@ -33,20 +27,12 @@ GIVEN = Reader(
         ),
         SET,
         FRICTION,
+        vary_option("One of the two parameters and its range, e.g. f=11.5:13.5Hz; give it twice."),
     ),
     lambda texts, _: {"given": texts},
 )
-"""A model, or a saved response."""
+"""A model, or a saved response, and the window."""
 
-Window = Annotated[
-    list[str],
-    Option(
-        "One of the two parameters and its range, e.g. f=11.5:13.5Hz; give it twice.",
-        "spans",
-        "NAME=FIRST:LAST",
-        flags=("--vary",),
-    ),
-]
 Periods = Annotated[
     list[int] | None,
     Option(
@@ -58,11 +44,11 @@ Periods = Annotated[
     ),
 ]
 Labels = Annotated[
-    list[str] | None,
+    list[int] | None,
     Option(
         "With RESPONSE.nc, its special point to start from, by its number under LAB in the printed "
         "table; all by default.",
-        "texts",
+        "wholes",
         "LAB",
         flags=("--label",),
     ),
@@ -78,8 +64,7 @@ Only = Annotated[
 
 
 def locus(
-    given: dict[str, Any],
-    window: Window,
+    given: Values,
     *,
     label: Labels = None,
     only: Only = False,
@@ -91,78 +76,43 @@ def locus(
     on_progress: Observer,
 ) -> LocusDiagram:
     """Follow the loci in a window of a model, or those from the points of a saved response."""
-    model = given["model"]
-    types = [text.upper() for text in type_ or ()] or None
-    if model.lower().endswith(".nc"):
-        from slipfold.computations.loci import locus as follow
-
-        changes = [f"--set {item}" for item in given["set_"] or ()]
-        changes += [] if given["friction"] is None else [f"--friction {given['friction']}"]
-        _refuse(model, changes, regions or regimes is not None, bool(label and (types or period)))
-        response = load_response(model)
-        plane, spans = parse_window(window, response.model)
-        if label:
-            points = labeled_points(response, model, label)
-        else:
-            points = matching_points(response, model, (plane, spans), types, period)
-        return follow(
-            points, plane, spans, switch=not only, settings=settings, on_progress=on_progress
-        )
-    from slipfold.computations.loci import bifurcation_set
+    from slipfold.computations.loci import bifurcation_set, parse_plane
+    from slipfold.computations.loci import locus as follow
     from slipfold.loci.bifurcation_set import PERIODS
 
-    _refuse_of_model(model, label, only, regimes if not regions else None)
-    values = parse_assignments(given["set_"])
-    chosen = find_model(model, values, given["friction"])
-    plane, spans = parse_window(window, chosen, "a bifurcation set")
-    refuse_varied(values, plane)
-    return bifurcation_set(
-        chosen,
-        plane,
-        spans,
-        types=types,
-        periods=period or PERIODS,
-        regions=regions,
-        regimes=regimes,
-        settings=settings,
-        on_progress=on_progress,
-    )
-
-
-def _refuse_of_model(
-    model: str, label: Sequence[str] | None, only: bool, regimes: tuple[int, int] | None
-) -> None:
-    """Refuse what does not go with a model."""
-    if label:
-        raise InputError(
-            f"--label {label[0]} is for a saved response, but {model} is a model; give a file "
-            "that slipfold response --out wrote, or leave out --label"
+    name = given["model"]
+    saved = name.lower().endswith(".nc")
+    ours = {"--label": label, "--only": only}
+    theirs = {"--set": given["set_"], "--friction": given["friction"]}
+    theirs |= {"--regions": regions, "--regimes": regimes}
+    kinds = "a saved response", "a model"
+    for flag, value in (theirs if saved else ours).items():
+        if value:
+            needed, own = kinds[saved], kinds[not saved]
+            raise InputError(f"{flag} is for {needed}, but {name} is {own}; leave it out")
+    window = read_varied(given, 2)
+    first, second = window
+    common: Any = {"settings": settings, "on_progress": on_progress}
+    types = [text.upper() for text in type_ or ()] or None
+    if not saved:
+        model = find_model(name, parse_assignments(given["set_"]), given["friction"])
+        common |= {"periods": period or PERIODS, "regions": regions, "regimes": regimes}
+        return bifurcation_set(model, (first, second), window, types=types, **common)
+    if label and (types or period):
+        raise InputError("--label says which special points are meant; leave out --type, --period")
+    response = load_response(name)
+    points = select_points(response, name, types, period, label)
+    names, spans = parse_plane(response.model, (first, second), window)
+    inside = [
+        point
+        for point in points
+        if label
+        or all(
+            low <= point.model.values[name] <= high
+            for name, (low, high) in zip(names, spans, strict=True)
         )
-    if only:
-        raise InputError(
-            f"--only is for a saved response, but {model} is a model, whose loci are searched; "
-            "give a file that slipfold response --out wrote, or --type"
-        )
-    if regimes is not None:
-        raise InputError(f"--regimes {regimes[0]}x{regimes[1]} needs --regions; give both")
-
-
-def _refuse(path: str, given: Sequence[str], regions: bool, both: bool) -> None:
-    """Refuse what does not go with a saved response."""
-    if given:
-        raise InputError(
-            f"{given[0]} is for a model, but the parameters of {path} are those it was "
-            f"computed with; leave out {given[0].split()[0]}"
-        )
-    if regions:
-        raise InputError(
-            f"--regions needs all loci in the window, but only those of {path} are followed; give "
-            "a model, or leave out --regions"
-        )
-    if both:
-        raise InputError(
-            "--label says already which special points are meant; leave out --type and --period"
-        )
+    ]
+    return follow(inside or points, names, spans, switch=not only, **common)
 
 
 def load_response(path: str) -> Diagram:
@@ -179,94 +129,40 @@ def load_response(path: str) -> Diagram:
     return result
 
 
-def labeled_points(diagram: Diagram, path: str, labels: Sequence[str]) -> list[SpecialPoint]:
-    """Return the special points with these labels."""
-    known = _bifurcations(diagram)
-    chosen = []
-    for text in labels:
-        label = parse_whole(text, "--label")
-        if label not in known:
-            raise InputError(
-                f"--label {text} is no bifurcation with a locus; {_listed(path, known)}"
-            )
-        chosen.append(known[label])
-    return chosen
-
-
-def matching_points(
+def select_points(
     diagram: Diagram,
-    path: str,
-    window: tuple[tuple[str, str], tuple[tuple[float, float], tuple[float, float]]],
-    types: Collection[str] | None,
-    periods: Collection[int] | None,
+    where: str,
+    types: Collection[str] | None = None,
+    periods: Collection[int] | None = None,
+    labels: Collection[int] | None = None,
 ) -> list[SpecialPoint]:
-    """Return the special points inside the window that are of these types and periods."""
-    from slipfold.orbits.bifurcation_types import LOCUS_TYPES
-
-    for kind in types or ():
-        if kind not in LOCUS_TYPES:
-            raise InputError(f"there are no loci of type {kind!r}; give {', '.join(LOCUS_TYPES)}")
-    known = _bifurcations(diagram)
-    matching = [
-        point
-        for point in known.values()
-        if (types is None or point.type in types) and (periods is None or point.period in periods)
-    ]
-    if not matching:
-        listed = _listed(path, known)
-        raise InputError(f"no bifurcation of that type and period is in {path}; {listed}")
-    inside = [
-        point
-        for point in matching
-        if all(
-            min(ends) <= point.model.values[name] <= max(ends)
-            for name, ends in zip(*window, strict=True)
-        )
-    ]
-    if not inside:
-        values = " and ".join(
-            f"{name} = {matching[0].model.values[name]:.6g}" for name in window[0]
-        )
-        raise InputError(
-            f"no special point of {path} is inside the window; the first is at {values}, give a "
-            "window that holds it"
-        )
-    return inside
-
-
-def first_point(diagram: Diagram, kind: str | None, period: int | None) -> SpecialPoint:
-    """Return the first special point on the way that is of this type and period."""
-    points = list(_bifurcations(diagram).values())
-    matching = [
-        point for point in points if kind in (None, point.type) and period in (None, point.period)
-    ]
-    first, last = diagram.span
-    if not points:
-        raise InputError(
-            f"no special point lies on the way from {diagram.vary} = {first:g} to {last:g}; "
-            f"give a longer span than --vary {diagram.vary}={first:g}:{last:g}"
-        )
-    if not matching:
-        known = ", ".join(f"{point.type} of period {point.period}" for point in points)
-        raise InputError(
-            f"the response has no such special point on the way, but {known}; "
-            "give another type, period or span"
-        )
-    return min(matching, key=lambda point: abs(point.value - first))
-
-
-def _bifurcations(diagram: Diagram) -> dict[int, SpecialPoint]:
+    """Return the special points with loci that are asked for, in the order of their labels."""
     from slipfold.orbits.bifurcation_types import LOCUS_TYPES
     from slipfold.results.diagram import points_by_label
 
-    points = points_by_label(diagram)
-    return {label: point for label, point in points.items() if point.type in LOCUS_TYPES}
-
-
-def _listed(path: str, known: dict[int, SpecialPoint]) -> str:
-    if not known:
-        return f"{path} has none"
-    labels = ", ".join(
-        f"{label} ({point.type} of period {point.period})" for label, point in known.items()
-    )
-    return f"the labels of those in {path} are: {labels}"
+    known = {
+        label: point
+        for label, point in points_by_label(diagram).items()
+        if point.type in LOCUS_TYPES
+    }
+    asked = {"label": labels, "type": types, "period": periods}
+    chosen = [
+        point
+        for label, point in known.items()
+        if all(
+            choice is None or value in choice
+            for choice, value in zip(asked.values(), (label, point.type, point.period), strict=True)
+        )
+    ]
+    if not chosen or not known.keys() >= set(labels or ()):
+        given = ", ".join(
+            f"{name} {' or '.join(map(str, choice))}" for name, choice in asked.items() if choice
+        )
+        listed = (
+            f"{label} ({point.type} of period {point.period})" for label, point in known.items()
+        )
+        raise InputError(
+            f"{where} has no special point with a locus{' of ' if given else ''}{given}; "
+            + (f"give one of {', '.join(listed)}" if known else "give another model or span")
+        )
+    return chosen

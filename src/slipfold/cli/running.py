@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
-from slipfold.cli.endings import failed, interrupted_at, stopped_early
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.errors import InputError
 from slipfold.progress import Observer, Progress, duration_text
@@ -19,12 +18,30 @@ from slipfold.progress import Observer, Progress, duration_text
 if TYPE_CHECKING:
     from slipfold.results.result import Result
 
-DONE = 0
-BAD_INPUT = 2
-FAILED = 3
-"""A branch, locus or solution stopped early, as it could not be followed; results are written."""
+DONE, BAD_INPUT, FAILED, INTERRUPTED = 0, 2, 3, 130
 
-INTERRUPTED = 130
+FAILURES = {
+    "response": "a branch ended before an end of its own",
+    "locus": "a locus ended before an end of its own",
+    "simulate": "the solution became singular or too stiff",
+    "design": "no design was found for a bound",
+    "measure": "the solution ended at a limit",
+    "paper": "a branch ended before an end of its own",
+}
+"""What exit status 3 means, by command. A curve ends on its own at the end of its span or window,
+at a limit of the model, at an event, where it closes, or at another bifurcation; not where no
+solution was found beyond, where its points ran out, or where what was computed is contradictory.
+The results up to there are written."""
+
+
+def exit_statuses(home: str) -> str:
+    """Say what the exit statuses of a command mean."""
+    failure = FAILURES.get(home.partition(":")[2], "")
+    middle = f"3 {failure}, " if failure else ""
+    return (
+        f"Exit status: 0 done, 2 bad input, {middle}130 interrupted. Ctrl-C keeps what is finished."
+    )
+
 
 INTERVAL = 5.0
 """Seconds between the lines on a terminal that cannot rewrite a line."""
@@ -198,3 +215,65 @@ def write_json(record: dict[str, Any], path: str) -> None:
         say(text)
     else:
         write_file(path, text.encode() + b"\n")
+
+
+# -- how a computation ended -------------------------------------------------------------------
+
+
+def interrupted_at(result: Any) -> str:
+    """Return how far a computation came before it was interrupted, empty if it does not count."""
+    kind = type(result).__name__
+    if kind == "Diagram":
+        return _interrupted_at(result)
+    if kind == "LocusDiagram":
+        number, points = len(result.loci), sum(map(len, result.loci))
+        return f"after {points} points on {'1 locus' if number == 1 else f'{number} loci'}"
+    if kind == "Simulation":
+        if result.stopped is None or result.stopped.kind != "interrupted":
+            return "before all checks were done"
+        unit = "forcing period" if result.model.forced else "interval"
+        return f"after {result.periods} {unit}s"
+    return ""
+
+
+def _interrupted_at(diagram: Any) -> str:
+    points = sum(map(len, diagram.branches))
+    if any(end.kind == "interrupted" for branch in diagram.branches for end in branch.ends):
+        return f"on branch {len(diagram.branches)} after {points} points in all"
+    number = sum(item.point.interrupted for item in diagram.special)
+    if number:
+        return f"before the normal forms of {number} of {len(diagram.special)} special points"
+    if any(tori.interrupted for tori in diagram.tori):
+        points = sum(map(len, diagram.tori))
+        return f"on tori {diagram.tori[-1].id} after {points} of their points in all"
+    if diagram.interrupted:
+        return "before all checks were done"
+    return f"before the extrema and uncertainties of all {points} points were computed"
+
+
+def stopped_early(result: Any) -> Iterator[str]:
+    """Yield what stopped before it was complete, with the reasons."""
+    for branch in getattr(result, "branches", ()):
+        yield from (f"branch {branch.id} {_reason(end)}" for end in branch.ends if end.early)
+    for tori in getattr(result, "tori", ()):
+        if tori.stopped.early:
+            yield f"tori {tori.id} {_reason(tori.stopped)}"
+    for locus in getattr(result, "loci", ()):
+        ends = (locus.started, locus.stopped)
+        yield from (f"locus {locus.id} {_reason(end)}" for end in ends if end.early)
+    if type(result).__name__ == "Simulation" and result.stopped is not None:
+        yield _reason(result.stopped)
+
+
+def _reason(end: Any) -> str:
+    return f"stopped early: {end.reason}"
+
+
+def failed(result: Any) -> bool:
+    """Whether something could not be computed to its end."""
+    kind = type(result).__name__
+    if kind == "Simulation":
+        return result.stopped is not None and result.stopped.kind in ("singular", "stiff")
+    if kind == "Design":
+        return bool(result.reasons.any())
+    return kind in ("Diagram", "LocusDiagram") and bool(result.failed)

@@ -1,75 +1,76 @@
-"""``slipfold uncertainty`` and ``design``: thresholds of uncertain and of chosen parameters."""
+"""What ``slipfold uncertainty`` and ``design`` read: special points of a response to follow."""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-from slipfold.cli.locus import first_point
-from slipfold.cli.reading import parse_whole
-from slipfold.computations import thresholds
+from slipfold.cli.commands import (
+    FRICTION,
+    MODEL,
+    SET,
+    VARY,
+    Reader,
+    Values,
+    declaration,
+    option,
+    optional,
+    read_model,
+    read_span,
+)
+from slipfold.cli.locus import select_points
+from slipfold.cli.reading import parse_assignments, parse_whole
 from slipfold.errors import InputError
-from slipfold.options import Option, resolved
+from slipfold.options import Keep, Option
 
 if TYPE_CHECKING:
-    from slipfold.models.model import Model
+    from slipfold.branches.special_point import SpecialPoint
     from slipfold.progress import Observer
-    from slipfold.results.diagram import Diagram
 
-Type = Annotated[
-    str | None,
-    Option("Type of the special point; by default the first.", metavar="TYPE", flags=("--type",)),
-]
-Period = Annotated[int | None, Option("Period of its orbit in forcing periods.", "whole", "K")]
+TYPE, PERIOD = optional(
+    type=Option("Type of the special point; by default the first.", metavar="TYPE"),
+    period=Option("Period of its orbit in forcing periods.", "whole", "K"),
+)
 
 
-def of_response(compute: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a computation from a special point as one that follows the response to it first."""
-
-    def run(
-        model: Model,
-        vary: str,
-        span: tuple[float, float],
-        *,
-        type_: Type = None,
-        period: Period = None,
-        on_progress: Observer,
-        **options: Any,
-    ) -> Any:
-        from slipfold.computations.response import response
-
-        if options.get("keep"):
-            options["keep"] = {each: _split(each, bound) for each, bound in options["keep"].items()}
-        diagram = response(model, vary, span, on_progress=on_progress)
-        if diagram.interrupted:
-            raise KeyboardInterrupt
-        if options.get("keep"):
-            options["keep"] = _stored(diagram, options["keep"])
-        point = first_point(diagram, type_, period)
-        return compute(point, **options, on_progress=on_progress)
-
-    own = list(resolved(run).parameters.values())[:-2]
-    given = list(resolved(compute).parameters.values())[1:]
-    parameters = [item.replace(kind=inspect.Parameter.KEYWORD_ONLY) for item in (*own, *given)]
-    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    return run
+def _read_point(texts: Values, values: Values) -> Values:
+    model, span = read_model(texts, values), read_span(texts, values)
+    asked = {"point": (texts["type"], texts["period"] and parse_whole(texts["period"], "--period"))}
+    bounds = {}
+    for name, bound in parse_assignments(
+        texts.get("keep"), "--keep", "TYPE:PERIOD=VALUE", "PD:1=40mN"
+    ).items():
+        kind, colon, period = name.partition(":")
+        if not colon:
+            raise InputError(f"--keep {name} has no period; give TYPE:PERIOD=VALUE, e.g. PD:1=40mN")
+        asked[name], bounds[name] = (kind, parse_whole(period, f"--keep {kind}:")), bound
+    return {"before": partial(_points, {**model, **span}, asked, bounds)}
 
 
-uncertainty = of_response(thresholds.uncertainty)
-design = of_response(thresholds.design)
+def _points(
+    response_of: Values, asked: Values, bounds: Values, on_progress: Observer
+) -> dict[str, Any]:
+    """Follow the response; return its special points as arguments of the computation."""
+    from slipfold.computations.response import response
+
+    diagram = response(**response_of, on_progress=on_progress)
+    if diagram.interrupted:
+        raise KeyboardInterrupt
+
+    def first(type_: str | None, period: int | None) -> SpecialPoint:
+        types, periods = type_ and [type_.upper()], [period] if period else None
+        points = select_points(diagram, "the response", types, periods)
+        return min(points, key=lambda point: abs(point.value - diagram.span[0]))
+
+    points = {name: first(*each) for name, each in asked.items()}
+    kept = {name: (points[name], bound) for name, bound in bounds.items()}
+    return {"point": points["point"]} | ({"keep": kept} if kept else {})
 
 
-def _split(text: str, bound: str) -> tuple[str, int, str]:
-    kind, colon, period = text.partition(":")
-    if not colon:
-        raise InputError(f"--keep {text} has no period; give TYPE:PERIOD=VALUE, e.g. PD:1=40mN")
-    return kind, parse_whole(period, f"--keep {kind}:"), bound
-
-
-def _stored(diagram: Diagram, keep: Mapping[str, tuple[str, int, str]]) -> dict[str, Any]:
-    """Return the special points of further thresholds, with their lower bounds."""
-    return {
-        each: (first_point(diagram, kind, period), bound)
-        for each, (kind, period, bound) in keep.items()
-    }
+POINT = {"point": Reader((MODEL, SET, FRICTION, VARY, TYPE, PERIOD), _read_point)}
+KEPT = {
+    "point": Reader(
+        (*POINT["point"].options, option("keep", declaration(Keep), None)), _read_point
+    ),
+    "keep": Reader((), lambda texts, values: {}),  # read with the point
+}

@@ -247,7 +247,9 @@ def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
     if given is None:
         return None
     if not regions:
-        raise InputError(f"regimes = {given!r} need regions; give regions=True as well")
+        raise InputError(
+            f"regimes = {given!r} needs regions; give regions=True (--regions) as well"
+        )
     first, second = pair(given, f"regimes = {given!r} are not two numbers; give e.g. (60, 50)")
     return checked_count(first, "regimes"), checked_count(second, "regimes")
 

@@ -39,6 +39,7 @@ from slipfold.flow.trajectory import Sticking, Trajectory
 from slipfold.models.angles import count_revolutions, revolutions_by_name
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
+from slipfold.models.units import parse_quantity
 from slipfold.progress import Observer, Progress
 from slipfold.text import revolutions_text
 
@@ -111,8 +112,8 @@ def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -
         for name in state:
             if name not in names:
                 raise unknown(f"{model.name} has no state", name, names)
-        own = dict(zip(names, model.start, strict=True))
-        state = [state.get(name, own[name]) for name in names]
+        own = zip(model.states, model.start.tolist(), strict=True)
+        state = [parse_quantity(state.get(x.name, at), x.unit, x.name) for x, at in own]
     try:
         values = np.array(state, dtype=float)
     except (TypeError, ValueError):

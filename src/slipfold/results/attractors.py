@@ -33,8 +33,8 @@ SURE = 1.96
 """Standard deviations of a normal distribution within which 95 of a hundred lie."""
 
 
-class Fraction(NamedTuple):
-    """Fraction of the starts with one outcome.
+class FractionEstimate(NamedTuple):
+    """FractionEstimate of the starts with one outcome.
 
     Parameters
     ----------
@@ -49,15 +49,15 @@ class Fraction(NamedTuple):
     high: float
 
 
-def fraction_of(hits: int, count: int) -> Fraction:
+def fraction_of(hits: int, count: int) -> FractionEstimate:
     """Return the fraction of some starts, with Wilson's bounds."""
     if not count:
-        return Fraction(np.nan, 0.0, 1.0)
+        return FractionEstimate(np.nan, 0.0, 1.0)
     fraction = hits / count
     middle = fraction + SURE**2 / (2 * count)
     half = SURE * sqrt(fraction * (1 - fraction) / count + SURE**2 / (4 * count**2))
     low, high = ((middle + sign * half) / (1 + SURE**2 / count) for sign in (-1, 1))
-    return Fraction(fraction, max(low, 0.0), min(high, 1.0))
+    return FractionEstimate(fraction, max(low, 0.0), min(high, 1.0))
 
 
 COLUMNS = (
@@ -114,7 +114,7 @@ class FoundAttractors(Result):
         """What Lyapunov exponents are per: ``"forcing period"``, or ``"s"``."""
         return "forcing period" if self.model.forced else "s"
 
-    def fraction(self, attractor: Attractor | int) -> Fraction:
+    def fraction(self, attractor: Attractor | int) -> FractionEstimate:
         """Return the fraction of the starts that converged to an attractor.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less. Starts
@@ -128,7 +128,7 @@ class FoundAttractors(Result):
 
         Returns
         -------
-        Fraction
+        FractionEstimate
             The fraction and its bounds at 95 % confidence.
         """
         number = attractor.id if isinstance(attractor, Attractor) else attractor
@@ -363,8 +363,8 @@ class Basins(FoundAttractors):
         return first, second
 
 
-class Fractions(NamedTuple):
-    """Fractions of the starts with one outcome, at all values of a parameter.
+class FractionEstimates(NamedTuple):
+    """FractionEstimates of the starts with one outcome, at all values of a parameter.
 
     Parameters
     ----------
@@ -447,7 +447,7 @@ class BasinFractions(Result):
         result = self._all()
         return {float(self.values[place]): item for place, item in result if item.id == number}
 
-    def fraction(self, number: int) -> Fractions:
+    def fraction(self, number: int) -> FractionEstimates:
         """Return the fractions of the starts that converged to an attractor, with their bounds.
 
         The bounds are those of Wilson for independent starts; evenly spread ones err less.
@@ -459,13 +459,13 @@ class BasinFractions(Result):
 
         Returns
         -------
-        Fractions
+        FractionEstimates
             The fractions at all values and their bounds at 95 % confidence.
         """
         hits = (self.labels == number).sum(axis=1)
         counts = (self.labels != UNFINISHED).sum(axis=1)
         rows = [fraction_of(*pair) for pair in zip(hits.tolist(), counts.tolist(), strict=True)]
-        return Fractions(*np.array(rows).T)
+        return FractionEstimates(*np.array(rows).T)
 
     def _head(self) -> str:
         first, last = (number_text(self.values[place]) for place in (0, -1))
@@ -481,7 +481,9 @@ class BasinFractions(Result):
 
     def _line(self) -> str:
         count = len(self.numbers)
-        return f"Fractions of basins of {self.model.name} over {self.vary}: {count} attractors"
+        return (
+            f"FractionEstimates of basins of {self.model.name} over {self.vary}: {count} attractors"
+        )
 
     def _rows(self) -> PrintedTable:
         rows = []
@@ -532,10 +534,11 @@ class BasinFractions(Result):
             "what": [kind_of(item) for _, item, _ in result],
         }
         columns |= {
-            name: [fraction[name] for _, _, fraction in result] for name in Fractions._fields
+            name: [fraction[name] for _, _, fraction in result]
+            for name in FractionEstimates._fields
         }
         return Frame(columns, {self.vary: self.model.parameter(self.vary).unit})
 
 
-def _at(fractions: Fractions, place: int) -> dict[str, float]:
+def _at(fractions: FractionEstimates, place: int) -> dict[str, float]:
     return {name: float(each[place]) for name, each in fractions._asdict().items()}
