@@ -7,6 +7,7 @@ from helpers.hand_drawn import (
     INSIDE,
     diagram_of,
     drawn_branch,
+    drawn_point,
     threshold_diagram,
 )
 from slipfold import InputError, find_spectrum
@@ -66,6 +67,13 @@ def test_limits_of_the_model_are_marked(ax):
     assert (mark.type, mark.name, mark.parameter) == ("LIMIT", "collapse", 0.4)
     draw_response(diagram_of(branch), ax=ax)
     assert texts(ax) == ["collapse"]
+
+
+def test_points_of_one_type_that_crowd_share_a_name(ax):
+    s = np.linspace(0, 1, 5)
+    special = [drawn_point("NS", x, x, {"x": x}) for x in (0.1, 0.9, 0.905, 0.91)]
+    draw_response(diagram_of(drawn_branch(s, {"x": s}, [INSIDE] * 5, special)), ax=ax)
+    assert texts(ax) == ["3 NS", "NS"]
 
 
 def test_unknown_output_and_measure(ax):

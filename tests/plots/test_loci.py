@@ -100,9 +100,9 @@ def test_regions_are_painted_below_the_lines(ax):
 
 def test_names_do_not_overlap(ax):
     figure = ax.get_figure()
-    draw_loci(whole(), ax, lowest=("PD",))
+    draw_loci(whole(), ax)
     boxes = [text.get_window_extent() for text in ax.texts if text.get_text()]
-    assert len(boxes) == 8
+    assert len(boxes) == 7
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
     assert figure.axes == [ax]
 

@@ -49,3 +49,10 @@ def test_what_cannot_be_drawn():
         found.plot()
     with pytest.raises(InputError, match="has no quantity 'threshold'; it has settled, period"):
         found.plot("threshold")
+
+
+def test_a_study_without_a_value_is_not_drawn():
+    compute = {"what": "threshold", "vary": "Nd", "span": [0, 0.01]}
+    found = sf.study({**CHEAP, "compute": compute, "cases": {"grid": {"Vd": SPEEDS}}})
+    with pytest.raises(InputError, match="no case has a value of threshold, so there is nothing"):
+        found.plot("threshold")

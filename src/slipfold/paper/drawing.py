@@ -276,9 +276,6 @@ PLANE_LEGEND_HEIGHT = 0.8
 CONTACT = ("Ns", "Nd")
 """The plane in which a line parts contact all the time from none at times."""
 
-LOWEST = ("PD",)
-"""Loci whose lowest point is labeled."""
-
 
 def _plane(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     """Draw a bifurcation set and a detail of it."""
@@ -304,7 +301,7 @@ def _plane(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     whole.set_title(f"(a)  {equations}")
     detail.set_title("(b)  detail of (a)")
     canvas.legend(**legend_options([diagram]), loc="outside lower center")
-    name = partial(name_loci, diagram=diagram, lowest=LOWEST)
+    name = partial(name_loci, diagram=diagram)
     _name_last(canvas, [partial(name, whole, without=figure.detail), partial(name, detail)])
     return canvas
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -18,9 +18,7 @@ from slipfold.errors import InputError
 from slipfold.flow.modes import MET
 from slipfold.lines import CRITICALITIES, locus_segments
 from slipfold.loci.locus import Locus, locus_title
-from slipfold.loci.region_map import RegionMap
 from slipfold.loci.window import Window
-from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.regions import (
@@ -34,7 +32,8 @@ from slipfold.plots.regions import (
     shown_regions,
 )
 from slipfold.plots.response import limit_name
-from slipfold.plots.style import MARKERS, axes_or_new, label_axis, quantity_text, settle, within
+from slipfold.plots.style import MARKERS, axes_or_new, label_axis, settle, within
+from slipfold.results.locus_diagram import LocusDiagram
 
 LOCUS_COLORS: Mapping[str, str] = MappingProxyType(
     {name: BIFURCATION_TYPES[name].color for name in ("HB", "PD", "BP", "NS", "LP")}
@@ -54,35 +53,6 @@ FOLD: Any = (0, (5.0, 1.4, 1.0, 1.4))
 
 TOUCHING: Mapping[str, Any] = MappingProxyType({name: CONTACT_TYPES[name].dashes for name in MET})
 """Line styles of what is no bifurcation; all are black."""
-
-
-class HasLoci(Protocol):
-    """What is drawn: a `slipfold.LocusDiagram`, or anything else with loci."""
-
-    @property
-    def model(self) -> Model:
-        """The model."""
-        ...
-
-    @property
-    def vary(self) -> tuple[str, str]:
-        """Names of the two parameters."""
-        ...
-
-    @property
-    def window(self) -> Window:
-        """Least and largest value of each."""
-        ...
-
-    @property
-    def loci(self) -> Sequence[Locus]:
-        """The loci."""
-        ...
-
-    @property
-    def regions(self) -> RegionMap | None:
-        """The regions between them, if they were computed."""
-        ...
 
 
 def locus_color(type_: str, colors: Mapping[str, str] = LOCUS_COLORS) -> str:
@@ -132,53 +102,31 @@ class LocusMark:
 
 
 def locus_marks(
-    loci: Sequence[Locus],
-    window: tuple[tuple[float, float], tuple[float, float]],
-    lowest: Collection[str] = (),
+    loci: Sequence[Locus], window: tuple[tuple[float, float], tuple[float, float]]
 ) -> tuple[LocusMark, ...]:
     """Return the marks of a bifurcation set, each once, whatever number of loci meets there."""
-    found: list[LocusMark] = []
+    result: list[LocusMark] = []
     size = np.ptp(np.array(window), axis=1)
-    for mark in (mark for locus in loci for mark in _of_locus(locus, lowest)):
+    for mark in (mark for locus in loci for mark in _of_locus(locus)):
         if not any(
             mark.type == other.type
             # Points of one type closer than a line is wide are one point of two loci.
             and np.all(np.abs(np.subtract(mark.values, other.values)) < 1e-4 * size)
-            for other in found
+            for other in result
         ):
-            found.append(mark)
-    return tuple(found)
+            result.append(mark)
+    return tuple(result)
 
 
-def _of_locus(locus: Locus, lowest: Collection[str]) -> list[LocusMark]:
-    least = _lowest(locus) if locus.type in lowest else None
-    marks = []
-    for i, point in enumerate(locus.special):
+def _of_locus(locus: Locus) -> Iterator[LocusMark]:
+    for point in locus.special:
         name = point.type if point.type in CODIMENSION_TWO else ""
-        marks.append(LocusMark(point.type, _value(locus, i) if i == least else name, point.values))
-    for end in (locus.started, locus.stopped):
+        yield LocusMark(point.type, name, point.values)
+    for end in locus.ends:
         if end.kind == "limit":
-            marks.append(LocusMark("LIMIT", limit_name(locus.model, end.reason), end.values))
+            yield LocusMark("LIMIT", limit_name(locus.model, end.reason), end.values)
         elif end.kind == "failed":
-            marks.append(LocusMark("FAILED", "", end.values))
-    return marks
-
-
-def _lowest(locus: Locus) -> int | None:
-    """Return which special point is the minimum in the second parameter with the smallest value."""
-    minima = [
-        i
-        for i, point in enumerate(locus.special)
-        if point.type == "MIN" and point.name.endswith(f" {locus.vary[1]}")
-    ]
-    return min(minima, key=lambda i: locus.special[i].values[1], default=None)
-
-
-def _value(locus: Locus, index: int) -> str:
-    """Return e.g. ``"lowest: 0.04008 N at 12.46 Hz"``."""
-    first, second = (locus.model.parameter(name) for name in locus.vary)
-    values = locus.special[index].values
-    return f"lowest: {quantity_text(second, values[1])} at {quantity_text(first, values[0])}"
+            yield LocusMark("FAILED", "", end.values)
 
 
 SIZE = 7.5
@@ -193,7 +141,7 @@ MARK_NAMES = {
 
 
 def legend_options(
-    diagrams: Sequence[HasLoci],
+    diagrams: Sequence[LocusDiagram],
     colors: Mapping[str, str] = LOCUS_COLORS,
     regions: bool = True,
     width: float = np.inf,
@@ -214,7 +162,7 @@ def _nothing() -> Artist:
     return Line2D([], [], linestyle="none", label=" ")
 
 
-def _lines(diagrams: Sequence[HasLoci], colors: Mapping[str, str]) -> list[Artist]:
+def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[Artist]:
     kinds = {
         (locus.type, locus.period, stretch.kind, locus.kind)
         for diagram in diagrams
@@ -229,7 +177,7 @@ def _lines(diagrams: Sequence[HasLoci], colors: Mapping[str, str]) -> list[Artis
     return handles
 
 
-def _marks(diagrams: Sequence[HasLoci]) -> list[Artist]:
+def _marks(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
     marks = [m for diagram in diagrams for m in locus_marks(diagram.loci, diagram.window)]
     types = {"MIN" if mark.type == "MAX" else mark.type for mark in marks}
     found = sorted(types & {*CODIMENSION_TWO})
@@ -245,7 +193,7 @@ def _marks(diagrams: Sequence[HasLoci]) -> list[Artist]:
     return handles
 
 
-def _shades(diagrams: Sequence[HasLoci]) -> list[Artist]:
+def _shades(diagrams: Sequence[LocusDiagram]) -> list[Artist]:
     shown = [
         region
         for diagram in diagrams
@@ -278,14 +226,13 @@ ORDER = ("LIFT", "STICK", "GRAZE", "LP", "BP", "HB", "NS", "PD")
 
 
 def draw_loci(
-    diagram: HasLoci,
+    diagram: LocusDiagram,
     ax: Axes | None = None,
     *,
     colors: Mapping[str, str] = LOCUS_COLORS,
     window: Window | None = None,
     regions: bool = True,
     annotate: bool = True,
-    lowest: Collection[str] = (),
     legend: bool = True,
 ) -> Axes:
     """Draw a bifurcation set in its plane.
@@ -328,17 +275,16 @@ def draw_loci(
             borderaxespad=5.0,
         )
     if annotate:
-        name_loci(ax, diagram, colors=colors, regions=regions, lowest=lowest)
+        name_loci(ax, diagram, colors=colors, regions=regions)
     return ax
 
 
 def name_loci(
     ax: Axes,
-    diagram: HasLoci,
+    diagram: LocusDiagram,
     *,
     colors: Mapping[str, str] = LOCUS_COLORS,
     regions: bool = True,
-    lowest: Collection[str] = (),
     without: Window | None = None,
 ) -> None:
     """Name the points of codimension two of a picture, its loci and its regions.
@@ -347,7 +293,7 @@ def name_loci(
     """
     settle(ax)
     labels = []
-    for mark in locus_marks(diagram.loci, diagram.window, lowest):
+    for mark in locus_marks(diagram.loci, diagram.window):
         place = np.array([mark.values])
         hidden = without is not None and all(
             low <= value <= high for value, (low, high) in zip(mark.values, without, strict=True)

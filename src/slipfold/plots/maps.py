@@ -23,7 +23,7 @@ from slipfold.long_term.regimes import NONE
 from slipfold.long_term.search import ENDED, UNDECIDED, UNFINISHED, WITHIN_CELL, WITHIN_ERROR
 from slipfold.models.quantities import Parameter
 from slipfold.parameter_space.threshold_map import INTERRUPTED, GridThresholds
-from slipfold.plots.loci import HasLoci, draw_loci, legend_options
+from slipfold.plots.loci import draw_loci, legend_options
 from slipfold.plots.regions import COLORS, OTHERS, grouped
 from slipfold.plots.style import (
     add_color_bar,
@@ -34,6 +34,7 @@ from slipfold.plots.style import (
     quantity_text,
 )
 from slipfold.results.attractors import PHASE, Basins, in_words
+from slipfold.results.locus_diagram import LocusDiagram
 from slipfold.results.study import StudyResult
 from slipfold.results.trajectories import RegimeMap
 from slipfold.studies.plan import Grid
@@ -218,7 +219,7 @@ def draw_regimes(
     ax: Axes | None = None,
     *,
     run: str = "rest",
-    over: HasLoci | None = None,
+    over: LocusDiagram | None = None,
     legend: bool = True,
 ) -> Axes:
     """Draw what the motions of one run do as colors, and what those of others do besides.
@@ -320,7 +321,14 @@ def _numbers(found: StudyResult, item: CaseField) -> tuple[Array, list[str] | No
     if item.kind == "text":
         words = sorted({str(value) for value in values if value})
         values = np.array([words.index(value) if value else np.nan for value in values])
-    return np.where(found.reasons == "", values.astype(float), np.nan), words
+    values = np.where(found.reasons == "", values.astype(float), np.nan)
+    if not np.isfinite(values).any():
+        reason = next((str(reason) for reason in found.reasons if reason), "")
+        raise InputError(
+            f"no case has a value of {item.name}, so there is nothing to draw"
+            f"{': ' * bool(reason)}{reason}; choose another quantity"
+        )
+    return values, words
 
 
 def _draw_panels(
@@ -344,12 +352,10 @@ def _draw_panels(
     panels = _panels(values.shape[3], values.shape[2], ax)
     edges = cell_edges(places[0]), cell_edges(places[1])
     colors: Any = NUMBERS
-    low, high = -0.5, max(len(words or ()), 1) - 0.5
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
     if words is not None:
-        tab = colormaps[WORDS]
-        colors = ListedColormap([tab(place % tab.N) for place in range(max(len(words), 1))])
-    elif np.isfinite(values).any():
-        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        low, high, tab = -0.5, len(words) - 0.5, colormaps[WORDS]
+        colors = ListedColormap([tab(place % tab.N) for place in range(len(words))])
     for (row, column), panel in np.ndenumerate(panels):
         mesh = _color(panel, edges, values[:, :, column, row].T, colors, low, high)
         at = zip(parameters[2:], places[2:], (column, row), strict=False)

@@ -281,7 +281,7 @@ def region_labels(ax: Axes, regions: RegionMap, size: float = 7.0) -> list[Label
             low = np.array([ax.get_xlim()[0], ax.get_ylim()[0]])
             whole = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
             found.append(
-                Label(region.name, low + anchors * whole, "0.3", size, leader=False, centerd=True)
+                Label(region.name, low + anchors * whole, "0.3", size, leader=False, centered=True)
             )
     return found
 

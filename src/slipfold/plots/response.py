@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -37,6 +37,7 @@ from slipfold.plots.style import (
     within,
 )
 from slipfold.plots.trajectories import COLORS, OTHERS, draw_points
+from slipfold.results.diagram import Diagram
 from slipfold.results.measured import Fit, MeasurementPlan
 from slipfold.results.trajectories import Sweep
 from slipfold.tori.torus_branch import TorusBranch
@@ -51,24 +52,13 @@ SWEEPS = {
 }
 """Name, color and size of measurements by how the parameter came to its value."""
 
+CROWDED = 9.0
+"""Distance in points below which points of one type share a name: half the width of the name."""
+
 TORI = {STABLE: "torus", OTHER: "unstable torus"}
 
 BREAKS = ("broken", "failed", "homoclinic", "points", "resonance")
 """Kinds of ends of tori that are marked as not followed further."""
-
-
-class HasBranches(Protocol):
-    """What is drawn: a `slipfold.Diagram`, or anything else with branches."""
-
-    @property
-    def branches(self) -> Sequence[Branch]:
-        """The branches."""
-        ...
-
-    @property
-    def tori(self) -> Sequence[TorusBranch]:
-        """The tori, if they were followed."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -83,7 +73,7 @@ class Mark:
 
 
 def draw_response(
-    diagram: HasBranches,
+    diagram: Diagram,
     output: str | None = None,
     measure: str = "max",
     ax: Axes | None = None,
@@ -121,14 +111,14 @@ def draw_response(
     return ax
 
 
-def _first_output(diagram: HasBranches) -> str:
+def _first_output(diagram: Diagram) -> str:
     """Return the first state, but none that takes all values of an angle."""
     names = [state.name for state in _curves([diagram])[0].model.states]
     turning = {name for branch in diagram.branches for name, count in branch.turns.items() if count}
     return next((name for name in names if name not in turning), names[0])
 
 
-def _curves(diagrams: Sequence[HasBranches]) -> list[Any]:
+def _curves(diagrams: Sequence[Diagram]) -> list[Any]:
     curves = [item for each in diagrams for item in (*each.branches, *each.tori)]
     if not curves:
         raise InputError("the diagram has 0 branches, so there is nothing to draw; give at least 1")
@@ -136,7 +126,7 @@ def _curves(diagrams: Sequence[HasBranches]) -> list[Any]:
 
 
 def draw_family(
-    diagrams: Sequence[HasBranches],
+    diagrams: Sequence[Diagram],
     output: str = "x",
     measure: str = "max",
     ax: Axes | None = None,
@@ -169,7 +159,7 @@ def draw_family(
 
 def name_family(
     ax: Axes,
-    diagrams: Sequence[HasBranches],
+    diagrams: Sequence[Diagram],
     names: Sequence[str] | None = None,
     output: str = "x",
     measure: str = "max",
@@ -184,11 +174,16 @@ def name_family(
     colors = palette(len(diagrams)) if colors is None else colors
     labels = []
     for diagram, color in zip(diagrams, colors, strict=True):
+        named: dict[str, list[Array]] = {}
         for mark in _marks([diagram], output, measure):
             place = np.array([[mark.parameter, mark.value]])
             hidden = without and without[0] <= mark.parameter <= without[1]
             if mark.name and not hidden and len(within(ax, place)):
-                labels.append(Label(mark.name, place, color))
+                named.setdefault(mark.name, []).append(place)
+        for name, places in named.items():
+            for group in _groups(ax, np.concatenate(places)):
+                text = name if len(group) == 1 else f"{len(group)} {name}"
+                labels.append(Label(text, group, color))
     for diagram, name, color in zip(diagrams, names or (), colors, strict=names is not None):
         anchors = within(ax, _anchors(diagram, output, measure))
         if len(anchors):
@@ -196,7 +191,15 @@ def name_family(
     place_labels(ax, labels)
 
 
-def _anchors(diagram: HasBranches, output: str, measure: str) -> Array:
+def _groups(ax: Axes, places: Array) -> list[Array]:
+    """Split points where successive ones lie further apart than their names are wide."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    steps = np.abs(np.diff(ax.transData.transform(places), axis=0)).max(axis=1, initial=0.0)
+    return np.split(places, np.flatnonzero(steps > CROWDED * figure.dpi / 72) + 1)
+
+
+def _anchors(diagram: Diagram, output: str, measure: str) -> Array:
     """Return points along all branches, shape (n, 2)."""
     chosen = []
     for branch in diagram.branches:
@@ -206,7 +209,7 @@ def _anchors(diagram: HasBranches, output: str, measure: str) -> Array:
     return np.concatenate(chosen)
 
 
-def _marks(diagrams: Sequence[HasBranches], output: str, measure: str) -> Iterator[Mark]:
+def _marks(diagrams: Sequence[Diagram], output: str, measure: str) -> Iterator[Mark]:
     for diagram in diagrams:
         for branch in diagram.branches:
             yield from marks_of(branch, output, measure)
