@@ -5,7 +5,8 @@ import pytest
 
 import slipfold as sf
 from slipfold.long_term import coexisting
-from slipfold.long_term.coexisting import STAGE, STARTS
+from slipfold.long_term.coexisting import STAGE
+from slipfold.long_term.verified import ATTRACTOR
 
 # Besides x = 0 the rates vanish on the circle p^2 + (x - 2)^2 = 1/4, whose outer half attracts.
 ISOLA = """
@@ -83,7 +84,7 @@ def test_the_other_wells_are_found_in_a_box():
 def test_an_interrupted_search_keeps_the_branches_and_follows_no_more(text):
     def stop(progress):
         # The isola is found at the second of four places.
-        if progress.stage == STAGE and progress.done > STARTS + 1:
+        if progress.stage == STAGE and progress.done > ATTRACTOR.search_starts + 1:
             raise KeyboardInterrupt
 
     found = sf.response(system(text), vary="p", span=(-1, 1), search=True, on_progress=stop)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol
 
@@ -30,24 +31,28 @@ OPTIMIZATION = int(os.environ.get("SLIPFOLD_OPTIMIZATION", "3"))
 time and run half as fast, which suits models that are integrated once, as in most tests."""
 
 
-CALL = 500
-"""Steps per call, milliseconds, between which Ctrl-C is noticed. A segment takes about 5, or 80 at
-a distance of 1e-5 from a singularity."""
+@dataclass(frozen=True)
+class StepBudget:
+    """Numbers of integrator steps after which a trajectory is given up."""
 
-STEEP = 50_000
-"""Step budget without progress if formulas turn sharply: while a contact creeps, steps are as short
-as its rise is steep."""
+    # Steps per call, milliseconds, between which Ctrl-C is noticed. A segment takes about 5, or
+    # 80 at a distance of 1e-5 from a singularity
+    call: int = 500
+    # Step budget without progress if formulas turn sharply: while a contact creeps, steps are as
+    # short as its rise is steep
+    steep: int = 50_000
+    # Step budget of a trajectory, a few seconds: two hundred thousand vibrations, or bristles a
+    # hundred thousand times as stiff as the load in fast slip
+    trajectory: int = 2_000_000
+    # Step budget of a segment of an orbit, eight hundred vibrations: Newton's method needs
+    # hundreds of segments with derivatives, also where there is no orbit
+    segment: int = 4_500
+    # Fraction of the remainder of a trajectory that `call` steps must gain; less is a singularity
+    progress: float = 1e-5
 
-LONGEST = 2_000_000
-"""Step budget of a trajectory, a few seconds: two hundred thousand vibrations, or bristles a
-hundred thousand times as stiff as the load in fast slip."""
 
-LONGEST_SEGMENT = 4_500
-"""Step budget of a segment of an orbit, eight hundred vibrations: Newton's method needs hundreds of
-segments with derivatives, also where there is no orbit."""
+BUDGET = StepBudget()
 
-MIN_PROGRESS = 1e-5
-"""Fraction of the remainder of a trajectory that `CALL` steps must gain; less is a singularity."""
 
 STOPPED = hy.taylor_outcome.step_limit
 STEP_LIMIT, ARRIVED = int(STOPPED), int(hy.taylor_outcome.time_limit)
@@ -68,19 +73,19 @@ def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
 
     Return which lanes arrived. All lanes share one budget.
     """
-    free, taken = STEEP if _turns(batch) else CALL, 0
+    free, taken = BUDGET.steep if _turns(batch) else BUDGET.call, 0
     while True:
         before = batch.time.copy()
-        batch.propagate_until(ends, max_steps=CALL)
+        batch.propagate_until(ends, max_steps=BUDGET.call)
         # The times are sums of steps with rounding errors.
         arrived = np.abs(batch.time - ends) <= 4 * np.finfo(float).eps * (1 + np.abs(ends))
         if arrived.all() or STOPPED not in _outcomes(batch):
             return arrived
-        taken += CALL
+        taken += BUDGET.call
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
-        if np.any(gained < MIN_PROGRESS * left):
+        if np.any(gained < BUDGET.progress * left):
             return arrived
-        if taken >= free and not np.all(left * CALL <= gained * (LONGEST_SEGMENT - taken)):
+        if taken >= free and not np.all(left * BUDGET.call <= gained * (BUDGET.segment - taken)):
             return arrived
 
 
@@ -100,7 +105,9 @@ def sampled(batch: Any, times: Array) -> Array:
     Shapes: times (m, n_lanes); returns (m, n, n_lanes).
     """
     start = batch.state.copy()
-    result = batch.propagate_grid(times, max_steps=STEEP if _turns(batch) else CALL)[1]
+    result = batch.propagate_grid(times, max_steps=BUDGET.steep if _turns(batch) else BUDGET.call)[
+        1
+    ]
     if STOPPED not in _outcomes(batch):
         return np.asarray(result)
     states = np.full((len(times), *start.shape), np.nan)
@@ -119,19 +126,19 @@ def continue_to(single: Any, end: float, rest: Rest, *, steep: bool) -> int | No
 
     The outcome is None if the other method should continue.
     """
-    free, taken = STEEP if steep else CALL, 0
+    free, taken = BUDGET.steep if steep else BUDGET.call, 0
     while True:
         if rest.is_due(single):
             return None
         before = float(single.time)
-        outcome = int(single.propagate_until(end, max_steps=CALL)[0])
+        outcome = int(single.propagate_until(end, max_steps=BUDGET.call)[0])
         if outcome != STEP_LIMIT:
             return outcome
-        taken += CALL
+        taken += BUDGET.call
         left, gained = abs(end - single.time), abs(single.time - before)
-        if gained < MIN_PROGRESS * left:
+        if gained < BUDGET.progress * left:
             return outcome
-        if taken >= free and not left * CALL <= gained * (LONGEST - taken):
+        if taken >= free and not left * BUDGET.call <= gained * (BUDGET.trajectory - taken):
             return outcome
 
 
@@ -144,7 +151,9 @@ def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True)
     place = 0
     while place < len(times):
         left = times[place:]
-        outcome, *_, known = single.propagate_grid(left, max_steps=min(CALL * len(left), STEEP))
+        outcome, *_, known = single.propagate_grid(
+            left, max_steps=min(BUDGET.call * len(left), BUDGET.steep)
+        )
         states[place : place + len(known)] = known
         place += len(known)
         if int(outcome) != STEP_LIMIT or place == len(times) or not patient:

@@ -16,7 +16,7 @@ import numpy as np
 from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
 from slipfold.flow.equations import Constants, Equations
-from slipfold.flow.modes import Mode, Status, rate_along, rate_of_phase
+from slipfold.flow.modes import CONTACT, Mode, Status, rate_along, rate_of_phase
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.quantities import Expression
@@ -160,10 +160,6 @@ def _expressions(contacts: Sequence[Contact], equations: Equations) -> list[Expr
     return result + [hy.expression(0.0) + part for contact in contacts for part in contact.plate]
 
 
-SLACK = 1e-11
-"""Fraction of the limit of friction by which rounding may move a force beyond it."""
-
-
 class Undecided(ValueError):
     """No mode is consistent with the forces."""
 
@@ -281,7 +277,7 @@ class Instant:
         for contact in self.rest:
             place, most = self.places[contact], self.now.holding[contact]
             if mode[contact] is Status.STICK:
-                if math.hypot(*friction[place]) > most * (1 + SLACK):
+                if math.hypot(*friction[place]) > most * (1 + CONTACT.slack):
                     planar = place.stop - place.start == 2
                     straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
                     result[contact] = Status.SLOW if planar else straight
@@ -289,11 +285,11 @@ class Instant:
                 alone, change = self.response(mode, contact)
                 start = self.now.starting[contact]
                 away = outward(alone, change, start)[1]
-                if away < -SLACK * largest(change) * most:
+                if away < -CONTACT.slack * largest(change) * most:
                     result[contact] = Status.STICK
             else:
                 size = abs(self.now.by_friction[place.start][place.start]) * most
-                if float(mode[contact]) * rates[place.start] < -SLACK * size:
+                if float(mode[contact]) * rates[place.start] < -CONTACT.slack * size:
                     result[contact] = Status.STICK
         return result
 

@@ -17,14 +17,11 @@ from slipfold.flow.equations import written
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
-from slipfold.flow.modes import Ending, Mode, Status, mode_equations
+from slipfold.flow.modes import CONTACT, Ending, Mode, Status, mode_equations
 from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
 from slipfold.models.quantities import Expression
-
-GRAZING = 1e-7
-"""Slip, over its scale, that counts as zero; setting it to zero causes an error of its size."""
 
 
 class Samples:
@@ -92,7 +89,7 @@ def _at_rest_after_grazing(system: HybridSystem, part: SmoothPhase) -> Mode | No
     contact, now = part.mode.index(Status.SLOW), system.at(part.state, part.end)
     speed = math.hypot(*now.slip[system.places[contact]]) * system.weights[contact]
     resting = (*part.mode[:contact], Status.STICK, *part.mode[contact + 1 :])
-    return resting if speed < GRAZING else None
+    return resting if speed < CONTACT.grazing else None
 
 
 def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samples:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.flow.equations import Constants
-from slipfold.flow.explicit_steps import ORDER, STEPS_PER_CALL, explicit_steps_of
+from slipfold.flow.explicit_steps import EXPLICIT, explicit_steps_of
 from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
 from slipfold.flow.hybrid_flow import hybrid_system
@@ -32,15 +32,6 @@ from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 from slipfold.threads import cores
 
-TOGETHER = 512
-"""Trajectories in a batch: many for the cost of a call, few for the processor's cache."""
-
-CALLS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
-"""Calls in a forcing period, each of a few steps."""
-
-TOLERANCE = 1e-9
-"""Estimated error of four steps in scales; the actual error is a tenth."""
-
 
 class BatchSteps:
     """Explicit steps of trajectories in a batch.
@@ -57,14 +48,14 @@ class BatchSteps:
         self._work[n + 2 :] = known
         self._values = np.empty((n + 1, known.shape[1]))
         # Four calls in the first period, if they are of four steps
-        self._place = CALLS.index(4 * STEPS_PER_CALL // self._steps.count)
+        self._place = EXPLICIT.calls.index(4 * EXPLICIT.steps_per_call // self._steps.count)
 
     def period(self, states: Array) -> Array:
         """Propagate states over a forcing period; NaN where a trajectory is left behind.
 
         Shapes: states (n, m); returns (n, m).
         """
-        return self._through(states, CALLS[self._place])[-1]
+        return self._through(states, EXPLICIT.calls[self._place])[-1]
 
     def samples(self, states: Array, count: int) -> Array:
         """Return states at equal intervals of a period, from its start.
@@ -84,7 +75,7 @@ class BatchSteps:
             work[n] = call / calls
             self._steps.function(work, outputs=values)
             error = float(values[n].max())
-            if not error <= TOLERANCE:
+            if not error <= EXPLICIT.ensemble_tolerance:
                 again = self._too_long(values) & ~behind
                 error = float(values[n].max(initial=0.0, where=~again & ~behind))
                 repeated += int(np.count_nonzero(again))
@@ -130,16 +121,16 @@ class BatchSteps:
         return here[:n], arrived
 
     def _too_long(self, values: Array) -> NDArray[np.bool_]:
-        return ~(values[self._n] <= TOLERANCE)
+        return ~(values[self._n] <= EXPLICIT.ensemble_tolerance)
 
     def _pace(self, repeated: float, worst: float) -> None:
         """Choose the number of steps in the next period."""
         place = self._place
         if repeated > 0.2:  # of all calls, for single trajectories
-            self._place = min(place + 1, len(CALLS) - 1)
+            self._place = min(place + 1, len(EXPLICIT.calls) - 1)
         elif repeated < 0.02 and place > 0:
-            longer = CALLS[place] / CALLS[place - 1]
-            self._place -= 2 * worst * longer**ORDER < TOLERANCE
+            longer = EXPLICIT.calls[place] / EXPLICIT.calls[place - 1]
+            self._place -= 2 * worst * longer**EXPLICIT.order < EXPLICIT.ensemble_tolerance
 
 
 class SingleTrajectory:
@@ -253,8 +244,11 @@ class Ensemble:
         threads: int | None = None,
     ) -> None:
         self._groups = [
-            _Batch(models[first : first + TOGETHER], starts[first : first + TOGETHER])
-            for first in range(0, len(starts), TOGETHER)
+            _Batch(
+                models[first : first + EXPLICIT.ensemble_batch],
+                starts[first : first + EXPLICIT.ensemble_batch],
+            )
+            for first in range(0, len(starts), EXPLICIT.ensemble_batch)
         ]
         self._pool = ThreadPoolExecutor(min(threads or cores(), len(self._groups)))
 

@@ -40,14 +40,23 @@ def invariant_groups_of(model: Model) -> list[tuple[int, ...]]:
     return invariant_groups(rates, len(scales))
 
 
-AT_REST = 1e-9
-"""Distance from an equilibrium, in scaled states, within which a state is on it: Newton's method
-has errors of 1e-13, and users write a dozen digits. Also the growth, over the fastest rate, that is
-rounding."""
+@dataclass(frozen=True)
+class EquilibriumSettings:
+    """Distances from equilibria, and the search for an interval of time."""
 
-PUSH = 1e-6
-"""Perturbation off an unstable equilibrium, in scaled states: small enough for linear growth, far
-above rounding."""
+    # Distance from an equilibrium, in scaled states, within which a state is on it: Newton's
+    # method has errors of 1e-13, and users write a dozen digits. Also the growth, over the
+    # fastest rate, that is rounding
+    distance: float = 1e-9
+    # Perturbation off an unstable equilibrium, in scaled states: small enough for linear growth,
+    # far above rounding
+    perturbation: float = 1e-6
+    trial_steps: int = 500  # Integrator steps of the trial trajectory, ten rounds of a smooth cycle
+    # Longest trial trajectory, in times of the fastest rate: slow motion sets no interval
+    trial_length: float = 1e4
+
+
+EQUILIBRIUM = EquilibriumSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +86,7 @@ def equilibrium_near(model: Model, state: Array) -> Equilibrium | None:
     values, vectors = np.linalg.eig(jacobian)
     fastest = int(values.real.argmax())
     growth = float(values[fastest].real)
-    if abs(growth) <= AT_REST * float(np.abs(values).max()):
+    if abs(growth) <= EQUILIBRIUM.distance * float(np.abs(values).max()):
         growth = 0.0
     direction = vectors[:, fastest].real
     # The largest component is positive, which makes the direction unique.
@@ -98,12 +107,17 @@ def perturbed_from_equilibrium(model: Model, state: Array) -> Array | None:
         return None
     # Newton's step estimates the distance at low cost.
     away = np.linalg.lstsq(jacobian * (scales / scales[:, None]), rates / scales, rcond=None)[0]
-    if np.abs(away).max() > AT_REST:
+    if np.abs(away).max() > EQUILIBRIUM.distance:
         return None
     rest = equilibrium_near(model, state)
-    if rest is None or rest.growth <= 0 or rest.distance > AT_REST or _leaves(model, state, rest):
+    if (
+        rest is None
+        or rest.growth <= 0
+        or rest.distance > EQUILIBRIUM.distance
+        or _leaves(model, state, rest)
+    ):
         return None
-    return state + PUSH * scales * rest.direction
+    return state + EQUILIBRIUM.perturbation * scales * rest.direction
 
 
 def _leaves(model: Model, state: Array, rest: Equilibrium) -> bool:
@@ -114,13 +128,6 @@ def _leaves(model: Model, state: Array, rest: Equilibrium) -> bool:
         if np.any(state[group] != 0) and growth > 0:
             return True
     return False
-
-
-EXPLORED = 500
-"""Integrator steps of the trial trajectory, ten rounds of a smooth cycle."""
-
-FARTHEST = 1e4
-"""Longest trial trajectory, in times of the fastest rate: slow motion sets no interval."""
 
 
 def with_duration(model: Model, state: Array, periods: int | None) -> tuple[Model, int | None]:
@@ -153,11 +160,15 @@ def _natural(model: Model, state: Array) -> float:
         return DURATION.default
     flow = flow_of(model.replace(**{DURATION.name: 1.0}))
     constants = flow.constants_of(model.replace(**{DURATION.name: 1.0}))
-    motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
+    motion = flow.dense(
+        state, constants, EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
+    )
     if motion is not None and motion.implicit:  # fast decay sets no interval
         slower = np.abs(values[values.real > -np.abs(values.imag)])
         fastest = float(slower.max(initial=0.0)) or fastest
-        motion = flow.dense(state, constants, FARTHEST / fastest, EXPLORED)
+        motion = flow.dense(
+            state, constants, EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
+        )
     if motion is None:
         return DURATION.default
     # A round is about two of 20 intervals. Steps of what begins small are longer at first: the

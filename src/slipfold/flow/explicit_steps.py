@@ -19,26 +19,49 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached, shared_by_kind
 from slipfold.flow.equations import Equations, build_equations, with_variations
-from slipfold.flow.sharp_turns import FLAT, VERSION, WEIGHT, sharp_turns, take_apart
+from slipfold.flow.sharp_turns import TURNS, VERSION, sharp_turns, take_apart
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
 
-BEFORE = 0.4
-"""Distance of a limit in changes over a step at the present rate: more than 1/3, so that a cubic
-between two such points does not reach it."""
 
-SHORT = FLAT / 4
-"""Largest change over a step of the argument of a sharp function, so that no bend is missed."""
+@dataclass(frozen=True)
+class ExplicitSettings:
+    """Accuracy and size of the explicit steps."""
 
-TINY = 1e-100
-"""Smallest denominator of a quotient of squares."""
+    # Distance of a limit in changes over a step at the present rate: more than 1/3, so that a
+    # cubic between two such points does not reach it
+    limit_distance: float = 0.4
+    # Largest change over a step of the argument of a sharp function, so that no bend is missed
+    sharp_change: float = TURNS.flat / 4
+    tiny: float = 1e-100  # Smallest denominator of a quotient of squares
+    # Steps in one call: the states stay in registers, and a call costs as much as a step
+    steps_per_call: int = 4
+    # Operations in one compiled function, about a second to compile. Larger models take one step
+    # a call, and those with twice as many operations a loop
+    operations: int = 3000
+    # Error of a step and of its derivatives, in scales. It gives orbits to 1e-9; special points
+    # are corrected with the flow itself
+    tolerance: float = 1e-10
+    order: int = 8
+    safety: float = 0.9  # Safety factor of a step, and bounds of the ratio of two steps
+    shortest_ratio: float = 0.2
+    longest_ratio: float = 4.0
+    max_steps: int = 600  # Steps after which a trajectory is left behind
+    # Steps after which trajectories that have not arrived form new batches
+    steps_per_round: int = 6
+    # Trajectories in a batch: many for the cost of a call, few for the processor's cache
+    batch: int = 256
+    cubic_safety: float = 0.5  # Safety factor of a minimum below the ends of a step by a cubic
+    # Trajectories in a batch: many for the cost of a call, few for the processor's cache
+    ensemble_batch: int = 512
+    # Calls in a forcing period, each of a few steps
+    calls: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
+    ensemble_tolerance: float = (
+        1e-9  # Estimated error of four steps in scales; the actual error is a tenth
+    )
 
-STEPS_PER_CALL = 4
-"""Steps in one call: the states stay in registers, and a call costs as much as a step."""
 
-MAX_OPERATIONS = 3000
-"""Operations in one compiled function, about a second to compile. Larger models take one step a
-call, and those with twice as many operations a loop."""
+EXPLICIT = ExplicitSettings()
 
 
 @dataclass(frozen=True)
@@ -68,9 +91,9 @@ def explicit_steps_of(model: Model) -> ExplicitSteps:
     equations = build_equations(model)
     bounds = [(limit.output, limit.bound) for limit in model.limits]
     operations = len(method().B) * len(take_apart(equations))
-    count = max(1, min(STEPS_PER_CALL, MAX_OPERATIONS // operations))
-    looped = operations > 2 * MAX_OPERATIONS
-    options = f"{BEFORE, SHORT, TINY, count, looped} limits={bounds!r} {VERSION}"
+    count = max(1, min(EXPLICIT.steps_per_call, EXPLICIT.operations // operations))
+    looped = operations > 2 * EXPLICIT.operations
+    options = f"{EXPLICIT} {count, looped} limits={bounds!r} {VERSION}"
     key = f"explicit steps {options}\n{equations.fingerprint()}"
     function = cached(key, lambda: _build_plain(equations, model.limits, count, looped=looped))
     return ExplicitSteps(function, count)
@@ -149,7 +172,7 @@ def step_error(
         ])
         for weights in (method().E5, method().E3)
     )  # fmt: skip
-    return fifth * (n * (fifth + 0.01 * third) + TINY) ** -0.5
+    return fifth * (n * (fifth + 0.01 * third) + EXPLICIT.tiny) ** -0.5
 
 
 def _limits_away(
@@ -159,19 +182,21 @@ def _limits_away(
     outputs = dict(equations.outputs)
     for limit in limits:
         margin = outputs[limit.output] - limit.bound
-        yield margin - BEFORE * _change(equations, step, margin)
+        yield margin - EXPLICIT.limit_distance * _change(equations, step, margin)
 
 
 def _turns_away(equations: Equations, step: Expression) -> Iterator[Expression]:
     """Yield positive values if the step is short near a sharp turn, or far from it."""
     turns = sharp_turns(equations)
     for item in (*turns.rising, *turns.falling):
-        argument = item / WEIGHT
+        argument = item / TURNS.weight
         change = _change(equations, step, argument)
-        far = _absolute(argument) - FLAT - BEFORE * change
-        yield hy.select(hy.lt(change, hy.expression(SHORT)), hy.expression(1.0), far)
+        far = _absolute(argument) - TURNS.flat - EXPLICIT.limit_distance * change
+        yield hy.select(
+            hy.lt(change, hy.expression(EXPLICIT.sharp_change)), hy.expression(1.0), far
+        )
     for item in turns.watched:  # logarithms of sums that must not vanish
-        yield SHORT / 2 - _change(equations, step, (item - 1.0) / WEIGHT)
+        yield EXPLICIT.sharp_change / 2 - _change(equations, step, (item - 1.0) / TURNS.weight)
 
 
 def _change(equations: Equations, step: Expression, value: Expression) -> Expression:
@@ -191,28 +216,6 @@ def _change(equations: Equations, step: Expression, value: Expression) -> Expres
 
 def _absolute(value: Expression) -> Expression:
     return hy.sqrt(value**2.0)
-
-
-TOLERANCE = 1e-10
-"""Error of a step and of its derivatives, in scales. It gives orbits to 1e-9; special points are
-corrected with the flow itself."""
-
-ORDER = 8
-
-SAFELY, SHORTER, LONGER = 0.9, 0.2, 4.0
-"""Safety factor of a step, and bounds of the ratio of two steps."""
-
-MAX_STEPS = 600
-"""Steps after which a trajectory is left behind."""
-
-ROUND = 6
-"""Steps after which trajectories that have not arrived form new batches."""
-
-TOGETHER = 256
-"""Trajectories in a batch: many for the cost of a call, few for the processor's cache."""
-
-MORE = 0.5
-"""Safety factor of a minimum below the ends of a step by a cubic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,7 +253,7 @@ class LinearizedSteps:
         coefficients: Array,
         scales: Array,
         change: Array,
-        tolerance: float = TOLERANCE,
+        tolerance: float = EXPLICIT.tolerance,
     ) -> Carried:
         """Propagate states and their derivatives over a piece of a forcing period.
 
@@ -267,9 +270,9 @@ class LinearizedSteps:
         passed = _Passed()
         going = np.flatnonzero(np.isfinite(work).all(axis=0))
         arrived = np.zeros(count, bool)
-        for _ in range(0, MAX_STEPS, ROUND):
-            for first in range(0, len(going), TOGETHER):
-                some = going[first : first + TOGETHER]
+        for _ in range(0, EXPLICIT.max_steps, EXPLICIT.steps_per_round):
+            for first in range(0, len(going), EXPLICIT.batch):
+                some = going[first : first + EXPLICIT.batch]
                 with np.errstate(all="ignore"):
                     arrived[some] = self._advance(
                         work, some, start[some] + length, passed, tolerance
@@ -300,19 +303,19 @@ class LinearizedSteps:
         phase, step = work[size], work[size + 1]
         values = np.empty((size + 1 + 4 * watched, work.shape[1]))
         left = phase < ends
-        for _ in range(ROUND):
+        for _ in range(EXPLICIT.steps_per_round):
             last = phase + step >= ends
             step[last] = (ends - phase)[last]
             self.function(work, outputs=values)
-            factor = SAFELY * (tolerance / values[size]) ** (1 / ORDER)
+            factor = EXPLICIT.safety * (tolerance / values[size]) ** (1 / EXPLICIT.order)
             good = (values[size] <= tolerance) & left
             np.copyto(work[:size], values[:size], where=good)
             kept = good[:count]
             passed.add(some[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
             phase[good] = np.where(last, ends, phase + step)[good]
             left &= ~(good & last)
-            longest = np.where(good, LONGER, SAFELY)
-            requested = step * np.fmin(np.fmax(factor, SHORTER), longest)
+            longest = np.where(good, EXPLICIT.longest_ratio, EXPLICIT.safety)
+            requested = step * np.fmin(np.fmax(factor, EXPLICIT.shortest_ratio), longest)
             requested[np.isnan(factor)] = 0.25 * step[np.isnan(factor)]
             step[:] = np.where(left, requested, 0.0)
             if not left.any():
@@ -337,7 +340,7 @@ class _Passed:
     def bounds(self, count: int, watched: int) -> tuple[Array, Array, Array]:
         """Return minimum and maximum values, and lower bounds between them, each (l, n_limits).
 
-        A value that falls first and then rises follows a cubic, with the safety factor `MORE`.
+        A value that falls first and then rises follows a cubic, with a safety factor.
         """
         lowest, above = np.full((2, watched, count), np.inf)
         highest = np.full((watched, count), -np.inf)
@@ -356,7 +359,9 @@ class _Passed:
             for row in range(watched):
                 np.minimum.at(lowest[row], motions, ends[row])
                 np.maximum.at(highest[row], motions, np.maximum(before, after)[row])
-                np.minimum.at(above[row], motions, (least - MORE * (ends - least))[row])
+                np.minimum.at(
+                    above[row], motions, (least - EXPLICIT.cubic_safety * (ends - least))[row]
+                )
         return lowest.T, highest.T, above.T
 
 

@@ -54,14 +54,15 @@ COLUMNS = 4
 """Columns of the variational equations that are integrated at a time beyond it: with two, the
 trajectory itself is half of the work; eight gain nothing."""
 
+
 JET_ORDER = 3
 
-JET_TOLERANCE = 1e-10
+JET_TOLERANCE = 1e3 * TOLERANCE
 """Normal form coefficients need eight digits, not thirteen: a third less time."""
 
-SHORT = 250
-"""Terms of the rates up to which code is not compact: that of two to four states runs in two thirds
-of the time then and is compiled in as much; what is longer takes ever longer to compile."""
+SHORT_RATES = 250
+"""Terms of the rates up to which code is not compact: it runs in two thirds of the time, but more
+take ever longer to compile."""
 
 
 class Integrators:
@@ -88,7 +89,7 @@ class Integrators:
 
         def build() -> Any:
             system = self._system(self._places())
-            short = sum(len(rate) for _, rate in system) <= SHORT
+            short = sum(len(rate) for _, rate in system) <= SHORT_RATES
             return self._batch(system, self._known, self._places(), level=3, compact=not short)
 
         return self._own("states", build)

@@ -10,17 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.batches import (
-    ARRIVED,
-    CALL,
-    LONGEST,
-    STEEP,
-    STEP_LIMIT,
-    continue_to,
-)
+from slipfold.flow.batches import ARRIVED, BUDGET, STEP_LIMIT, continue_to
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import flow_of
-from slipfold.flow.implicit_steps import MOST, StepsEnd, StiffFallback
+from slipfold.flow.implicit_steps import IMPLICIT, StepsEnd, StiffFallback
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 
@@ -122,7 +115,7 @@ class GuardedFlow:
         grid = np.arange(count + 1.0)
         grid[0] = phase
         # A stop cuts the grid short, a singularity fills it with what is no number.
-        result = integrator.propagate_grid(grid, max_steps=min(CALL * count, STEEP))
+        result = integrator.propagate_grid(grid, max_steps=min(BUDGET.call * count, BUDGET.steep))
         outcome, states = int(result[0]), result[-1][1:] * constants.scales
         finite = np.isfinite(states).all(axis=1)
         states = states if finite.all() else states[: int(finite.argmin())]
@@ -140,7 +133,9 @@ class GuardedFlow:
             met, phase = integrator.state * constants.scales, float(integrator.time)
             return Strobe(states, self._limit_stop(-1 - outcome, met, phase, done))
         # A last step that is not short is no step before a singularity.
-        stiff = LONGEST if outcome == STEP_LIMIT and abs(integrator.last_h) > 1e-9 else None
+        stiff = (
+            BUDGET.trajectory if outcome == STEP_LIMIT and abs(integrator.last_h) > 1e-9 else None
+        )
         return Strobe(states, self._failed(stiff, done, len(states), float(integrator.time)))
 
     def _run_implicitly(self, fallback: StiffFallback, integrator: Any, done: float) -> Strobe:
@@ -153,7 +148,7 @@ class GuardedFlow:
             stop = self._limit_stop(motion.limit, state, motion.phase, done)
         else:
             stop = self._failed(
-                MOST if motion.end is StepsEnd.MANY else None, done, 0, motion.phase
+                IMPLICIT.max_steps if motion.end is StepsEnd.MANY else None, done, 0, motion.phase
             )
         return Strobe(np.empty((0, len(state))), stop)
 

@@ -17,7 +17,6 @@ from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
 from slipfold.flow.compiled_code import OwnCopies, cached, shared_by_kind
 from slipfold.flow.contact_state import (
-    SLACK,
     Arguments,
     ContactQuantities,
     ContactsNow,
@@ -28,11 +27,10 @@ from slipfold.flow.equations import Constants, Scaled, power_of_two
 from slipfold.flow.flow import Flow, flow_of
 from slipfold.flow.modes import (
     ANGLE,
+    CONTACT,
     END,
     LOGARITHM,
     PHASE,
-    REST,
-    SLOW,
     STUCK,
     Ending,
     Mode,
@@ -47,7 +45,6 @@ from slipfold.flow.modes import (
     with_given_forces,
 )
 from slipfold.flow.polynomials import (
-    UNIT,
     BegunPolynomials,
     SlowPolynomials,
     StepPolynomials,
@@ -60,11 +57,6 @@ from slipfold.models.quantities import Expression, Limit
 
 if TYPE_CHECKING:
     from slipfold.flow.release import SlipOnset
-
-
-BEYOND = TOLERANCE / 10
-"""Distance beyond zero, over the scale, at which an event triggers. Slip is exactly zero where a
-mode begins, and a root there must not be an event."""
 
 
 class CompiledMode:
@@ -136,7 +128,7 @@ class CompiledMode:
         """
         known = self._arguments.of(state, phase, constants)
         speed, needed, most = self._holding(known).tolist()
-        return speed, abs(needed) < most * (1 - SLACK)
+        return speed, abs(needed) < most * (1 - CONTACT.slack)
 
     def slopes_of(self, event: SwitchingEvent) -> tuple[Slopes, int]:
         """Return the derivatives of events in a mode without slow slip, and the row of an event."""
@@ -172,7 +164,7 @@ class CompiledMode:
         """Return the integrator of states and energies."""
         bounds = [(item.output, item.bound) for item in self._limits]
         hy.llvm_state.set_diskcache_enabled(False)
-        made = f"tol={TOLERANCE!r} level={OPTIMIZATION} {BEYOND, REST, SLOW, UNIT} {VERSION}"
+        made = f"tol={TOLERANCE!r} level={OPTIMIZATION} {CONTACT} {VERSION}"
         return cached(f"switched {made} limits={bounds!r}\n{self._key}", self._build)
 
     def _build(self) -> Any:
@@ -191,12 +183,12 @@ class CompiledMode:
         known: dict[str, Any] = {phase: hy.time}
         if mode.slow is not None:
             symbols.append(END)
-            known = {phase: PHASE, str(LOGARITHM): UNIT * LOGARITHM}
+            known = {phase: PHASE, str(LOGARITHM): CONTACT.unit * LOGARITHM}
             rates = [hy.exp(LOGARITHM) * rate for rate in rates]
             for name in mode.held:
                 rates[equations.names.index(name)] = hy.expression(0.0)
             grows, turns = scaled.express(mode.slow)
-            own = [grows / UNIT, turns, hy.exp(LOGARITHM)]
+            own = [grows / CONTACT.unit, turns, hy.exp(LOGARITHM)]
             rates[equations.dimension : equations.dimension] = own
             states = [LOGARITHM, ANGLE, PHASE, *states]
         known |= {str(symbol): hy.par[i] for i, symbol in enumerate(symbols)}
@@ -225,7 +217,9 @@ class CompiledMode:
             which += 2 * count
         elif event.ending is not Ending.STOPS:
             which += count
-        return self._weights[which] * event.expression + (-BEYOND if event.rising else BEYOND)
+        return self._weights[which] * event.expression + (
+            -CONTACT.event_distance if event.rising else CONTACT.event_distance
+        )
 
 
 def _held_alone(mode: ModeEquations) -> list[Expression]:
@@ -252,10 +246,6 @@ def _powers(
         given.append(hy.subs(slip * force * (driven - lost), mode.held))
         heat.append(hy.subs(slip * force * lost, mode.held))
     return given, heat
-
-
-STEPS = 20_000
-"""Largest number of integrator steps between two changes."""
 
 
 class ReadyMode:
@@ -297,7 +287,7 @@ class ReadyMode:
     def propagate(self, until: float) -> tuple[SwitchingEvent | None, float]:
         """Integrate up to a time; return the event that ended it, and when."""
         # A keyword argument would take as long as a step.
-        outcome = int(self.integrator.propagate_until(until, STEPS)[0])
+        outcome = int(self.integrator.propagate_until(until, CONTACT.max_steps)[0])
         return self.ending(outcome), self.integrator.time
 
     def ending(self, outcome: int) -> SwitchingEvent | None:
@@ -313,10 +303,6 @@ class ReadyMode:
         """Return state and energies, shapes (n,) and (2 k,)."""
         result = self.whole * self.units
         return result[: self.dimension], result[-len(self.energies) :]
-
-
-FOREVER = 1e30
-"""End of the rescaled time, beyond that of any trajectory."""
 
 
 @dataclass(eq=False, slots=True)  # frozen ones take three times as long to make
@@ -490,13 +476,13 @@ class HybridSystem:
         until, slow = end, compiled.slow
         if slow is not None:
             slip = self.at(state, begin).slip[self.places[slow]]
-            logarithm, angle = _polar(slip, 2 * REST / ready.weights[slow])
-            ready.slow[:] = logarithm / UNIT, angle, begin
-            integrator.time, until = 0.0, FOREVER
+            logarithm, angle = _polar(slip, 2 * CONTACT.rest / ready.weights[slow])
+            ready.slow[:] = logarithm / CONTACT.unit, angle, begin
+            integrator.time, until = 0.0, CONTACT.forever
             integrator.pars[-1] = end
         polynomials: StepPolynomials | SlowPolynomials | None = None
         if dense:
-            outcome, polynomials = step_to(integrator, until, STEPS)
+            outcome, polynomials = step_to(integrator, until, CONTACT.max_steps)
             event, time = ready.ending(outcome), integrator.time
         else:
             event, time = ready.propagate(until)
@@ -504,7 +490,7 @@ class HybridSystem:
         polar: tuple[float, ...] = ()
         if slow is not None:
             logarithm, angle, time = ready.slow.tolist()
-            polar = (logarithm * UNIT, angle)
+            polar = (logarithm * CONTACT.unit, angle)
             time = end if event is None else time
             if isinstance(polynomials, StepPolynomials):
                 polynomials = self._slowly(compiled, polynomials)

@@ -17,7 +17,7 @@ from slipfold.flow.contact_state import Instant, Numbers, Undecided
 from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.modes import (
-    SLOW,
+    CONTACT,
     STUCK,
     Ending,
     Mode,
@@ -123,10 +123,6 @@ class Recorder:
         return [*map(Interval._make, zip(repeat(name), names, *columns, strict=False))]
 
 
-MAX_CHANGES = 10_000
-"""Largest number of changes in a forcing period."""
-
-
 class Broken(Exception):
     """A trajectory that cannot continue, and why."""
 
@@ -171,7 +167,7 @@ def smooth_phases(
             state, phase = piece.state, piece.end
         if first and phase >= end:
             return
-    for _ in range(MAX_CHANGES):
+    for _ in range(CONTACT.max_changes):
         part = system.run(mode, state, phase, end, dense=dense)
         if part.event is None:
             yield part, mode
@@ -200,8 +196,8 @@ def smooth_phases(
         if phase >= end:
             return
     reason = (
-        f"contacts change between slip and stick more than {MAX_CHANGES} times in a period; look "
-        "at the last states, or make the model less stiff"
+        f"contacts change between slip and stick more than {CONTACT.max_changes} times in a "
+        "period; look at the last states, or make the model less stiff"
     )
     raise Broken(GuardStop("chattering", reason, phase))
 
@@ -313,7 +309,7 @@ def _slow_where_slow(system: HybridSystem, mode: Mode, state: Array, phase: floa
     speeds = {contact: math.hypot(*now.slip[places[contact]]) for contact in sliding}
     weights = system.weights
     slowest = min(sliding, key=lambda contact: speeds[contact] * weights[contact])
-    slow = speeds[slowest] * weights[slowest] < SLOW
+    slow = speeds[slowest] * weights[slowest] < CONTACT.slow
     return _with(mode, slowest, Status.SLOW) if slow else mode
 
 

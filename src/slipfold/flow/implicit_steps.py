@@ -25,15 +25,23 @@ Watch = Callable[[Array, Array], Array]
 POINTS = radau_points(8)
 """Points of a step: without stiffness errors at its end have order 15, those inside order 9."""
 
-TOLERANCE = 1e-11
-"""Last term of a step's polynomial over the states; the first omitted term is smaller by the ratio
-of the last two."""
 
-MOST = 20_000
-"""Step budget of a trajectory, ten seconds: a hundred forcing periods of stiff slip."""
+@dataclass(frozen=True)
+class ImplicitSettings:
+    """Accuracy and number of the implicit steps."""
 
-SAFETY, SHRINKS, GROWS = 0.85, 0.1, 3.0
-"""Safety factor of a step, and bounds of the ratio of two steps."""
+    # Last term of a step's polynomial over the states; the first omitted term is smaller by the
+    # ratio of the last two
+    tolerance: float = 1e-11
+    # Step budget of a trajectory, ten seconds: a hundred forcing periods of stiff slip
+    max_steps: int = 20_000
+    safety: float = 0.85  # Safety factor of a step, and bounds of the ratio of two steps
+    shortest_ratio: float = 0.1
+    longest_ratio: float = 3.0
+
+
+IMPLICIT = ImplicitSettings()
+
 
 PLACES = np.linspace(0.0, 1.0, 17)[1:]
 """Places in a step at which limits are checked. An undetected dip between two of them is a
@@ -67,9 +75,9 @@ def implicit_trajectory(
     end: float,
     *,
     watch: Watch | None = None,
-    most: int = MOST,
+    most: int = IMPLICIT.max_steps,
     points: CollocationPoints = POINTS,
-    tolerance: float = TOLERANCE,
+    tolerance: float = IMPLICIT.tolerance,
 ) -> ImplicitTrajectory:
     """Propagate a scaled state to another phase, or until a watched value is not positive.
 
@@ -90,8 +98,10 @@ def implicit_trajectory(
         solved = _step(field, points, state, times[-1], length, before)
         error = _last_term(solved, points)
         if not error <= tolerance:  # also without a solution
-            requested = SAFETY * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
-            length *= max(SHRINKS, min(requested, SAFETY))
+            requested = (
+                IMPLICIT.safety * (tolerance / error) ** (1 / order) if np.isfinite(error) else 0.0
+            )
+            length *= max(IMPLICIT.shortest_ratio, min(requested, IMPLICIT.safety))
             continue
         powers = points.powers @ solved.slopes[0] * length
         powers[0] += state
@@ -105,7 +115,9 @@ def implicit_trajectory(
             state, outcome = _at(powers, np.array([place]))[0], StepsEnd.MET
             break
         state, before = solved.ends[0], solved
-        length *= min(GROWS, SAFETY * (tolerance / max(error, 1e-30)) ** (1 / order))
+        length *= min(
+            IMPLICIT.longest_ratio, IMPLICIT.safety * (tolerance / max(error, 1e-30)) ** (1 / order)
+        )
     polynomials = StepPolynomials(times, coefficients) if coefficients else None
     return ImplicitTrajectory(polynomials, outcome, times[-1], state, limit)
 
@@ -188,7 +200,7 @@ class StiffFallback:
         return bool(decays and abs(single.last_h * fastest) > 1.0)
 
     def motion(
-        self, single: Any, end: float, *, watch: Watch | None = None, most: int = MOST
+        self, single: Any, end: float, *, watch: Watch | None = None, most: int = IMPLICIT.max_steps
     ) -> ImplicitTrajectory:
         """Return the remainder of a trajectory up to an end."""
         state, phase = np.array(single.state), float(single.time)

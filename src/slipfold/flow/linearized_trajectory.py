@@ -19,14 +19,9 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
-from slipfold.flow.modes import Ending, Mode, Status, shown
-from slipfold.flow.polynomials import UNIT, SlowPolynomials
+from slipfold.flow.modes import CONTACT, Ending, Mode, Status, shown
+from slipfold.flow.polynomials import SlowPolynomials
 from slipfold.flow.release import Release
-
-SHORT = 1e-9
-"""Fraction of a smooth phase of slow slip that is left out before it comes to rest, where the
-equations are singular: its effect on perturbations is of second order. Also the first slip in the
-plane, over its scale, if it grows at once: less has too few digits for its direction."""
 
 UNCHANGED = (Ending.SLOWS, Ending.QUICKENS)
 """Events that only change the variables of the integration."""
@@ -99,7 +94,7 @@ class _Variations:
         for contact, status in enumerate(after):
             if status is Status.SLOW and _rests(part, contact):
                 along = Release(self._system, after, contact).direction(state, part.end)
-                slip = SHORT / self._system.weights[contact] * along
+                slip = CONTACT.linearized / self._system.weights[contact] * along
                 return self._system.slipping(after, state, slip, part.end)
         return state
 
@@ -111,7 +106,7 @@ class _Variations:
         begin, end = (np.array([getattr(part, at) for part in parts]) for at in ("begin", "end"))
         for place, part in enumerate(parts):
             if _comes_to_rest_in_the_plane(part):
-                end[place] -= SHORT * (part.end - part.begin)
+                end[place] -= CONTACT.linearized * (part.end - part.begin)
         n, k = starts.shape[1], self._directions.shape[1]
         ends, matrices = starts.copy(), np.tile(np.eye(n), (len(parts), 1, 1))
         vectors = np.zeros((len(parts), n, k))
@@ -228,5 +223,5 @@ def _least_speeds(slow: SlowPolynomials, n: int) -> list[float]:
             middle = 0.5 * (low + high)
             falls = np.polynomial.polynomial.polyval(middle, slopes) < 0
             low, high = (middle, high) if falls else (low, middle)
-        result.append(float(np.exp(UNIT * np.polynomial.polynomial.polyval(low, powers))))
+        result.append(float(np.exp(CONTACT.unit * np.polynomial.polynomial.polyval(low, powers))))
     return result

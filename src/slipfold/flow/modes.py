@@ -10,8 +10,8 @@ from functools import cache
 
 import heyoka as hy
 
+from slipfold.flow.batches import TOLERANCE
 from slipfold.flow.equations import Equations, build_equations, written
-from slipfold.flow.polynomials import UNIT
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
@@ -27,6 +27,40 @@ class Status(IntEnum):
     SLOW = 3  # slips slowly in the plane, which is integrated in other variables
 
     __hash__ = int.__hash__  # faster than that of an enum: modes are dictionary keys
+
+
+@dataclass(frozen=True)
+class ContactSettings:
+    """Tolerances of stick and slip; slip is over its scale."""
+
+    rest: float = 1e-13  # slip in the plane below which it ends
+    slow: float = 0.05  # and below which it is integrated in logarithm and angle
+    grazing: float = 1e-7  # slip that counts as zero where it turned too fast to go on
+    unit: float = 64.0  # of logarithms as states, so that they do not dominate the error of a step
+    slack: float = 1e-11  # fraction of a limit of friction by which rounding may exceed it
+    # An event triggers this far beyond zero, since slip is exactly zero where a mode begins
+    event_distance: float = TOLERANCE / 10
+    max_steps: int = 20_000  # of the integrator between two changes
+    max_changes: int = 10_000  # in a forcing period
+    forever: float = 1e30  # end of the rescaled time in slow slip
+    # The onset of slip in the plane. A phase after which growth of a force shows, and slip that
+    # may still be in its onset
+    short: float = 1e-6
+    immediate_rate: float = 1e-3  # over that from friction alone, above which slip begins at once
+    immediate_phase: float = 1e-13  # phases of such an onset
+    longest_phase: float = 0.01  # phases of another
+    shrink_factor: float = 0.3  # of a phase that was too long
+    # Decreasing terms of the series of slip at its end: slip is then fast enough not to be stiff
+    terms: float = 25.0
+    last_step: float = 1e-15  # of Newton's method: slip at the first point is 1e-4 of the last
+    iterations: int = 12
+    renewal_ratio: float = 0.1  # of two steps, above which derivatives are renewed
+    # Fraction of slow slip left out of a linearization before rest, which is singular, and first
+    # slip after rest: the effect is of second order
+    linearized: float = 1e-9
+
+
+CONTACT = ContactSettings()
 
 
 Mode = tuple[Status, ...]
@@ -249,9 +283,6 @@ def _holding(
     return dict(zip(names, solve(matrix, [-item for item in alone]), strict=True))
 
 
-REST, SLOW = 1e-13, 0.05
-"""Slip in the plane, over its scale, below which it ends, and below which it is slow."""
-
 PHASE, END = hy.expression("phase in slow slip"), hy.expression("requested phase")
 """In slow slip the phase is a state, and an event ends the integration."""
 
@@ -310,7 +341,7 @@ def events_of(
             result += _slow_events(which, slips[which])
         elif len(contact.slip) == 2:
             square = hy.subs(hy.sum([part * part for part in contact.slip]), mode.held)
-            level = slips[which] ** 2.0 * square - SLOW**2
+            level = slips[which] ** 2.0 * square - CONTACT.slow**2
             result.append(SwitchingEvent(Ending.SLOWS, which, level, scaled=True))
         else:
             slip = hy.subs(contact.slip[0], mode.held)
@@ -329,11 +360,13 @@ def _slow_events(which: int, slip: Expression) -> list[SwitchingEvent]:
     """Return the events of slow slip: its end, its return to fast slip, and the requested phase."""
     logarithm = LOGARITHM + hy.log(slip)
     return [
-        SwitchingEvent(Ending.STOPS, which, (logarithm - math.log(REST)) / UNIT, scaled=True),
+        SwitchingEvent(
+            Ending.STOPS, which, (logarithm - math.log(CONTACT.rest)) / CONTACT.unit, scaled=True
+        ),
         SwitchingEvent(
             Ending.QUICKENS,
             which,
-            (logarithm - math.log(2 * SLOW)) / UNIT,
+            (logarithm - math.log(2 * CONTACT.slow)) / CONTACT.unit,
             rising=True,
             scaled=True,
         ),

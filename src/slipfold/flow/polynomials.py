@@ -11,9 +11,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import STEP_LIMIT
-
-UNIT = 64.0
-"""Unit of logarithms as states, so that they do not dominate the error of a step."""
+from slipfold.flow.modes import CONTACT
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +112,14 @@ class SlowPolynomials:
         n = self._n
         values, _, lengths = self.inner.nodes(shares)
         states = self._stated(values.reshape(-1, values.shape[-1])).reshape(*values.shape[:2], n)
-        return states, values[..., n + 2], lengths * np.exp(UNIT * values[..., n])
+        return states, values[..., n + 2], lengths * np.exp(CONTACT.unit * values[..., n])
 
     def _stated(self, values: Array) -> Array:
         """Return states from integrated variables. Shapes: values (p, n + 3 or more)."""
         n = self._n
-        return self._placed(values[:, :n], values[:, n : n + 2] * [UNIT, 1.0], values[:, n + 2])
+        return self._placed(
+            values[:, :n], values[:, n : n + 2] * [CONTACT.unit, 1.0], values[:, n + 2]
+        )
 
     def _time_in(self, step: int, phase: float) -> float:
         """Return the time in a step at a phase, by bisection and Newton's method."""

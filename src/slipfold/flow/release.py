@@ -11,7 +11,6 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.batches import ROUNDING, TOLERANCE
 from slipfold.flow.contact_state import (
-    SLACK,
     ContactsNow,
     Instant,
     Undecided,
@@ -21,18 +20,11 @@ from slipfold.flow.contact_state import (
 )
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.intervals import Field, Inverted, LinearPart, Stages
-from slipfold.flow.modes import REST, Mode, Status, shown
+from slipfold.flow.modes import CONTACT, Mode, Status, shown
 from slipfold.flow.polynomials import BegunPolynomials, StepPolynomials
 
 POINTS = radau_points(8)
 """Points of the polynomial; six give the same end within 1e-14."""
-
-EXACT = 1e-15
-"""Last step of Newton's method, in scaled states: slip at the first point is a ten thousandth of
-that at the end."""
-
-ITERATIONS, RENEWED = 12, 0.1
-"""Largest number of these steps, and ratio of two steps above which derivatives are renewed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +112,7 @@ def solve_onset(
     node, lengths = state / field.scales, np.array([length])
     stages, phases = guess / field.scales, begin + length * POINTS.points
     equations, before = None, 1.0
-    for _ in range(ITERATIONS):
+    for _ in range(CONTACT.iterations):
         rates = field.rates(stages, phases)
         if equations is None:
             equations = _equations(field, lengths, stages, phases)
@@ -130,10 +122,12 @@ def solve_onset(
         step = equations.solve(missing[None, ..., None])[0, ..., 0]
         stages = stages + step
         size = float(np.abs(step).max())
-        if not size <= RENEWED * before:
+        if not size <= CONTACT.renewal_ratio * before:
             equations = None
         # Convergence: the next step is smaller by the ratio of the last two.
-        elif size <= EXACT or (before < 1.0 and size * size <= EXACT * before):
+        elif size <= CONTACT.last_step or (
+            before < 1.0 and size * size <= CONTACT.last_step * before
+        ):
             break
         before = size
     else:
@@ -155,11 +149,6 @@ def _equations(field: Field, lengths: Array, stages: Array, phases: Array) -> In
         return Inverted.of(POINTS, lengths, jacobians)
     except np.linalg.LinAlgError:
         return None
-
-
-SHORT = 1e-6
-"""A short phase, and a small slip over its scale: a growing force is larger after the phase, slower
-slip may still be in its onset, and no onset is shorter."""
 
 
 def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ...]:
@@ -193,9 +182,9 @@ def released_at_limit(
         most = now.holding[contact]
         if mode[contact] is not Status.STICK:
             continue
-        if math.hypot(*friction[place]) < most * (1 - SLACK):
+        if math.hypot(*friction[place]) < most * (1 - CONTACT.slack):
             continue
-        part = system.without_limit(contact).run(mode, state, phase, phase + SHORT)
+        part = system.without_limit(contact).run(mode, state, phase, phase + CONTACT.short)
         later = system.at(part.state, part.end)
         ahead = Instant(later, places, rest, mode).forces(mode)[0]
         grown = math.hypot(*ahead[place]) - later.holding[contact]
@@ -204,20 +193,6 @@ def released_at_limit(
             slips = Status.SLOW if place.stop - place.start == 2 else straight
             return instant.next_mode({contact: slips})
     return mode
-
-
-AT_ONCE = 1e-3
-"""Rate of slip, over that from friction alone, above which slip begins at once."""
-
-INSTANT, FIRST = 1e-13, 0.01
-"""Phases of the onset of slip: of one that grows at once, and the longest of others."""
-
-SHRINKS = 0.3
-"""Factor by which a phase that was too long is shortened."""
-
-TERMS = 25.0
-"""Terms of the series of slip that decrease at the end of its onset. An explicit integrator then
-needs four steps until slip is fast enough not to be stiff."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,9 +223,11 @@ class Release:
         system, mode = self._system, self._mode
         first = self._growth(state, phase)
         before = self._slip(state, phase)
-        if first.rate > AT_ONCE * first.most:
+        if first.rate > CONTACT.immediate_rate * first.most:
             period = system.constants.period
-            speed = max(first.rate * INSTANT * period, 20 * REST * self._size)
+            speed = max(
+                first.rate * CONTACT.immediate_phase * period, 20 * CONTACT.rest * self._size
+            )
             if np.linalg.norm(before) >= speed:  # it has started already
                 return []
             after = system.slipping(mode, state, speed * first.along, phase)
@@ -268,10 +245,10 @@ class Release:
 
     def begins(self, state: Array, phase: float) -> bool:
         """Whether slow slip is still in its onset. Shapes: state (n,)."""
-        if np.linalg.norm(self._slip(state, phase)) > SHORT * self._size:
+        if np.linalg.norm(self._slip(state, phase)) > CONTACT.short * self._size:
             return False
         growth = self._growth(state, phase)
-        return growth.rate > -SLACK * growth.most
+        return growth.rate > -CONTACT.slack * growth.most
 
     def direction(self, state: Array, phase: float) -> Array:
         """Return the direction in which slip begins, shape (2,). Shapes: state (n,)."""
@@ -285,19 +262,19 @@ class Release:
         )
         field = Field(flow.of(self._mode), constants, constants.scales, [], LinearPart())
         # Without a limit of friction the contact sticks: growth at both ends gives a guess.
-        held, length = self._system.without_limit(contact), FIRST
+        held, length = self._system.without_limit(contact), CONTACT.longest_phase
         why = "slip begins against its own friction"
-        while length > SHORT:
+        while length > CONTACT.short:
             part = held.run(stuck, state, phase, phase + length)
             if part.event is not None:
                 why = "two contacts change while one of them begins to slip"
-                length = SHRINKS * (part.end - phase)
+                length = CONTACT.shrink_factor * (part.end - phase)
                 continue
             growth = self._growth(part.state, part.end)
             time = length * constants.period
             speed = float(np.linalg.norm(_grown(before, first, growth, time, np.ones(1))))
             if growth.rate > 0 and speed > 0:
-                fraction = min(1.0, growth.most * time / speed / TERMS)
+                fraction = min(1.0, growth.most * time / speed / CONTACT.terms)
                 fractions = fraction * POINTS.points
                 slips = _grown(before, first, growth, time, fractions)
                 polar = np.stack([np.log(np.hypot(*slips.T)), np.arctan2(*slips.T[::-1])], axis=1)
@@ -309,7 +286,7 @@ class Release:
                     apart = self._slip(onset.stages[-1], onset.phases[-1]) - slips[-1]
                     if np.linalg.norm(apart) < 0.5 * np.linalg.norm(slips[-1]):
                         return onset
-            length *= SHRINKS
+            length *= CONTACT.shrink_factor
         raise Undecided(why)
 
     def _corrections(self, onset: SlipOnset, first: _Growth) -> Array:
@@ -329,7 +306,7 @@ class Release:
 
     def _shown(self, onset: SlipOnset, along: Array, end: float) -> BegunPolynomials:
         """Return dense output of the onset, in which slip always has a direction."""
-        scales, least = self._system.constants.scales, SLACK * self._size * along
+        scales, least = self._system.constants.scales, CONTACT.slack * self._size * along
 
         def placed(scaled: Array, phase: float) -> Array:
             state = scaled * scales

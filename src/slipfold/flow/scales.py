@@ -17,9 +17,26 @@ from slipfold.flow.flow import Flow, flow_of
 from slipfold.models.equilibria import damped_newton, search_equilibrium
 from slipfold.models.model import Model
 
-WEAK = 0.1
-"""Feedback, as a fraction of the typical rate, assumed where a state drives another that does not
-act back."""
+
+@dataclass(frozen=True)
+class ScaleSettings:
+    """The search for characteristic scales."""
+
+    # Feedback, as a fraction of the typical rate, assumed where a state drives another that does
+    # not act back
+    weak: float = 0.1
+    # Vibrations this many times faster than the slowest one and the forcing follow the trajectory
+    # quasi-statically. A chain of forty masses has none, a beam of three elements has some
+    fast: float = 64.0
+    # Forcing periods of a trial trajectory: a resonance shows, and an unstable one is still small
+    periods: int = 8
+    samples: int = 16  # Samples of it per forcing period
+    # Fraction of the displacement at rest, or of the fastest rate, below which movement or
+    # vibration is rounding
+    rounding: float = 1e-9
+
+
+SCALES = ScaleSettings()
 
 
 def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
@@ -35,7 +52,7 @@ def balanced(matrix: Array, rate: float, loops: NDArray[np.intp]) -> Array:
     own = np.diag(matrix)
     fastest = largest_in(loops, np.maximum(np.sqrt(entries * entries.T).max(axis=1), own))
     typical = rate or np.maximum(fastest, fastest[:, None])
-    weak = WEAK * np.where(np.equal(typical, 0), 1.0, typical)
+    weak = SCALES.weak * np.where(np.equal(typical, 0), 1.0, typical)
     # The decay of a state that does not act back bounds its scale.
     lasting = np.maximum(weak, (loops != loops[:, None]) * own[:, None])
     with np.errstate(divide="ignore", over="ignore"):
@@ -84,11 +101,6 @@ def largest_in(loops: NDArray[np.intp], values: Array) -> Array:
     return result[loops]
 
 
-FAST = 64.0
-"""Vibrations this many times faster than the slowest one and the forcing follow the trajectory
-quasi-statically. A chain of forty masses has none, a beam of three elements has some."""
-
-
 def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
     """Return the projection of rates onto slow motion, shape (n, n); None if all motion is slow.
 
@@ -111,8 +123,8 @@ def followed_at_once(jacobian: Array, forcing: float) -> Array | None:
         return None
     values = np.linalg.eigvals(jacobian)
     largest = float(np.abs(values).max())
-    turning = np.abs(values[np.abs(values.imag) > ROUNDING * largest])
-    rate = FAST * max(float(turning.min(initial=np.inf)) if len(turning) else 0.0, forcing)
+    turning = np.abs(values[np.abs(values.imag) > SCALES.rounding * largest])
+    rate = SCALES.fast * max(float(turning.min(initial=np.inf)) if len(turning) else 0.0, forcing)
     if not 0 < rate < largest or not rate < turning.max(initial=0.0):
         return None
     return np.asarray(np.linalg.inv(np.eye(len(jacobian)) - jacobian / rate))
@@ -170,16 +182,6 @@ def linear_response(
             nodes += 2 * (np.exp(2j * np.pi * harmonic * phases)[:, None] * amplitude).real
     return nodes
 
-
-PERIODS = 8
-"""Forcing periods of a trial trajectory: a resonance shows, and an unstable one is still small."""
-
-SAMPLES = 16
-"""Samples of it per forcing period."""
-
-ROUNDING = 1e-9
-"""Fraction of the displacement at rest, or of the fastest rate, below which movement or vibration
-is rounding."""
 
 DISTANCES = 2.0 ** np.arange(-120, 121)
 """Distances from rest, in balanced states, at which nonlinearity is sought."""
@@ -260,7 +262,7 @@ class _Look:
             equilibrium = search_equilibrium(self.model, start)
             state = start if equilibrium is None else equilibrium
             # On a line of equilibria it may differ from the start by rounding only.
-            same = np.abs(state - start) < ROUNDING * self.model.state_scales()
+            same = np.abs(state - start) < SCALES.rounding * self.model.state_scales()
             state = np.where(same, start, state)
         # Newton's method and the mean of a forcing leave rounding errors of zero.
         zero = 1e-15 * np.maximum(np.abs(start), ratios * guess)
@@ -301,7 +303,7 @@ class _Look:
         largest = np.fmax(largest, np.where(largest > 0, far * self.bent / self.ratios, 0.0))
         # A slow forcing moves displacements only; the velocities belong to faster vibrations.
         sizes = np.maximum(reached, 1 / 8 * self.ratios * largest)
-        return np.where(largest > ROUNDING * still, sizes, np.nan)
+        return np.where(largest > SCALES.rounding * still, sizes, np.nan)
 
     @cached_property
     def bent(self) -> Array:
@@ -357,12 +359,14 @@ class _Look:
         sizes = self.ratios * pushed / self._rate(self.slopes, self.ratios)
         sizes = np.where(sizes > 0, sizes, self.ratios * _largest(sizes / self.ratios))
         if self.slow is not None:  # a trajectory would take very many steps
-            nodes = linear_response(self.flow, self.constants, self.ratios, SAMPLES, self.start)
+            nodes = linear_response(
+                self.flow, self.constants, self.ratios, SCALES.samples, self.start
+            )
             return np.asarray(np.ptp(nodes, axis=0) / 2)
         constants = self.flow.constants(self.model.vector, power_of_two(sizes))
-        grid = np.linspace(0.0, PERIODS, PERIODS * SAMPLES + 1)
+        grid = np.linspace(0.0, SCALES.periods, SCALES.periods * SCALES.samples + 1)
         states = self.flow.trajectory(self.rest, constants, grid, patient=False)[1:]
-        reached = np.ptp(states.reshape(PERIODS, SAMPLES, -1), axis=1) / 2
+        reached = np.ptp(states.reshape(SCALES.periods, SCALES.samples, -1), axis=1) / 2
         whole = reached[np.isfinite(reached).all(axis=1)]
         if len(whole):
             return np.asarray(np.median(whole, axis=0))
@@ -384,7 +388,7 @@ class _Look:
         rows = np.where(rows > 0, rows, linear or np.finfo(float).tiny)
         least = _largest(np.abs(self.rest[group]) / ratios)
         least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
-        distances = DISTANCES[ROUNDING * least < DISTANCES]
+        distances = DISTANCES[SCALES.rounding * least < DISTANCES]
         directions = np.zeros((len(DIRECTIONS), len(group)))
         pattern = np.resize(np.arange(2), np.count_nonzero(group))
         directions[:, group] = DIRECTIONS[:, pattern] * ratios

@@ -27,17 +27,37 @@ from slipfold.models.angles import NO_ANGLES, wrap_angles
 from slipfold.models.model import Model
 from slipfold.text import number_text
 
-MAX_PERIOD = 8
-"""Longest period of a response, in forcing periods."""
 
-FEW, SHORT = 16, 200
-"""Forcing periods below which nothing is known, and below which a transient may be a torus."""
+@dataclass(frozen=True)
+class ConvergenceSettings:
+    """When a trajectory has converged."""
 
-TREND = 0.9
-"""Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)."""
+    max_period: int = 8  # Longest period of a response, in forcing periods
+    # Forcing periods below which nothing is known, and below which a transient may be a torus
+    few: int = 16
+    short: int = 200
+    # Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)
+    trend: float = 0.9
+    # Changes of contacts in a cycle at most, and rounds that must repeat each other
+    max_changes: int = 64
+    rounds: int = 4
+    # Steps of the integrator at the end of a trajectory in which returns are sought: a round of a
+    # smooth cycle takes fifty, one with jumps a thousand
+    steps: tuple[int, ...] = (4_000, 16_000, 64_000)
+    # Intervals before the end from which stiffness is tried, how many of them, and steps of each
+    stiff_intervals: int = 100
+    stiff_trials: int = 10
+    stiff_steps: int = 500
+    # Crossings farther from the plane's origin than this fraction of the trajectory's extent
+    # belong to other parts of the trajectory
+    near: float = 0.3
+    enough: int = 60  # Returns that suffice for a trend, and states below which none can be seen
+    fewest: int = 40
+    # Distance from one of a multiplier that may be one: of a center two are, known to 1e-6 only
+    neutral: float = 1e-5
 
-MAX_CHANGES, ROUNDS = 64, 4
-"""Changes of contacts in a cycle at most, and rounds that must repeat each other."""
+
+CONVERGENCE = ConvergenceSettings()
 
 
 @dataclass(frozen=True, repr=False)
@@ -121,7 +141,7 @@ class Trend:
         first, middle, last = self.windows
         # Among rounding errors, a tenfold growth is needed to be believed.
         least = 2.0 if last > ROUNDING else 10.0
-        steady = first < TREND * middle < TREND**2 * last
+        steady = first < CONVERGENCE.trend * middle < CONVERGENCE.trend**2 * last
         return steady and last > least * first and last > 1e-2 * ROUNDING
 
     @property
@@ -129,8 +149,10 @@ class Trend:
         """Whether it shrinks steadily."""
         first, middle, last = self.windows
         # Maxima of a few changes scatter, so a short run must show more of a trend.
-        most = 1.0 if 8 * self.width >= SHORT else 1 / 3
-        return last < TREND * middle < TREND**2 * first and last < most * first
+        most = 1.0 if 8 * self.width >= CONVERGENCE.short else 1 / 3
+        return (
+            last < CONVERGENCE.trend * middle < CONVERGENCE.trend**2 * first and last < most * first
+        )
 
     @property
     def distance(self) -> float:
@@ -153,7 +175,7 @@ class Trend:
 
 def trends_of(scaled: Array, turns: Array = NO_ANGLES) -> list[Trend]:
     """Return how states change over 1 to 8 of them but for whole turns. Shapes: scaled (m, n)."""
-    return [_measure(scaled, turns, period) for period in range(1, MAX_PERIOD + 1)]
+    return [_measure(scaled, turns, period) for period in range(1, CONVERGENCE.max_period + 1)]
 
 
 def judge_settlement(
@@ -173,10 +195,11 @@ def judge_settlement(
     >>> judge_settlement(decay, np.ones(1), 1e-9).period
     1
     """
-    if len(strobe) <= FEW:
+    if len(strobe) <= CONVERGENCE.few:
         count = len(strobe) - 1
         return not_converged(
-            f"not settled: {count} forcing periods are too few to decide; simulate {5 * SHORT}"
+            f"not settled: {count} forcing periods are too few to decide; "
+            f"simulate {5 * CONVERGENCE.short}"
         )
     trends = trends_of(strobe / scales, turns / scales)
     for trend in trends:
@@ -192,7 +215,7 @@ def _measure(scaled: Array, turns: Array, period: int) -> Trend:
         float(change[len(change) - (i + 1) * width : len(change) - i * width].max())
         for i in (2, 1, 0)
     )
-    drift = float(change[-min(width, MAX_PERIOD) :].max())
+    drift = float(change[-min(width, CONVERGENCE.max_period) :].max())
     return Trend(period, drift, (windows[0], windows[1], windows[2]), width)
 
 
@@ -248,8 +271,9 @@ def _unsettled(trends: list[Trend], periods: int, tolerance: float) -> Settlemen
 
 
 def _advice(periods: int) -> str:
-    if periods < SHORT:
-        return f"so short a run cannot distinguish a transient from a torus: simulate {5 * SHORT}"
+    if periods < CONVERGENCE.short:
+        advice = 5 * CONVERGENCE.short
+        return f"so short a run cannot distinguish a transient from a torus: simulate {advice}"
     return (
         "a torus, chaos, a period above 8 or a very slow transient: look at the stroboscopic "
         f"states, or simulate {10 * periods}"
@@ -264,12 +288,12 @@ def judge_changes(
     The last rounds of a cycle must have the same modes in the same order. `unit` is the duration
     of a phase. Shapes: scales (n,).
     """
-    for length in range(1, min(MAX_CHANGES, len(changes) // ROUNDS) + 1):
-        last = changes[-ROUNDS * length :]
+    for length in range(1, min(CONVERGENCE.max_changes, len(changes) // CONVERGENCE.rounds) + 1):
+        last = changes[-CONVERGENCE.rounds * length :]
         if any(last[i].mode != last[i + length].mode for i in range(len(last) - length)):
             continue
         scaled = np.array([change.state for change in last]) / scales
-        apart = np.abs(scaled[length:] - scaled[:-length]).reshape(ROUNDS - 1, -1)
+        apart = np.abs(scaled[length:] - scaled[:-length]).reshape(CONVERGENCE.rounds - 1, -1)
         first, middle, drift = apart.max(axis=1).tolist()
         trend = Trend(length, drift, (first, middle, drift), length)
         if not (drift <= tolerance and trend.distance <= tolerance):
@@ -284,24 +308,6 @@ def judge_changes(
 
 def _cycle_text(duration: float) -> str:
     return f"a cycle of {duration:.9g} s ({1 / duration:.6g} Hz)"
-
-
-STEPS = (4_000, 16_000, 64_000)
-"""Steps of the integrator at the end of a trajectory in which returns are sought: a round of a
-smooth cycle takes fifty, one with jumps a thousand."""
-
-STIFF_INTERVALS, STIFF_TRIALS, STIFF_STEPS = 100, 10, 500
-"""Intervals before the end from which stiffness is tried, how many of them, and steps of each."""
-
-NEAR = 0.3
-"""Crossings farther from the plane's origin than this fraction of the trajectory's extent belong to
-other parts of the trajectory."""
-
-ENOUGH, FEWEST = 60, 40
-"""Returns that suffice for a trend, and states below which none can be seen."""
-
-NEUTRAL = 1e-5
-"""Distance from one of a multiplier that may be one: of a center two are, known to 1e-6 only."""
 
 
 def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlement:
@@ -323,7 +329,9 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
         return _at_rest(rest)
     end = _End(model, strobe)
     returns, seen = None, 0.0
-    for window in chain(map(end.window, STEPS), map(end.stiff_window, STEPS[:1])):
+    for window in chain(
+        map(end.window, CONVERGENCE.steps), map(end.stiff_window, CONVERGENCE.steps[:1])
+    ):
         if window is None:
             break
         seen = window.end * end.unit
@@ -333,7 +341,7 @@ def judge_autonomous(model: Model, strobe: Array, tolerance: float) -> Settlemen
                 result = _on_cycle(end, window, returns.phases, trend, tolerance)
                 if result is not None:
                     return result
-        if len(returns.phases) >= ENOUGH or window.end >= len(strobe) - 1:
+        if len(returns.phases) >= CONVERGENCE.enough or window.end >= len(strobe) - 1:
             break
     return _unsettled_autonomous(end, returns, seen, rest, tolerance)
 
@@ -381,12 +389,12 @@ class _End:
 
     def stiff_window(self, steps: int) -> DenseTrajectory | None:
         """Return the same in implicit steps; None where the trajectory is not stiff."""
-        several = min(STIFF_INTERVALS, len(self.strobe) - 1)
+        several = min(CONVERGENCE.stiff_intervals, len(self.strobe) - 1)
         for count in range(
-            several, max(several - STIFF_TRIALS, 0), -1
+            several, max(several - CONVERGENCE.stiff_trials, 0), -1
         ):  # in a round it is at times
             start = self.strobe[-1 - count]
-            last = self.flow.dense(start, self.constants, float(count), STIFF_STEPS)
+            last = self.flow.dense(start, self.constants, float(count), CONVERGENCE.stiff_steps)
             if last is not None and last.implicit:
                 return self._window(last, steps)
         return None
@@ -431,7 +439,7 @@ class _End:
             at = np.where(inside, np.clip(moved, low, high), 0.5 * (low + high))
         beside = away(window.at(at) / self.scales)
         extent = float(np.linalg.norm(away(states[half]), axis=1).max())
-        near = np.linalg.norm(beside, axis=1) <= NEAR * extent
+        near = np.linalg.norm(beside, axis=1) <= CONVERGENCE.near * extent
         return _Returns(at[near], (origin + beside)[near] * self.scales)
 
     def _rates(self, scaled: Array) -> Array:
@@ -440,7 +448,7 @@ class _End:
 
     def trends(self, returns: Array) -> list[Trend]:
         """Return how the states at returns change; nothing where they are too few."""
-        if len(returns) <= FEW:
+        if len(returns) <= CONVERGENCE.few:
             return []
         scaled = returns / self.scales
         # States of hundreds of scales are known to as many times the rounding of others.
@@ -491,14 +499,14 @@ def _on_cycle(
     begin, stop = float(phases[-1 - trend.period]), float(phases[-1])
     duration = (stop - begin) * end.unit
     multiplier = end.largest_multiplier(window, begin, stop)
-    if multiplier < 1 - NEUTRAL:
+    if multiplier < 1 - CONVERGENCE.neutral:
         if trend.drift * multiplier / (1 - multiplier) > tolerance:
             return None
         message = f"settled on {_cycle_text(duration)}; {_repeats(trend)}"
         return Settlement(
             True, 1, trend.drift, trend.rate, message, duration=duration, kind="cycle"
         )
-    if multiplier > 1 + NEUTRAL:
+    if multiplier > 1 + CONVERGENCE.neutral:
         message = (
             f"not settled: it follows an unstable cycle of {duration:.9g} s, from which a "
             f"disturbance grows by the factor {multiplier:.4g} a round; start near it"
@@ -525,7 +533,7 @@ def _unsettled_autonomous(
         )
         return not_converged(message, rest.distance)
     count = 0 if returns is None else len(returns.phases)
-    if returns is None or count <= FEW:
+    if returns is None or count <= CONVERGENCE.few:
         half = len(sizes) // 2
         grows = half and sizes[half:].max() > 2 * sizes[:half].max()
         how = "the motion still grows" if grows else _few(count, seen)
@@ -544,7 +552,7 @@ def _few(count: int, seen: float) -> str:
 def _approaches(end: _End, rest: Equilibrium) -> bool:
     """Whether the trajectory comes nearer to an equilibrium as its slowest eigenvalue says."""
     away = np.abs((end.strobe - rest.state) / end.scales).max(axis=1)
-    if len(away) < FEWEST:
+    if len(away) < CONVERGENCE.fewest:
         return False
     quarters = [float(part.max()) for part in np.array_split(away, 4)][1:]
     shrinks = all(after < before for before, after in pairwise(quarters))

@@ -111,9 +111,25 @@ def _operand(text: str) -> Operand:
 
 Group = tuple[int, ...]
 
-FASTER = 1.5
-"""Factor by which the watched function changes faster than the state: it is of order one where
-other states may have a thousand scales, and errors are relative to the largest."""
+
+@dataclass(frozen=True)
+class TurnSettings:
+    """Events at sharp turns."""
+
+    # Factor by which the watched function changes faster than the state: it is of order one where
+    # other states may have a thousand scales, and errors are relative to the largest
+    faster: float = 1.5
+    flat: float = 36.0  # exp(-36) is rounding relative to 1
+    steep_power: int = 15  # Highest power whose coefficient is in the series at zero
+    # Weight of events in the length of a step, relative to states. It gives edges to 1e-4 or
+    # better, keeps the tolerance for arguments up to 1e9, and ends a step at half the distance of
+    # a pole with any residue
+    weight: float = 1e-9
+    # Cooldown phase after an edge: longer than rounding, shorter than a crossing
+    cooldown: float = 1e-10
+
+
+TURNS = TurnSettings()
 
 
 def relative_sizes(equations: Equations) -> list[Expression]:
@@ -177,31 +193,18 @@ def _vanishes(
 
 def _relative_size(states: list[Expression]) -> Expression:
     squares = hy.sum([state * state for state in states])
-    return 0.5 + 0.4 * hy.sin(FASTER / 2 * hy.log(squares + 1e-300))
+    return 0.5 + 0.4 * hy.sin(TURNS.faster / 2 * hy.log(squares + 1e-300))
 
-
-FLAT = 36.0
-"""exp(-36) is rounding relative to 1."""
 
 EDGES = {
-    **dict.fromkeys(("exp", "sinh", "cosh", "sigmoid"), FLAT),
-    "tanh": FLAT / 2,
-    "erf": math.sqrt(FLAT),
+    **dict.fromkeys(("exp", "sinh", "cosh", "sigmoid"), TURNS.flat),
+    "tanh": TURNS.flat / 2,
+    "erf": math.sqrt(TURNS.flat),
 }
 """Arguments beyond which functions or their reciprocals are flat."""
 
-STEEP_POWER = 15
-"""Highest power whose coefficient is in the series at zero."""
 
-WEIGHT = 1e-9
-"""Weight of events in the length of a step, relative to states. It gives edges to 1e-4 or better,
-keeps the tolerance for arguments up to 1e9, and ends a step at half the distance of a pole with any
-residue."""
-
-COOLDOWN = 1e-10
-"""Cooldown phase after an edge: longer than rounding, shorter than a crossing."""
-
-VERSION = f"turns of powers, unfed apart, no corners={FLAT, STEEP_POWER, WEIGHT, COOLDOWN, FASTER}"
+VERSION = f"turns of powers, unfed apart, no corners={TURNS}"
 """Version of the events, part of the keys of stored code."""
 
 # heyoka warns on the terminal if a trajectory with events ends in NaN, which is data here.
@@ -232,7 +235,12 @@ class SharpTurns:
         up, down = hy.event_direction.positive, hy.event_direction.negative
         directed = [*((item, up) for item in self.rising), *((item, down) for item in self.falling)]
         edges = [
-            event(hy.subs(item, known), callback=_continues, cooldown=COOLDOWN, direction=direction)
+            event(
+                hy.subs(item, known),
+                callback=_continues,
+                cooldown=TURNS.cooldown,
+                direction=direction,
+            )
             for item, direction in directed
         ]
         return edges + [event(hy.subs(item, known)) for item in self.watched]
@@ -255,17 +263,17 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
     rising, falling = [], []
     for index, edge in sorted(set(_saturations(operations))):
         argument = operations[index].expression
-        rising.append(WEIGHT * (argument + edge))
-        falling.append(WEIGHT * (argument - edge))
+        rising.append(TURNS.weight * (argument + edge))
+        falling.append(TURNS.weight * (argument - edge))
     for index, exponent in sorted(set(_steep_powers(operations))):
         base = operations[index].expression
-        small, large = math.exp(-FLAT / exponent), math.exp(FLAT / exponent)
-        rising += [WEIGHT * (base - small), WEIGHT * (base + large)]
-        falling += [WEIGHT * (base + small), WEIGHT * (base - large)]
+        small, large = math.exp(-TURNS.flat / exponent), math.exp(TURNS.flat / exponent)
+        rising += [TURNS.weight * (base - small), TURNS.weight * (base + large)]
+        falling += [TURNS.weight * (base + small), TURNS.weight * (base - large)]
     sums = [operations[index].expression for index in sorted(set(_smoothed(operations)))]
     sums += [1.0 + operations[index].expression ** 2.0 for index in _arctangents(operations)]
     # Squared, because a sum may be negative.
-    watched = [1.0 + WEIGHT * hy.log(item**2.0) for item in sums]
+    watched = [1.0 + TURNS.weight * hy.log(item**2.0) for item in sums]
     invariant = relative_sizes(equations)
     return SharpTurns(tuple(rising), tuple(falling), tuple(watched), tuple(invariant))
 
@@ -331,7 +339,7 @@ def _steep_powers(operations: Sequence[Operation]) -> Iterator[tuple[int, float]
     """Bases of powers that are flat about zero, and their exponents."""
     for index in range(len(operations)):
         base, exponent = _power(operations, index)
-        if abs(exponent) > STEEP_POWER:
+        if abs(exponent) > TURNS.steep_power:
             yield base, abs(exponent)
 
 

@@ -15,8 +15,7 @@ from slipfold.errors import InputError, unknown
 from slipfold.flow.batches import ROUNDING
 from slipfold.flow.equations import Constants, power_of_two
 from slipfold.flow.equilibrium import (
-    AT_REST,
-    PUSH,
+    EQUILIBRIUM,
     perturbed_from_equilibrium,
     rounded_down,
     shortened,
@@ -305,7 +304,11 @@ class SmoothIntegration(Integration):
         last, scales = self._pieces[-1], self.model.state_scales()
         lately = np.concatenate(self._pieces[-2:])[-2:]
         moving = np.abs(np.diff(lately, axis=0) / scales).max(initial=0.0)
-        pushed = perturbed_from_equilibrium(self.model, last[-1]) if moving <= AT_REST else None
+        pushed = (
+            perturbed_from_equilibrium(self.model, last[-1])
+            if moving <= EQUILIBRIUM.distance
+            else None
+        )
         if pushed is not None:
             self._pieces[-1] = np.concatenate([last[:-1], pushed[None]])
             self._pushed.append(self.periods)
@@ -358,7 +361,8 @@ class SmoothIntegration(Integration):
         else:
             time = self._pushed[0] * self.constants.period
             where = f"at {time:.6g} s it had reached an unstable equilibrium"
-        return f". {where[:1].upper()}{where[1:]} and was pushed off it by {PUSH:g} (scaled)"
+        size = f"{EQUILIBRIUM.perturbation:g} (scaled)"
+        return f". {where[:1].upper()}{where[1:]} and was pushed off it by {size}"
 
 
 class HybridIntegration(Integration):

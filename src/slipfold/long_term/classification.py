@@ -10,19 +10,45 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.ensembles import TOGETHER, BatchSteps, Ensemble, models_with
-from slipfold.flow.equilibrium import PUSH
+from slipfold.flow.ensembles import BatchSteps, Ensemble, models_with
+from slipfold.flow.equilibrium import EQUILIBRIUM
+from slipfold.flow.explicit_steps import EXPLICIT
 from slipfold.flow.flow import flow_of
-from slipfold.long_term.exponents import SURE, average, bump
+from slipfold.long_term.exponents import EXPONENTS, average, bump
 from slipfold.models.angles import mean_state, wrap_angles
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
 
-FLOOR = 1e-8
-"""Change in scales over a period that may be an error of the integration."""
 
-NEAR = 1e-3
-"""Distance in scales from its limit at which a trajectory counts as converged."""
+@dataclass(frozen=True)
+class ClassificationSettings:
+    """When a trajectory counts as periodic, torus or chaos."""
+
+    floor: float = 1e-8  # Change in scales over a period that may be an error of the integration
+    # Distance in scales from its limit at which a trajectory counts as converged
+    near: float = 1e-3
+    # Forcing periods of pairs in the first and in the second attempt
+    pair_periods: tuple[int, ...] = (1000, 4000)
+    # Distance of a pair in scales: far above rounding, since both take the same steps
+    separation: float = 1e-7
+    zero: float = 3e-4  # Largest exponent per period of a torus, and its largest error
+    # Largest fraction of its distance from a response that a converging trajectory keeps; a
+    # smaller one if the exponent predicts it
+    shrunk: float = 0.9
+    recent: int = 48  # Last periods in which a trajectory must repeat
+    # States are averaged by their number modulo this, which shows periods that divide it
+    classes: int = 24
+    stuck: int = 32  # Periods with stick after which a trajectory is left
+    batch: int = 2048  # Trajectories in a batch; an interruption loses at most one batch
+    # Distance in scales between the means of two different responses of one period
+    same_mean: float = 1e-2
+    transient: int = 400  # Forcing periods before a trajectory must repeat, as in a map of regimes
+    # Cells between a place and the border of its region; nearer to it the label may be that of
+    # the other side
+    margin: int = 2
+
+
+CLASSIFICATION = ClassificationSettings()
 
 
 def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) -> NDArray[np.int64]:
@@ -47,9 +73,12 @@ def repeats_of(states: Array, scales: Array, turns: Array, longest: int = 16) ->
             ratio = last / first
             rate = ratio ** (period / (change.shape[-1] - width))
             rest = last * rate / (1 - rate)
-        settles = (last <= FLOOR) | ((ratio < 0.9) & (rest <= NEAR))
+        settles = (last <= CLASSIFICATION.floor) | ((ratio < 0.9) & (rest <= CLASSIFICATION.near))
         new = settles & (result == 0)
-        result[new], left[new] = period, np.where(last <= FLOOR, FLOOR, rest)[new]
+        result[new], left[new] = (
+            period,
+            np.where(last <= CLASSIFICATION.floor, CLASSIFICATION.floor, rest)[new],
+        )
         changes[period] = last
     for period in sorted(changes, reverse=True):
         # A spiral is up to four times as far apart as its distance from the response.
@@ -74,8 +103,8 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
     scales = np.tile(flow.constants_of(model).scales, (len(values), 1))
     result = np.empty((len(values), samples, len(flow.output_names)))
     phases = np.arange(samples) / samples
-    for first in range(0, len(values), TOGETHER):
-        some = slice(first, first + TOGETHER)
+    for first in range(0, len(values), EXPLICIT.ensemble_batch):
+        some = slice(first, first + EXPLICIT.ensemble_batch)
         constants = flow.constants(parameters[some], scales[some])
         between = states[None, some]
         if samples > 1:
@@ -111,25 +140,6 @@ def _peak(values: Array) -> Array:
 
 PERIODIC, STICKS, STOPPED = "periodic", "sticks", "stopped"
 TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"
-
-PAIR_PERIODS = (1000, 4000)
-"""Forcing periods of pairs in the first and in the second attempt."""
-
-APART = 1e-7
-"""Distance of a pair in scales: far above rounding, since both take the same steps."""
-
-ZERO = 3e-4
-"""Largest exponent per period of a torus, and its largest error."""
-
-SHRUNK = 0.9
-"""Largest fraction of its distance from a response that a converging trajectory keeps; a smaller
-one if the exponent predicts it."""
-
-RECENT = 48
-"""Last periods in which a trajectory must repeat."""
-
-CLASSES = 24
-"""States are averaged by their number modulo this, which shows periods that divide it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +195,7 @@ def classify_open(
     result = Classified.unknown(UNDECIDED, states.copy())
     rest = np.arange(len(states))
     try:
-        for round_, periods in enumerate(PAIR_PERIODS):
+        for round_, periods in enumerate(CLASSIFICATION.pair_periods):
             if round_:
                 on_progress(0, 2 * periods * len(rest))
             pairs = _Pairs([models[row] for row in rest], result.states[rest], periods)
@@ -209,16 +219,16 @@ class _Pairs:
         self._count, n = states.shape
         direction = np.random.default_rng(0).normal(size=states.shape)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        beside = states + APART * direction * self._scales
+        beside = states + CLASSIFICATION.separation * direction * self._scales
         # In one batch, so that a pair takes the same steps.
         both = np.stack([states, beside], axis=1).reshape(-1, n)
         self._crowd = Ensemble([model for model in models for _ in range(2)], both)
         self._logarithms = np.zeros((periods, self._count))
         self._weights = bump(periods)
-        self._sums = np.zeros((CLASSES, self._count, n))
-        self._shares = np.zeros(CLASSES)
-        self._first = np.empty((RECENT, self._count, n))
-        self._last = np.full((RECENT, self._count, n), np.nan)
+        self._sums = np.zeros((CLASSIFICATION.classes, self._count, n))
+        self._shares = np.zeros(CLASSIFICATION.classes)
+        self._first = np.empty((CLASSIFICATION.recent, self._count, n))
+        self._last = np.full((CLASSIFICATION.recent, self._count, n), np.nan)
         self._sticks = np.zeros(self._count, bool)
         self._done = 0
 
@@ -233,24 +243,24 @@ class _Pairs:
         self._sticks |= ensemble.stuck.reshape(-1, 2).any(axis=1)
         ensemble.leave(np.repeat(self._sticks, 2))
         with np.errstate(divide="ignore", invalid="ignore"):
-            self._logarithms[self._done] = np.log(distance / APART)
-            between *= (APART / distance)[:, None]
+            self._logarithms[self._done] = np.log(distance / CLASSIFICATION.separation)
+            between *= (CLASSIFICATION.separation / distance)[:, None]
         moved = np.full_like(states, np.nan)
         moved[1::2] = base + between * self._scales
         moved[1::2][self._sticks] = np.nan
         ensemble.move(moved)
-        place, weight = self._done % CLASSES, self._weights[self._done]
-        if self._done < RECENT:
+        place, weight = self._done % CLASSIFICATION.classes, self._weights[self._done]
+        if self._done < CLASSIFICATION.recent:
             self._first[self._done] = base
         near = self._first[place]  # of the same number: an angle is taken next to that
         self._sums[place] += weight * (near + wrap_angles(base - near, self._turns))
         self._shares[place] += weight
-        self._last[self._done % RECENT] = base
+        self._last[self._done % CLASSIFICATION.recent] = base
         self._done += 1
 
     def judge(self, found: Classified, rows: NDArray[np.intp]) -> None:
         """Classify the trajectories where the evidence is clear."""
-        last = np.roll(self._last, -(self._done % RECENT), axis=0)
+        last = np.roll(self._last, -(self._done % CLASSIFICATION.recent), axis=0)
         stopped = np.array([stop is not None for stop in self._crowd.stopped])[::2]
         repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
         grown = average(np.nan_to_num(self._logarithms[len(self._logarithms) // 4 :]))
@@ -259,23 +269,23 @@ class _Pairs:
             exponent, error = grown.values[place], grown.errors[place]
             found.states[row] = last[-1, place]
             found.exponents[row] = exponent
-            slack = SURE * error + 1e-7  # rounding
+            slack = EXPONENTS.sure * error + 1e-7  # rounding
             if stopped[place] or self._sticks[place]:
                 found.kinds[row] = STOPPED if stopped[place] else STICKS
                 found.exponents[row] = np.nan
             elif repeats[place]:
                 self._set_periodic(found, row, last[-repeats[place] :, place])
             # A trajectory that grows evenly, or nearly repeats at first, is leaving a response.
-            elif exponent > slack + ZERO and error > 2e-5:
+            elif exponent > slack + CLASSIFICATION.zero and error > 2e-5:
                 if not self._nearly_repeats(self._first[:, place]):
                     found.kinds[row] = CHAOS
-            elif error > ZERO:
+            elif error > CLASSIFICATION.zero:
                 continue
-            elif abs(exponent) <= min(slack, ZERO):
+            elif abs(exponent) <= min(slack, CLASSIFICATION.zero):
                 found.kinds[row] = TORUS
-            elif exponent < -slack and exponent * self._done < np.log(SHRUNK):
+            elif exponent < -slack and exponent * self._done < np.log(CLASSIFICATION.shrunk):
                 # Averages over a long period are equal as well, but then no distance shrinks.
-                fraction = min(SHRUNK, np.exp(exponent * self._done / 2))
+                fraction = min(CLASSIFICATION.shrunk, np.exp(exponent * self._done / 2))
                 states = self._first[:, place], last[:, place]
                 period = self._comes_to(averages[:, place], *states, fraction)
                 if period:
@@ -289,24 +299,24 @@ class _Pairs:
         """Whether a trajectory nearly repeats, and may be about to leave a response."""
         changes = [
             np.abs(wrap_angles(states[period:] - states[:-period], self._turns) / self._scales)
-            for period in range(1, RECENT // 3 + 1)
+            for period in range(1, CLASSIFICATION.recent // 3 + 1)
         ]
         return min(change.max() for change in changes) < 1e-2
 
     def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
         """Return the period of the averages if the trajectory approaches them, else 0."""
-        numbers = np.arange(RECENT)
-        late = (self._done - RECENT + numbers) % CLASSES
+        numbers = np.arange(CLASSIFICATION.recent)
+        late = (self._done - CLASSIFICATION.recent + numbers) % CLASSIFICATION.classes
         before, after = (
             np.abs(wrap_angles(states - averages[which], self._turns) / self._scales).max()
-            for states, which in ((first, numbers % CLASSES), (last, late))
+            for states, which in ((first, numbers % CLASSIFICATION.classes), (last, late))
         )
-        if not after < max(share * before, NEAR):
+        if not after < max(share * before, CLASSIFICATION.near):
             return 0
         for period in (1, 2, 3, 4, 6, 8, 12, 24):
-            between = averages - averages[numbers[:CLASSES] % period]
+            between = averages - averages[numbers[: CLASSIFICATION.classes] % period]
             apart = np.abs(wrap_angles(between, self._turns) / self._scales).max()
-            if apart <= max(NEAR, 0.1 * after):
+            if apart <= max(CLASSIFICATION.near, 0.1 * after):
                 return period
         return 0
 
@@ -315,12 +325,6 @@ NOT_DONE = "not done"
 
 OPEN = "open"
 """Kind of a trajectory that must be followed for longer."""
-
-STUCK = 32
-"""Periods with stick after which a trajectory is left."""
-
-BATCH = 2048
-"""Trajectories in a batch; an interruption loses at most one batch."""
 
 
 class TrajectoryGrid:
@@ -340,7 +344,7 @@ class TrajectoryGrid:
         self.model = model.with_scales(self.models[0].estimated_scales)
         self.scales = self.models[0].state_scales()
         # A perturbation, since symmetry could keep a trajectory on an unstable response.
-        self.start = start + PUSH * self.scales
+        self.start = start + EQUILIBRIUM.perturbation * self.scales
         self.transient, self.observer = transient, observer
         self.known = Classified.unknown(NOT_DONE, np.full((runs, count, len(start)), np.nan))
         self.done, self.total = 0, runs * count * self.periods_of_a_motion
@@ -348,13 +352,13 @@ class TrajectoryGrid:
     @property
     def periods_of_a_motion(self) -> int:
         """Forcing periods after which each trajectory is judged."""
-        return self.transient + RECENT
+        return self.transient + CLASSIFICATION.recent
 
     def from_rest(self, run: int) -> None:
         """Follow a trajectory from the start in each cell."""
         cells = np.arange(len(self.models))
-        for first in range(0, len(cells), BATCH):
-            some = cells[first : first + BATCH]
+        for first in range(0, len(cells), CLASSIFICATION.batch):
+            some = cells[first : first + CLASSIFICATION.batch]
             self.follow(run, some, np.tile(self.start, (len(some), 1)))
 
     def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
@@ -372,7 +376,7 @@ class TrajectoryGrid:
 
     def _seen_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
         """Follow trajectories that still converge once more: near a saddle they leave again."""
-        nearer = np.flatnonzero((found.periods > 0) & (found.changes > FLOOR))
+        nearer = np.flatnonzero((found.periods > 0) & (found.changes > CLASSIFICATION.floor))
         if len(nearer):
             self.total += len(nearer) * self.periods_of_a_motion
             found.put(nearer, self._followed(cells[nearer], found.states[nearer]))
@@ -382,14 +386,14 @@ class TrajectoryGrid:
         """Follow trajectories once."""
         models = [self.models[cell] for cell in cells]
         total = self.periods_of_a_motion
-        window = np.full((RECENT + 1, *starts.shape), np.nan)
+        window = np.full((CLASSIFICATION.recent + 1, *starts.shape), np.nan)
         stuck = np.zeros(len(cells), np.int64)
         sticks = np.zeros(len(cells), bool)
         with Ensemble(models, starts) as ensemble:
             for period in range(1, total + 1):
                 ensemble.advance()
                 stuck += ensemble.stuck
-                ensemble.leave(stuck >= STUCK)
+                ensemble.leave(stuck >= CLASSIFICATION.stuck)
                 if period > self.transient:
                     sticks |= ensemble.stuck
                 if period >= self.transient:
@@ -397,7 +401,7 @@ class TrajectoryGrid:
                 self._report(len(cells))
             states = ensemble.states
             stopped = np.array([stop is not None for stop in ensemble.stopped])
-        window[:, stuck >= STUCK] = np.nan  # they were left where they were
+        window[:, stuck >= CLASSIFICATION.stuck] = np.nan  # they were left where they were
         return self._judge(window, np.where(stopped[:, None], np.nan, states), sticks)
 
     def add_run(self, kind: str) -> None:
@@ -424,9 +428,12 @@ class TrajectoryGrid:
     def classify_open(self) -> None:
         """Follow trajectories of all runs for longer that neither repeat nor stick."""
         runs, cells = np.nonzero(self.known.kinds == OPEN)
-        self.total += 2 * len(cells) * PAIR_PERIODS[0]
-        for first in range(0, len(cells), BATCH):
-            run, cell = runs[first : first + BATCH], cells[first : first + BATCH]
+        self.total += 2 * len(cells) * CLASSIFICATION.pair_periods[0]
+        for first in range(0, len(cells), CLASSIFICATION.batch):
+            run, cell = (
+                runs[first : first + CLASSIFICATION.batch],
+                cells[first : first + CLASSIFICATION.batch],
+            )
             result, interrupted = self.classified_open(cell, self.known.states[run, cell])
             known = (result.kinds != UNDECIDED) | (not interrupted)
             self.known.put((run[known], cell[known]), result.rows(known))

@@ -16,7 +16,7 @@ from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, strobes_of
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.long_term.search import Box, box_around, search
-from slipfold.long_term.verified import CycleLine
+from slipfold.long_term.verified import ATTRACTOR, CycleLine
 from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import damped_newton
 from slipfold.models.model import Model, evaluation_of
@@ -47,16 +47,7 @@ def equilibria_in(model: Model, starts: Array) -> list[Array]:
     return result
 
 
-PLACES = 4
-"""Parameter values, evenly spaced over the span, at which trajectories start."""
-
-STARTS = 32
-"""Trajectories at each value, and starts of Newton's method for equilibria."""
-
 STAGE = "search for others"
-
-ONE = 1e-4
-"""Distance, in scaled states, within which two orbits are the same: branches are interpolated."""
 
 
 class Follow(Protocol):
@@ -82,7 +73,10 @@ def find_coexisting(
     branches followed so far.
     """
     box = box or box_around(model, _reached(model, branches))
-    values = tuple(span[0] + (i + 0.5) / PLACES * (span[1] - span[0]) for i in range(PLACES))
+    values = tuple(
+        span[0] + (i + 0.5) / ATTRACTOR.search_values * (span[1] - span[0])
+        for i in range(ATTRACTOR.search_values)
+    )
     result: list[int] = []
     known, interrupted = branches, any(branch.interrupted for branch in branches)
     for place, value in enumerate(values):
@@ -106,7 +100,9 @@ def find_coexisting(
         except KeyboardInterrupt:
             interrupted = True
     low, high = tuple(box.low.tolist()), tuple(box.high.tolist())
-    return known, BranchSearch(values, low, high, STARTS, tuple(result), interrupted)
+    return known, BranchSearch(
+        values, low, high, ATTRACTOR.search_starts, tuple(result), interrupted
+    )
 
 
 @dataclass(frozen=True)
@@ -119,7 +115,10 @@ class _PlaceProgress:
     value: float
 
     def __call__(self, progress: Progress) -> None:
-        done, total = self.place * STARTS + progress.done, PLACES * STARTS
+        done, total = (
+            self.place * ATTRACTOR.search_starts + progress.done,
+            ATTRACTOR.search_values * ATTRACTOR.search_starts,
+        )
         values = {"branch": self.branches, "points": 0, "parameter": self.value, "special": ()}
         self.observer(Progress(STAGE, done, total, values={**values, "period": 1}))
 
@@ -133,7 +132,7 @@ class _Seen:
 
 
 def _seen(model: Model, value: float, box: Box, on_progress: Observer | None) -> _Seen:
-    starts = box.starts(STARTS, 0)
+    starts = box.starts(ATTRACTOR.search_starts, 0)
     searched = search(model, starts, 256, on_progress, measure=False)  # periods of each trajectory
     begins = [begin for item in searched.attractors if (begin := _begin(model, value, item))]
     if not model.forced:
@@ -211,12 +210,12 @@ def _is_one(begin: Begin, orbit: PeriodicOrbit, branch: Branch) -> bool:
         if begin.orbit is not None or not resting or begin.state is None:
             return False
         apart = wrap_angles(begin.state - orbit.state, model.angle_periods)
-        return bool(np.abs(apart / model.state_scales()).max() < ONE)
+        return bool(np.abs(apart / model.state_scales()).max() < ATTRACTOR.same_branch)
     if model.forced:
         if orbit.period != begin.orbit.period:
             return False
         apart = wrap_angles(strobes_of(begin.orbit) - orbit.state, model.angle_periods)
-        return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ONE)
-    same = abs(orbit.duration / begin.orbit.duration - 1) < ONE
+        return bool(np.abs(apart / model.state_scales()).max(axis=1).min() < ATTRACTOR.same_branch)
+    same = abs(orbit.duration / begin.orbit.duration - 1) < ATTRACTOR.same_branch
     line = CycleLine(begin.orbit, begin.orbit.model.state_scales())
-    return same and bool(line.distance(orbit.state) < ONE)
+    return same and bool(line.distance(orbit.state) < ATTRACTOR.same_branch)

@@ -67,14 +67,34 @@ def bump(count: int) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-LINES = 6
-"""Strongest lines of the spectrum, which have to be multiples of one of them."""
+@dataclass(frozen=True)
+class ExponentSettings:
+    """Accuracy of exponents and of rotation numbers."""
 
-MULTIPLES = 32
-"""Largest of these multiples."""
+    lines: int = 6  # Strongest lines of the spectrum, which have to be multiples of one of them
+    multiples: int = 32  # Largest of these multiples
+    match: float = 1e-6  # Distance of a line from a multiple, in turns
+    # Errors by which an exponent must differ from zero to be positive or negative
+    sure: float = 3.0
+    rounding: float = 1e-10  # Exponent per period of a zero one that is rounding
+    pilot: int = 8  # Periods that show how unequally perturbations grow
+    # Difference of logarithms of growth in one linearization. With 36 the smallest growth would
+    # have no digits left
+    spread: float = 12.0
+    # Growth over a period, relative to the largest, below which stick has removed a perturbation;
+    # the remainder is rounding
+    removed: float = 1e-12
+    # Periods before the first estimate of exponents; each later one takes twice as many
+    first: int = 250
+    # Default number of periods: if the classification is known or periods are expensive, and
+    # else. With four states 128,000 take 9 s
+    max_periods: int = 32_000
+    longest: int = 128_000
+    # Distance from a periodic response, in scaled states, at which a trajectory has converged
+    converged: float = 1e-9
 
-MATCH = 1e-6
-"""Distance of a line from a multiple, in turns."""
+
+EXPONENTS = ExponentSettings()
 
 
 @dataclass(frozen=True)
@@ -131,7 +151,7 @@ def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
     lines = _lines(signal - bump(len(signal)) @ signal)
     for period in range(1, 9):  # periods after which the curve returns to itself
         numbers = _folded(period * lines)
-        result = _generator(numbers[numbers > MATCH])
+        result = _generator(numbers[numbers > EXPONENTS.match])
         if result is not None:
             half = signal[len(signal) // 2 :]
             others = _folded(period * _lines(half - bump(len(half)) @ half))
@@ -140,13 +160,13 @@ def rotation_of(states: Array, scales: Array, turns: Array) -> Rotation | None:
 
 
 def _lines(signal: Array) -> Array:
-    """Return the frequencies of the strongest lines in turns per period, LINES at most."""
+    """Return the frequencies of the strongest lines in turns per period."""
     from scipy.optimize import minimize_scalar
 
     count = len(signal)
     weights, times = bump(count)[:, None], np.arange(count)
     rest, result, strongest = signal.copy(), list[float](), 0.0
-    for _ in range(LINES):
+    for _ in range(EXPONENTS.lines):
         power = (np.abs(np.fft.rfft(weights * rest, axis=0)) ** 2).sum(axis=1)
         coarse = power[1:].argmax() + 1
 
@@ -169,11 +189,11 @@ def _lines(signal: Array) -> Array:
 
 def _generator(lines: Array) -> float | None:
     """Return the line of which all are multiples, the lowest ones if there are several."""
-    best, order = None, MULTIPLES + 1
+    best, order = None, EXPONENTS.multiples + 1
     for line in lines:
-        multiples = _folded(np.arange(1, MULTIPLES + 1) * line)
+        multiples = _folded(np.arange(1, EXPONENTS.multiples + 1) * line)
         apart = np.abs(lines[:, None] - multiples)
-        matches = apart <= MATCH * np.arange(1, MULTIPLES + 1)
+        matches = apart <= EXPONENTS.match * np.arange(1, EXPONENTS.multiples + 1)
         if matches.any(axis=1).all():
             needed = int(matches.argmax(axis=1).max()) + 1
             if needed < order:
@@ -196,13 +216,6 @@ def _rotation(number: float, period: int, error: float) -> Rotation:
         if p and 0 < off * q < 0.1 and not period / off <= beat:
             resonance, beat = Fraction(p, q), period / off
     return Rotation(number, period, error, resonance, beat)
-
-
-SURE = 3.0
-"""Errors by which an exponent must differ from zero to be positive or negative."""
-
-ROUNDING = 1e-10
-"""Exponent per period of a zero one that is rounding."""
 
 
 @dataclass(frozen=True)
@@ -240,8 +253,8 @@ def verdict_of(
     trajectory is zero. Shapes: exponents, errors (n,).
     """
     if settlement.settled:
-        return _settled(settlement, exponents[0] > SURE * errors[0] + ROUNDING)
-    slack = SURE * errors + ROUNDING
+        return _settled(settlement, exponents[0] > EXPONENTS.sure * errors[0] + EXPONENTS.rounding)
+    slack = EXPONENTS.sure * errors + EXPONENTS.rounding
     if exponents[0] > slack[0]:
         return Verdict("chaos", f"chaotic: nearby motions part, {_doubling(exponents[0], seconds)}")
     zero = np.abs(exponents) <= slack
@@ -276,18 +289,6 @@ def _doubling(exponent: float, seconds: float | None) -> str:
     if seconds is None:
         return f"twice as far after {doubles:.3g} forcing periods"
     return f"twice as far after {doubles * seconds:.3g} s"
-
-
-PILOT = 8
-"""Periods that show how unequally perturbations grow."""
-
-SPREAD = 12.0
-"""Difference of logarithms of growth in one linearization. With 36 the smallest growth would have
-no digits left."""
-
-LOST = 1e-12
-"""Growth over a period, relative to the largest, below which stick has removed a perturbation; the
-remainder is rounding."""
 
 
 class Growth:
@@ -327,7 +328,7 @@ class Growth:
                 self._frame, triangle = np.linalg.qr(matrix @ self._frame)
                 factors = np.abs(np.diag(triangle))
                 if isinstance(self.integration, HybridIntegration):
-                    factors[factors <= LOST * factors.max()] = 0.0
+                    factors[factors <= EXPONENTS.removed * factors.max()] = 0.0
                 with np.errstate(divide="ignore"):
                     row += np.log(factors)
         self._logarithms.append(result)
@@ -345,8 +346,8 @@ class Growth:
         if not len(starts):
             return np.empty((0, 1, *self._frame.shape))
         if not self._parts:
-            self._extents = self._extents_of(starts[:PILOT])
-            self._parts = self._parts_of(starts[:PILOT])
+            self._extents = self._extents_of(starts[: EXPONENTS.pilot])
+            self._parts = self._parts_of(starts[: EXPONENTS.pilot])
         return self._in_slip(starts, self._parts)
 
     def _in_extents(self, matrices: Array) -> Array:
@@ -373,7 +374,7 @@ class Growth:
             sizes = np.linalg.svd(matrices, compute_uv=False)
             with np.errstate(divide="ignore"):
                 spread = np.log(sizes[..., 0] / sizes[..., -1])
-            if spread.max(initial=0.0) <= SPREAD:
+            if spread.max(initial=0.0) <= EXPONENTS.spread:
                 break
             parts *= 2
         return parts
@@ -417,17 +418,6 @@ def growth_from(model: Model, start: Array) -> Growth:
 def growth_through_stick(model: Model, start: Array) -> Growth:
     """Begin a trajectory with stick. Shapes: start (n,)."""
     return Growth(HybridIntegration.begin(model, start, own_duration=True))
-
-
-FIRST = 250
-"""Periods before the first estimate of exponents; each later one takes twice as many."""
-
-MOST, LONGEST = 32_000, 128_000
-"""Default number of periods: if the classification is known or periods are expensive, and else.
-With four states 128,000 take 9 s."""
-
-SETTLED = 1e-9
-"""Distance from a periodic response, in scaled states, at which a trajectory has converged."""
 
 
 class ExponentEstimate(NamedTuple):
@@ -480,14 +470,14 @@ def follow_exponents(
     integration = growth.integration
     smooth = isinstance(integration, SmoothIntegration)
     cheap = smooth and len(growth.model.states) <= 6
-    most = (LONGEST if cheap else MOST) if periods is None else periods
+    most = (EXPONENTS.longest if cheap else EXPONENTS.max_periods) if periods is None else periods
     ends = _ends(most)
     estimates: list[ExponentEstimate] = []
     interrupted = False
     try:
         for end in ends:
             while growth.periods < end:
-                growth.advance(min(FIRST, end - growth.periods))
+                growth.advance(min(EXPONENTS.first, end - growth.periods))
                 _refuse_ended(growth)
                 if observer is not None:
                     known = tuple(estimates[-1].exponents.tolist()) if estimates else ()
@@ -495,11 +485,11 @@ def follow_exponents(
                     text, values = f"exponents a period: {shown}", {"exponents": known}
                     observer(Progress("periods", growth.periods, most, text, values))
             estimates.append(_estimate(growth))
-            enough = estimates[-1].errors.max() <= tolerance or end >= MOST
+            enough = estimates[-1].errors.max() <= tolerance or end >= EXPONENTS.max_periods
             if periods is None and enough and _verdict(growth, estimates[-1]).known:
                 break
     except KeyboardInterrupt:
-        if growth.periods < FIRST:
+        if growth.periods < EXPONENTS.first:
             raise
         interrupted = True
         estimates.append(_estimate(growth))
@@ -522,12 +512,14 @@ def follow_exponents(
 def _verdict(growth: Growth, last: ExponentEstimate) -> Verdict:
     model = growth.model
     seconds = None if model.forced else model.values[DURATION.name]
-    return verdict_of(last.exponents, last.errors, growth.integration.settlement(SETTLED), seconds)
+    return verdict_of(
+        last.exponents, last.errors, growth.integration.settlement(EXPONENTS.converged), seconds
+    )
 
 
 def _ends(most: int) -> list[int]:
     """Return the numbers of periods after which exponents are estimated."""
-    ends = [FIRST]
+    ends = [EXPONENTS.first]
     while 2 * ends[-1] < most:
         ends.append(2 * ends[-1])
     return [*(end for end in ends if end < most), most]

@@ -11,8 +11,8 @@ from slipfold.arrays import Array
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.loci.window import Window, locus_progress
 from slipfold.long_term.classification import (
-    BATCH,
     CHAOS,
+    CLASSIFICATION,
     NOT_DONE,
     OPEN,
     PERIODIC,
@@ -28,8 +28,6 @@ from slipfold.progress import Observer, Progress
 
 Rows = NDArray[np.intp]
 
-SAME = 1e-2
-"""Distance in scales between the means of two different responses of one period."""
 
 NONE = "none"
 """Kind of a run in a cell without a further trajectory."""
@@ -54,8 +52,8 @@ def continue_to_neighbors(work: TrajectoryGrid, grid: Rows) -> None:
         proposals = _proposals(work, grid, new)
         work.total += len(proposals) * work.periods_of_a_motion
         result = [
-            _continued(work, proposals[first : first + BATCH])
-            for first in range(0, len(proposals), BATCH)
+            _continued(work, proposals[first : first + CLASSIFICATION.batch])
+            for first in range(0, len(proposals), CLASSIFICATION.batch)
         ]
         new = np.concatenate([np.empty((0, 2), np.intp), *result])
 
@@ -140,7 +138,7 @@ def _known(
 def _same(work: TrajectoryGrid, one: Classified, other: Classified) -> NDArray[np.bool_]:
     """Whether pairs of trajectories are the same, or may be if one is undecided."""
     apart = np.abs(wrap_angles(one.means - other.means, work.model.angle_periods) / work.scales)
-    periodic = (one.periods == other.periods) & (apart.max(axis=1) <= SAME)
+    periodic = (one.periods == other.periods) & (apart.max(axis=1) <= CLASSIFICATION.same_mean)
     same = (one.kinds == other.kinds) & (periodic | (one.kinds != PERIODIC))
     both = np.isin(one.kinds, APERIODIC) & np.isin(other.kinds, APERIODIC)
     return same | both & ((one.kinds == UNDECIDED) | (other.kinds == UNDECIDED))
@@ -219,13 +217,6 @@ def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> R
 
 Labels = NDArray[np.int64]
 
-TRANSIENT = 400
-"""Forcing periods before a trajectory must repeat, as in a map of regimes."""
-
-MARGIN = 2
-"""Cells between a place and the border of its region; nearer to it the label may be that of the
-other side."""
-
 
 def resolve_regions(
     model: Model,
@@ -258,7 +249,7 @@ def resolve_regions(
 
     columns = dict(zip(plane, values.T, strict=True))
     start = np.asarray(model.start, dtype=float)
-    work = TrajectoryGrid(model, columns, 1, start, TRANSIENT, on_progress)
+    work = TrajectoryGrid(model, columns, 1, start, CLASSIFICATION.transient, on_progress)
     interrupted = False
     try:
         work.from_rest(0)
@@ -314,10 +305,10 @@ def _places(
 def _within(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the cells of an area away from its borders; the edge of the map is not a border."""
     rows, columns = mask.shape
-    padded = np.pad(mask, MARGIN, mode="edge")
+    padded = np.pad(mask, CLASSIFICATION.margin, mode="edge")
     around = [
         padded[i : i + rows, j : j + columns]
-        for i in range(2 * MARGIN + 1)
-        for j in range(2 * MARGIN + 1)
+        for i in range(2 * CLASSIFICATION.margin + 1)
+        for j in range(2 * CLASSIFICATION.margin + 1)
     ]
     return np.asarray(np.all(around, axis=0))

@@ -17,15 +17,12 @@ from slipfold.flow.ensembles import released
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
-from slipfold.long_term.classification import FLOOR
-from slipfold.long_term.verified import Known, Trajectories, Verified
+from slipfold.long_term.classification import CLASSIFICATION
+from slipfold.long_term.verified import ATTRACTOR, Known, Trajectories, Verified
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.units import parse_quantity
 from slipfold.progress import Observer, Progress
-
-REACH = 1.5
-"""Half width of the default box about the model's start, in characteristic scales of states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,24 +84,12 @@ def box_around(model: Model, reached: Array | None = None) -> Box:
     Shapes: reached (n,).
     """
     sizes = model.state_scales() if reached is None else np.maximum(model.state_scales(), reached)
-    half = np.where(model.angle_periods > 0, model.angle_periods / 2, REACH * sizes)
+    half = np.where(model.angle_periods > 0, model.angle_periods / 2, ATTRACTOR.reach * sizes)
     return Box(model.start - half, model.start + half)
 
 
 UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 """Labels of starts that converge to no attractor."""
-
-KEPT = 33
-"""Last states of each trajectory that are examined."""
-
-SCOUTS = 256
-"""Starts of a first search; the others then mostly converge to known attractors."""
-
-SURELY = 256
-"""Periods in which a trajectory on a torus or in chaos visits most of it."""
-
-PACED = 7
-"""Trajectories from which the interval is chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,8 +121,8 @@ def search(
     Shapes: starts (k, n).
     """
     work, interrupted, most = None, False, periods or 1024
-    some = np.random.default_rng(0).permutation(len(starts))[:SCOUTS]
-    ahead = starts[some] if len(starts) > 2 * SCOUTS else starts[:0]
+    some = np.random.default_rng(0).permutation(len(starts))[: ATTRACTOR.scouts]
+    ahead = starts[some] if len(starts) > 2 * ATTRACTOR.scouts else starts[:0]
     try:
         model = measured(model)
         if not model.forced and not known:
@@ -166,7 +151,7 @@ class _Search:
         self._verified = verified
         self._trajectories = Trajectories(verified.model, starts)
         self._labels = np.full(len(starts), UNFINISHED)
-        self._last = np.repeat(starts[:, None], KEPT, axis=1)
+        self._last = np.repeat(starts[:, None], ATTRACTOR.stored, axis=1)
         self._most, self._periods = most, 0
         self._observer = observer
 
@@ -250,10 +235,10 @@ class _Search:
                 self._report()
 
     def _catch_later(self, known: Known) -> None:
-        """Label open trajectories that converge to this attractor within `SURELY` periods."""
+        """Label open trajectories that converge to this attractor within some periods."""
         which = self._open
         if len(which):
-            states = self._trajectories.advance(which, SURELY)
+            states = self._trajectories.advance(which, ATTRACTOR.visiting)
             self._labels[which[known.catches(states)]] = known.attractor.id
 
 
@@ -266,7 +251,7 @@ def _counted(observer: Observer | None, before: int, total: int) -> Observer | N
 
 def _paced(model: Model, starts: Array) -> Model:
     """Return an autonomous model whose ``duration`` suits its slowest trajectories."""
-    some = starts[:: max(len(starts) // PACED, 1)][:PACED]
+    some = starts[:: max(len(starts) // ATTRACTOR.paced, 1)][: ATTRACTOR.paced]
     durations = [with_duration(model, start, None)[0].values[DURATION.name] for start in some]
     return model.replace(**{DURATION.name: max(durations)})
 
@@ -342,7 +327,7 @@ def find_basins(
         for up, across in product((slice(1, None), slice(-1)), repeat=2):
             uncertain[_differ(labels, corners[up, across])] = WITHIN_CELL
     cells = np.flatnonzero(_with_neighbors(uncertain > KNOWN))
-    moved = FLOOR * last.model.state_scales()
+    moved = CLASSIFICATION.floor * last.model.state_scales()
     for sign in (-1.0, 1.0) if len(cells) else ():
         if not last.interrupted:
             last = searched_on(starts[cells] + sign * moved, phases[cells])

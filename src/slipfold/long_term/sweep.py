@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.flow.ensembles import TOGETHER, SingleTrajectory, models_with, stroboscopic_samples
+from slipfold.flow.ensembles import SingleTrajectory, models_with, stroboscopic_samples
+from slipfold.flow.explicit_steps import EXPLICIT
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
 from slipfold.progress import Observer, Progress
@@ -79,7 +80,7 @@ class SweepRun:
                 if run:  # only from the final state of the sweep up
                     order = [place for place in order if not self.reasons[0, place]]
             state = self._sweep(run, order, state)
-        some = max(TOGETHER // len(self.values), 1)
+        some = max(EXPLICIT.ensemble_batch // len(self.values), 1)
         for first in range(0, len(self.starts), some):
             self._from_starts(len(self.runs) + first, self.starts[first : first + some])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,25 +80,53 @@ class CycleLine:
         return wrap_angles(states - points, self._whole) / self._scales
 
 
-FIRST_DISTANCE = 1e-4
-"""Distance, in scaled states, that is tried first: the flow is nearly linear there."""
+@dataclass(frozen=True)
+class AttractorSettings:
+    """Distances and numbers of trials that verify an attractor."""
 
-FARTHER, TIMES = 4, 7
-"""Factor between distances that are tried, and their number in each direction."""
+    # Distance, in scaled states, that is tried first: the flow is nearly linear there
+    first_distance: float = 1e-4
+    ratio: int = 4  # Factor between distances that are tried, and their number in each direction
+    trials: int = 7
+    probes: int = 24  # States at a distance from which all trajectories must approach
+    same: float = 1e-6  # Distance, in scaled states, within which two orbits are the same
+    # Factor by which multipliers shrink distances from a cycle in the rounds that trajectories
+    # get to come nearer by half, and the minimum and maximum of these rounds: modes that are not
+    # orthogonal grow at first
+    decay: float = 0.03
+    fewest: int = 2
+    max_rounds: int = 100
+    # Fraction of the states of a trajectory on a torus or chaos that lie near the stored ones
+    inside: float = 0.9
+    # Distance, in scaled states or over its extent, within which a trajectory that returns is
+    # near a periodic orbit, which Newton's method then finds
+    nearly: float = 0.03
+    # Distance from a cycle, in scaled states, within which a trajectory is on it
+    near_cycle: float = 3e-3
+    samples: int = 64  # Samples per interval for the search of a return
+    # Extent, in scaled states, below which a cycle found by Newton's method is an equilibrium
+    point: float = 1e-5
+    # Periods after which exponents say, one after the other, whether it is a torus or chaos
+    exponents: tuple[int, ...] = (2000, 8000)
+    tolerance: float = 1e-8  # Error of exponents that suffices
+    # Half width of the default box about the model's start, in characteristic scales of states
+    reach: float = 1.5
+    stored: int = 33  # Last states of each trajectory that are examined
+    # Starts of a first search; the others then mostly converge to known attractors
+    scouts: int = 256
+    visiting: int = 256  # Periods in which a trajectory on a torus or in chaos visits most of it
+    paced: int = 7  # Trajectories from which the interval is chosen
+    search_values: int = (
+        4  # Parameter values, evenly spaced over the span, at which trajectories start
+    )
+    search_starts: int = (
+        32  # Trajectories at each value, and starts of Newton's method for equilibria
+    )
+    # Distance, in scaled states, within which two orbits are the same: branches are interpolated
+    same_branch: float = 1e-4
 
-PROBES = 24
-"""States at a distance from which all trajectories must approach."""
 
-SAME = 1e-6
-"""Distance, in scaled states, within which two orbits are the same."""
-
-DECAY, FEWEST, MOST_ROUNDS = 0.03, 2, 100
-"""Factor by which multipliers shrink distances from a cycle in the rounds that trajectories get to
-come nearer by half, and the minimum and maximum of these rounds: modes that are not orthogonal grow
-at first."""
-
-INSIDE = 0.9
-"""Fraction of the states of a trajectory on a torus or chaos that lie near the stored ones."""
+ATTRACTOR = AttractorSettings()
 
 
 class Known(ABC):
@@ -120,8 +148,8 @@ class Known(ABC):
         return wrap_angles(states - points, self._whole) / self._scales
 
     def _directions(self) -> Array:
-        """Directions in which trajectories are tried, of length one, shape (PROBES, n)."""
-        result = np.random.default_rng(0).standard_normal((PROBES, len(self._scales)))
+        """Directions in which trajectories are tried, of length one, shape (probes, n)."""
+        result = np.random.default_rng(0).standard_normal((ATTRACTOR.probes, len(self._scales)))
         return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])
 
 
@@ -164,10 +192,10 @@ class KnownPoint(Known):
 
         def nearer(tried: float) -> bool:
             trajectories = Trajectories(model, self.attractor.state + tried * around)
-            ends = trajectories.advance(np.arange(PROBES), self._period)[:, -1]
+            ends = trajectories.advance(np.arange(ATTRACTOR.probes), self._period)[:, -1]
             return bool(np.all(self._length(ends) < self._rate * tried))  # not of what is no number
 
-        return _farthest(nearer, FIRST_DISTANCE)
+        return _farthest(nearer, ATTRACTOR.first_distance)
 
 
 class KnownCycle(Known):
@@ -178,7 +206,9 @@ class KnownCycle(Known):
         self._line = CycleLine(orbit, self._scales)
         across = np.delete(orbit.multipliers, np.abs(orbit.multipliers - 1).argmin())
         rate = min(max(float(np.abs(across).max(initial=0.0)), 1e-3), 1 - 1e-3)
-        rounds = min(max(np.log(DECAY) / np.log(rate), FEWEST), MOST_ROUNDS)
+        rounds = min(
+            max(np.log(ATTRACTOR.decay) / np.log(rate), ATTRACTOR.fewest), ATTRACTOR.max_rounds
+        )
         self._intervals = int(np.ceil(rounds * orbit.duration / model.values["duration"]))
         self._reach = self._found_reach(model)
 
@@ -192,7 +222,7 @@ class KnownCycle(Known):
 
     def _found_reach(self, model: Model) -> float:
         directions, samples = self._directions(), self._line.samples
-        beside = samples[:: len(samples) // PROBES][:PROBES]
+        beside = samples[:: len(samples) // ATTRACTOR.probes][: ATTRACTOR.probes]
         # Farther away there may be another attractor inside, which few directions would meet.
         farthest = 0.25 * float((np.ptp(samples, axis=0) / self._scales).max())
 
@@ -200,10 +230,10 @@ class KnownCycle(Known):
             if tried > farthest:
                 return False
             trajectories = Trajectories(model, beside + tried * directions * self._scales)
-            ends = trajectories.advance(np.arange(PROBES), self._intervals)[:, -1]
+            ends = trajectories.advance(np.arange(ATTRACTOR.probes), self._intervals)[:, -1]
             return bool(np.all(self.distance(ends) < 0.5 * tried))
 
-        return _farthest(nearer, 10 * FIRST_DISTANCE)
+        return _farthest(nearer, 10 * ATTRACTOR.first_distance)
 
 
 class KnownCloud(Known):
@@ -220,12 +250,12 @@ class KnownCloud(Known):
         half = len(self.points) // 2
         others = KDTree(self._embedded(self.points[:half]))
         self._reach = 3.0 * float(
-            np.quantile(others.query(self._embedded(self.points[half:]))[0], INSIDE)
+            np.quantile(others.query(self._embedded(self.points[half:]))[0], ATTRACTOR.inside)
         )
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
         """Whether nearly all states of a trajectory lie on it."""
-        return np.asarray((self.distance(strobes) < self._reach).mean(axis=1) >= INSIDE)
+        return np.asarray((self.distance(strobes) < self._reach).mean(axis=1) >= ATTRACTOR.inside)
 
     def holds(self, other: KnownCloud) -> bool:
         """Whether another cloud is the same attractor."""
@@ -250,13 +280,13 @@ class KnownCloud(Known):
 def _farthest(nearer: Callable[[float], bool], tried: float) -> float:
     """Return the largest distance tried from which all trajectories approach, else zero."""
     if nearer(tried):
-        for _ in range(TIMES):
-            if not nearer(FARTHER * tried):
+        for _ in range(ATTRACTOR.trials):
+            if not nearer(ATTRACTOR.ratio * tried):
                 break
-            tried *= FARTHER
+            tried *= ATTRACTOR.ratio
         return tried
-    for _ in range(TIMES):
-        tried /= FARTHER
+    for _ in range(ATTRACTOR.trials):
+        tried /= ATTRACTOR.ratio
         if nearer(tried):
             return tried
     return 0.0
@@ -285,26 +315,6 @@ def _metric(matrix: Array) -> Array:
     return np.asarray(np.linalg.cholesky(0.5 * (products + products.T)).T)
 
 
-NEARLY = 0.03
-"""Distance, in scaled states or over its extent, within which a trajectory that returns is near a
-periodic orbit, which Newton's method then finds."""
-
-BESIDE = 3e-3
-"""Distance from a cycle, in scaled states, within which a trajectory is on it."""
-
-FINELY = 64
-"""Samples per interval for the search of a return."""
-
-POINT = 1e-5
-"""Extent, in scaled states, below which a cycle found by Newton's method is an equilibrium."""
-
-EXPONENTS = (2000, 8000)
-"""Periods after which exponents say, one after the other, whether it is a torus or chaos."""
-
-TOLERANCE = 1e-8
-"""Error of exponents that suffices."""
-
-
 class Verified:
     """The attractors found so far, and the search for others."""
 
@@ -321,8 +331,8 @@ class Verified:
         if not self.model.forced:
             return self._at_rest(states[-1]) or self._cycle(states, sticks)
         gaps = self._gaps(states)
-        for k in np.flatnonzero(gaps < NEARLY)[:3]:  # periods to try
-            if self._is_known(states[-1], 10.0 * gaps[k] + SAME):
+        for k in np.flatnonzero(gaps < ATTRACTOR.nearly)[:3]:  # periods to try
+            if self._is_known(states[-1], 10.0 * gaps[k] + ATTRACTOR.same):
                 return None
             known = self._orbit(states[-1], int(k) + 1, sticks)
             if known is not None:
@@ -335,9 +345,9 @@ class Verified:
         If the exponents show a periodic trajectory, return its orbit if that is new. Shapes: state
         (n,).
         """
-        for periods in EXPONENTS:
+        for periods in ATTRACTOR.exponents:
             try:
-                result = find_exponents(self.model, state, periods, TOLERANCE)
+                result = find_exponents(self.model, state, periods, ATTRACTOR.tolerance)
             except InputError:
                 return None
             if result.verdict.kind == "periodic" and result.verdict.period is not None:
@@ -372,31 +382,35 @@ class Verified:
         apart = wrap_angles(strobes - orbit.state, self.model.angle_periods)
         away = np.abs(apart / self.model.state_scales()).max(axis=1)
         for shorter in range(1, period):
-            if period % shorter == 0 and away[shorter] < SAME:
+            if period % shorter == 0 and away[shorter] < ATTRACTOR.same:
                 return self._orbit(orbit.state, shorter, sticks)
-        if not _attracts(orbit) or self._is_known(orbit.state, SAME):
+        if not _attracts(orbit) or self._is_known(orbit.state, ATTRACTOR.same):
             return None
         return KnownPoint(orbit.model, of_orbit(orbit, self._next))
 
     def _at_rest(self, state: Array) -> Known | None:
         rest = equilibrium_near(self.model, state)
-        if rest is None or rest.growth >= 0 or rest.distance >= NEARLY:
+        if rest is None or rest.growth >= 0 or rest.distance >= ATTRACTOR.nearly:
             return None
-        if self._is_known(rest.state, SAME):
+        if self._is_known(rest.state, ATTRACTOR.same):
             return None
         return KnownPoint(self.model, at_rest(self.model, rest.state, self._next))
 
     def _cycle(self, states: Array, sticks: bool) -> Known | None:
         state = states[-1]
         duration = None if sticks else self._round(states)  # one that sticks is simulated on
-        if (duration is None and not sticks) or self._is_known(state, BESIDE):
+        if (duration is None and not sticks) or self._is_known(state, ATTRACTOR.near_cycle):
             return None
         try:
             orbit = periodic_orbit(self.model, state=state, duration=duration)
         except InputError:
             return None
         extent = np.ptp(orbit.nodes, axis=0) / self.model.state_scales()
-        if extent.max() < POINT or not _attracts(orbit) or self._is_known(orbit.state, BESIDE):
+        if (
+            extent.max() < ATTRACTOR.point
+            or not _attracts(orbit)
+            or self._is_known(orbit.state, ATTRACTOR.near_cycle)
+        ):
             return None
         return KnownCycle(self.model, orbit, of_orbit(orbit, self._next))
 
@@ -404,20 +418,24 @@ class Verified:
         """Return the seconds after which the end of a trajectory nearly returns, if it does."""
         flow, count = flow_of(self.model), len(states) - 1
         constants = flow.constants_of(self.model)
-        finely = flow.sample(states[:-1], np.zeros(count), np.ones(count), FINELY, constants)
+        finely = flow.sample(
+            states[:-1], np.zeros(count), np.ones(count), ATTRACTOR.samples, constants
+        )
         passed = finely.reshape(-1, states.shape[1])[::-1]
         apart = wrap_angles(passed - states[-1], self.model.angle_periods)
         away = np.linalg.norm(apart / self.model.state_scales(), axis=1)
         left = np.flatnonzero(away > 0.5 * away.max())
         near = (
-            left[0] + np.flatnonzero(away[left[0] :] < NEARLY * away.max()) if len(left) else left
+            left[0] + np.flatnonzero(away[left[0] :] < ATTRACTOR.nearly * away.max())
+            if len(left)
+            else left
         )
-        if away.max() < POINT or not len(near):
+        if away.max() < ATTRACTOR.point or not len(near):
             return None
         (ends,) = np.nonzero(np.diff(near) > 1)
         first = near[: ends[0] + 1] if len(ends) else near
         nearest = int(first[away[first].argmin()])
-        return (nearest + 1) * constants.period / FINELY
+        return (nearest + 1) * constants.period / ATTRACTOR.samples
 
     def _is_known(self, state: Array, reach: float) -> bool:
         points = [known for known in self.known if not isinstance(known, KnownCloud)]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Indices
 from slipfold.flow import batches
 from slipfold.flow.equations import power_of_two
-from slipfold.flow.explicit_steps import TOLERANCE, Carried, LinearizedSteps
+from slipfold.flow.explicit_steps import EXPLICIT, Carried, LinearizedSteps
 from slipfold.flow.flow import flow_of
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -208,7 +208,7 @@ class OrbitBatch:
         rows: Array,
         close: float,
         longest: float,
-        tolerance: float = TOLERANCE,
+        tolerance: float = EXPLICIT.tolerance,
     ) -> Corrected:
         """Find the orbits nearest guesses, each in the hyperplane through it.
 
@@ -253,7 +253,7 @@ class OrbitBatch:
         )
         going = np.arange(k)
         for count in range(ITERATIONS):
-            exactly = EXACTLY if count else TOLERANCE  # what follows a correction decides
+            exactly = EXACTLY if count else EXPLICIT.tolerance  # what follows a correction decides
             part = self.linearize(some[going], found.z[going], exactly)
             step, tangents, condensed = self.solve(part, rows[going], np.zeros(len(going)))
             missed = np.abs(part.missed).max(axis=(1, 2)) * np.sqrt(self.nodes)
@@ -295,7 +295,7 @@ class OrbitBatch:
         gaps = wrap_angles(ends - np.roll(nodes, -1, axis=1), self.model.angle_periods)
         return np.asarray(np.abs(gaps / scales[:, None]).max(axis=(1, 2)))
 
-    def linearize(self, some: Indices, z: Array, tolerance: float = TOLERANCE) -> Part:
+    def linearize(self, some: Indices, z: Array, tolerance: float = EXPLICIT.tolerance) -> Part:
         """Return by how much nodes are missed, with derivatives. Shapes: z (k, u)."""
         k, m, n = len(some), self.nodes, self.scales.shape[1]
         nodes, scales = self.states(some, z), self.scales[some]

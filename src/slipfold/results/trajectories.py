@@ -16,6 +16,7 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.long_term.classification import (
     CHAOS,
+    CLASSIFICATION,
     NOT_DONE,
     PERIODIC,
     STICKS,
@@ -24,7 +25,7 @@ from slipfold.long_term.classification import (
     repeats_of,
 )
 from slipfold.long_term.exponents import ExponentEstimate, Verdict
-from slipfold.long_term.regimes import NONE, SAME
+from slipfold.long_term.regimes import NONE
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
@@ -273,7 +274,7 @@ class RegimeMap(Result):
         for one, other in combinations(range(len(self.runs)), 2):
             both = known[one] & known[other]
             between = wrap_angles(self.means[one] - self.means[other], turns)
-            apart = np.abs(between / scales).max(axis=-1) > SAME
+            apart = np.abs(between / scales).max(axis=-1) > CLASSIFICATION.same_mean
             result |= both & ((named[one] != named[other]) | apart)
         return result
 

@@ -12,7 +12,7 @@ from slipfold.arrays import Array
 from slipfold.collocation_points import radau_points
 from slipfold.flow.batches import LANES
 from slipfold.flow.contact_trajectory import dense_phases
-from slipfold.flow.equilibrium import PUSH, invariant_groups_of, state_sizes
+from slipfold.flow.equilibrium import EQUILIBRIUM, invariant_groups_of, state_sizes
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
@@ -214,7 +214,9 @@ def _perturbed(trajectory: Trajectory) -> NDArray[np.bool_]:
     if trajectory.model.forced:
         return np.zeros(trajectory.periods, dtype=bool)
     moved = np.abs(np.diff(trajectory.strobe, axis=0) / trajectory.model.state_scales()).max(axis=1)
-    return np.asarray((moved < 2 * PUSH) & (moved > PUSH / 10))
+    return np.asarray(
+        (moved < 2 * EQUILIBRIUM.perturbation) & (moved > EQUILIBRIUM.perturbation / 10)
+    )
 
 
 def _short(trajectory: Trajectory) -> bool:
