@@ -229,7 +229,12 @@ class System(Model):
     @property
     def resting(self) -> tuple[str, ...]:
         """Names of the contacts whose moving surfaces are at rest or swing."""
-        return tuple(i.name for i in self._equations.contacts if i.is_at_rest(self._values))
+        c = self._equations.coefficients(self._values)
+        return tuple(
+            item.name
+            for item in self._equations.contacts
+            if not item.moves or not any(item.at_rest(c, 0.0))
+        )
 
     def period(self, p: Symbols) -> Expression:
         """Return the forcing period in seconds; of an autonomous system the ``duration``."""

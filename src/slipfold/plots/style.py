@@ -22,7 +22,6 @@ from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model
 from slipfold.models.quantities import Output, Parameter, State
 from slipfold.orbits.bifurcation_types import POINT_TYPES
-from slipfold.text import headed
 
 COLUMN = 3.45
 """Width of a journal column in inches."""
@@ -120,12 +119,14 @@ def axes_or_new(ax: Axes | None) -> Axes:
     return pyplot.subplots(layout="constrained")[1]
 
 
-def label_of(model: Model, output: str) -> str:
-    """Return the axis label of a state or output."""
+def label_of(model: Model, output: str, unit: str | None = None) -> str:
+    """Return the axis label of a state or output, with its own unit or another."""
     items: list[State | Output] = [*model.states, *model.outputs()]
     for item in items:
         if item.name == output:
-            return item.label or headed(item)
+            label = item.label or item.name
+            unit = item.unit if unit is None else unit
+            return label if not unit or f"({unit})" in label else f"{label} ({unit})"
     known = ", ".join(item.name for item in items)
     raise InputError(f"{model.name} has no output {output!r}; it has {known}")
 
@@ -192,7 +193,7 @@ def label_output(
 ) -> None:
     """Label an axis with a state or output, and with degrees on that of an angle."""
     angle = output in _angles(model)
-    label = f"{label_of(model, output)} (°)" if angle else label_of(model, output)
+    label = label_of(model, output, "°" if angle else None)
     _label(ax, which, f"{what} {label}".strip(), angle=angle)
 
 

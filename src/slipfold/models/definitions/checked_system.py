@@ -9,11 +9,14 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import heyoka as hy
 import numpy as np
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.definitions.arrays import without_arrays
@@ -23,7 +26,7 @@ from slipfold.models.definitions.system_file import SystemFile, read_system
 from slipfold.models.formulas.grammar import Name, Tree, format_tree, names_in
 from slipfold.models.formulas.values import as_symbol
 from slipfold.models.friction.contact import normal_name
-from slipfold.models.quantities import Parameter
+from slipfold.models.quantities import Parameter, Symbols
 
 
 def build_system(source: Source, default_name: str = "system") -> SystemEquations:
@@ -75,66 +78,62 @@ def _check_contacts(equations: SystemEquations, source: Source) -> None:
     contacts = equations.contacts
     names = [name for item in contacts for name in (normal_name(item.name), *item.given)]
     given = {name: hy.expression(name) for name in names}
-    varying = {*q, str(phase), *given}
     coefficients = equations.coefficients(equations.defaults)
-    start = {name: item.start for name, item in equations.definition.states.items()}
     rates = {
         name: as_symbol(equations.value(tree, {**q, **given}, c, phase))
         for name, tree in equations.rates.items()
     }
+
+    def slopes_of(part: Any, symbols: Symbols) -> list[Any]:
+        return [hy.diff(as_symbol(part), symbol) for symbol in symbols.values()]
+
+    def linear(slopes: list[Any], *varying: str) -> bool:
+        return all(set(varying).isdisjoint(hy.get_variables(slope)) for slope in slopes)
+
     for item in contacts:
         name = item.name
-        path = ("contacts", name)
         try:
             item.check(coefficients)
         except InputError as error:
-            raise source.error((*path, "friction"), str(error)) from None
+            raise source.error(("contacts", name, "friction"), str(error)) from None
+        slip: Keys = ("contacts", name, "slip")
         for part in item.slip(q, c, phase):
-            slopes = [hy.diff(part, hy.expression(state)) for state in q]
-            if not all(varying.isdisjoint(hy.get_variables(slope)) for slope in slopes):
+            slopes = slopes_of(part, q)
+            if not linear(slopes, *q, str(phase)):
                 raise source.error(
-                    (*path, "slip"),
+                    slip,
                     f"the slip of {name} is not linear in the states; give a difference of "
                     "velocities, with parameters as factors",
                 )
             if all(slope == hy.expression(0.0) for slope in slopes):
                 message = f"the slip of {name} has no state in it; give e.g. Vd - v"
-                raise source.error((*path, "slip"), message)
+                raise source.error(slip, message)
         for state, rate in rates.items():
-            for force in (normal_name(name), *item.given):
-                slope = hy.diff(rate, hy.expression(force))
-                if not set(given).isdisjoint(hy.get_variables(slope)):
-                    raise source.error(
-                        ("states", state),
-                        f"the rate of {state} is not linear in the forces of {name}; add them "
-                        "with factors of states and parameters",
-                    )
-    for item in contacts:
-        if not _slows(item, start, coefficients):
-            message = (
-                f"the friction {item.name} acts along its slip and so has to slow it, but does "
-                f"not; write it into the rates, with the sign that {item.name} has on what moves"
+            own = {force: given[force] for force in (normal_name(name), *item.given)}
+            if not linear(slopes_of(rate, own), *given):
+                raise source.error(
+                    ("states", state),
+                    f"the rate of {state} is not linear in the forces of {name}; add them "
+                    "with factors of states and parameters",
+                )
+        if not _slows(item, dict.fromkeys(given, 0.0), coefficients):
+            raise source.error(
+                slip,
+                f"the friction {name} acts along its slip and so has to slow it, but does not; "
+                f"write it into the rates, with the sign that {name} has on what moves",
             )
-            raise source.error(("contacts", item.name, "slip"), message)
 
 
-def _slows(contact: ContactEquations, start: Mapping[str, float], c: Mapping[str, float]) -> bool:
-    """Return whether friction acts against its own slip."""
-    still = dict.fromkeys(start, 0.0)
-    others = contact.equations.contacts
-    none = {name: 0.0 for item in others for name in (normal_name(item.name), *item.given)}
+def _slows(contact: ContactEquations, none: Mapping[str, float], c: Mapping[str, float]) -> bool:
+    """Return whether friction acts against its own slip; `none` are all forces, zero."""
+    equations = contact.equations
+    start = {name: item.start for name, item in equations.definition.states.items()}
+    zero = np.array(contact.at_rest(c, 0.0))
 
-    def slip_rates(**forces: float) -> np.ndarray:
-        moved = {**start, **none, **forces}
-        rates = {
-            name: contact.equations.value(tree, moved, c, 0.0)
-            for name, tree in contact.equations.rates.items()
-        }
-        moving, zero = (
-            [contact.equations.value(tree, at, c, 0.0) for tree in contact.slip_trees]
-            for at in (rates, still)
-        )
-        return np.subtract(moving, zero)
+    def slip_rates(**forces: float) -> Array:
+        at = {**start, **none, **forces}
+        rates = {name: equations.value(tree, at, c, 0.0) for name, tree in equations.rates.items()}
+        return np.array(contact.slip(rates, c, 0.0)) - zero
 
     without = slip_rates()
     columns = [slip_rates(**{name: 1.0}) - without for name in contact.given]
@@ -142,29 +141,26 @@ def _slows(contact: ContactEquations, start: Mapping[str, float], c: Mapping[str
     return bool(slows[0] > 0) or not np.isfinite(slows).all()
 
 
-SAMPLES = 6
+@dataclass(frozen=True)
+class RepeatSettings:
+    """How it is tested whether equations repeat after a period or a revolution."""
 
-SIZES = (1.0, 1e-5, 0.0)
-"""Sizes of the states looked at: next to terms of states far larger than those of the model, a
-forcing would be rounding."""
+    samples: int = 6  # states and phases at which it is tested
+    # Sizes of the states tested: next to terms of states far larger than those of the model, a
+    # forcing would be rounding
+    sizes: tuple[float, ...] = (1.0, 1e-5, 0.0)
+    tolerance: float = 1e-8  # difference, relative to the largest value, that is more than rounding
+    change: float = 0.2  # change of parameters, relative to their size
 
-TOLERANCE = 1e-8
-"""Difference that is more than rounding, relative to the largest value."""
 
-CHANGE = 0.2
-"""Change of parameters, relative to their size."""
+REPEATS = RepeatSettings()
 
 
 def _why_not_repeated(
     equations: SystemEquations, values: Mapping[str, float], at: str = ""
 ) -> tuple[Keys, str] | None:
     """Return the entry that does not repeat after a period or a revolution, and the message."""
-
-    def changed(entries: Sequence[Keys], *turned: str) -> Keys | None:
-        moved = dict.fromkeys(turned, REVOLUTION)
-        return _changed(equations, values, entries, moved, 0.0 if turned else 1.0)
-
-    entry = changed(equations.timed)
+    entry = _changed(equations, values, equations.timed, later=1.0)
     if entry is not None:
         what = f"the rate of {entry[1]}" if entry[0] == "states" else f"the output {entry[1]}"
         period = float(equations.period(values))
@@ -173,16 +169,16 @@ def _why_not_repeated(
             f"{period:.6g} s{at}; give a period after which every term with t repeats"
         )
     rates = [("states", name) for name in equations.rates]
-    states = equations.definition.states
-    angles = tuple(name for name, item in states.items() if item.angle)
-    for angle in angles:
-        result = changed(rates, angle)
-        if result is not None:
-            # States that make all rates repeat if they change with the angle.
-            single = [(name,) for name in states if name != angle]
-            others = tuple(name for name in angles if name != angle)
-            turning = (names for names in (*single, others) if not changed(rates, angle, *names))
-            return ("states", angle), _unturned(angle, result[1], next(turning, ()), at)
+    for angle in (name for name, item in equations.definition.states.items() if item.angle):
+        entry = _changed(equations, values, rates, turned=angle)
+        if entry is not None:
+            whose = "its own rate" if entry[1] == angle else f"the rate of {entry[1]}"
+            return ("states", angle), (
+                f"{angle} is declared an angle, but {whose} is another after a revolution, "
+                f"{angle} + 2*pi{at}; write it by sin and cos of {angle}, replace angles that only "
+                f"revolve together by one and differences such as d = psi - {angle}, or leave "
+                "angle out"
+            )
     return None
 
 
@@ -190,29 +186,28 @@ def _changed(
     equations: SystemEquations,
     values: Mapping[str, float],
     entries: Sequence[Keys],
-    moved: Mapping[str, float],
-    later: float,
+    later: float = 0.0,
+    turned: str = "",
 ) -> Keys | None:
-    """Return the first rate or output that differs where states are moved and phases later."""
+    """Return the first rate or output that differs periods later, or with an angle turned."""
     if not entries:
         return None
-    period = float(equations.period(values))
     coefficients = equations.coefficients(values)
-    if not (math.isfinite(period) and all(map(math.isfinite, coefficients.values()))):
+    if not all(map(math.isfinite, (float(equations.period(values)), *coefficients.values()))):
         return None
-    for size in SIZES:
+    for size in REPEATS.sizes:
         points = list(_points(equations.definition, size))
         for table, name in entries:
             tree = (equations.rates if table == "states" else equations.output_trees)[name]
             pairs = []
             for state, phase in points:
-                there = {key: value + moved.get(key, 0.0) for key, value in state.items()}
+                there = {**state, **({turned: state[turned] + REVOLUTION} if turned else {})}
                 one = equations.value(tree, state, coefficients, phase)
                 other = equations.value(tree, there, coefficients, phase + later)
                 if math.isfinite(one) and math.isfinite(other):
                     pairs.append((one, other))
             largest = max((abs(value) for pair in pairs for value in pair), default=0.0)
-            if any(abs(one - other) > TOLERANCE * largest for one, other in pairs):
+            if any(abs(one - other) > REPEATS.tolerance * largest for one, other in pairs):
                 return table, name
     return None
 
@@ -231,38 +226,20 @@ def _always_repeats(equations: SystemEquations) -> bool:
 def _moved(parameter: Parameter, fraction: float) -> float:
     # A parameter of zero may hide a force: give it some size.
     size = abs(parameter.default) or 1.0
-    moved = parameter.default + CHANGE * size * fraction
+    moved = parameter.default + REPEATS.change * size * fraction
     return min(max(moved, parameter.lower), parameter.upper)
 
 
 def _points(definition: SystemFile, size: float) -> Iterator[tuple[dict[str, float], float]]:
-    """States around the start and phases; the same ones every time."""
+    """Yield states around the start, and phases; the same ones every time."""
     chance = random.Random(0)
-    for _ in range(SAMPLES):
+    for _ in range(REPEATS.samples):
         state = {
             name: item.start
             + (REVOLUTION / 2 if item.angle else size * (item.scale or 1.0)) * chance.uniform(-1, 1)
             for name, item in definition.states.items()
         }
         yield state, chance.uniform(0, 1)
-
-
-def _unturned(angle: str, state: str, partners: tuple[str, ...], at: str) -> str:
-    whose = "its own rate" if state == angle else f"the rate of {state}"
-    if partners:
-        whose = f"the rate of {state}"
-        several = len(partners) > 1
-        names = f"states {' and '.join(partners)}" if several else f"state {partners[0]}"
-        differences = "differences such as" if several else "the difference"
-        return (
-            f"{angle} and {' and '.join(partners)} only revolve together: {whose} changes when "
-            f"{angle} alone makes a revolution{at}; replace the {names} by {differences} "
-            f"d = {partners[0]} - {angle}, and declare {angle} the only angle"
-        )
-    return (
-        f"{angle} is declared an angle, but {whose} is another after a revolution, "
-        f"{angle} + 2*pi{at}; write it by sin and cos of {angle}, or leave angle out"
-    )
 
 
 def _at(values: Mapping[str, float], tree: Tree | None = None) -> str:

@@ -66,8 +66,8 @@ class ContactEquations:
 
     def law_values(self, c: Symbols) -> dict[str, Expression]:
         """Return the law's parameters by name."""
-        known = {f"@{key}": value for key, value in c.items()}
-        return {name: value_of(tree, known) for name, tree in self.values.items()}
+        coefficients = {f"@{key}": value for key, value in c.items()}
+        return {name: value_of(tree, coefficients) for name, tree in self.values.items()}
 
     def check(self, c: Mapping[str, float]) -> None:
         """Refuse values that the law cannot have, and a constant normal force that pulls."""
@@ -100,72 +100,62 @@ class ContactEquations:
 
     def slip(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
         """Return the velocity of the moving surface relative to the body."""
-        return tuple(as_symbol(self.equations.value(tree, q, c, phase)) for tree in self.slip_trees)
+        return tuple(self.equations.value(tree, q, c, phase) for tree in self.slip_trees)
 
-    def plate(self, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
+    def at_rest(self, c: Symbols, phase: Expression) -> tuple[Expression, ...]:
         """Return the velocity of the moving surface: slip where nothing else moves."""
         return self.slip(dict.fromkeys(self.equations.rates, 0.0), c, phase)
 
-    def normal(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return the normal force of the formula."""
-        return as_symbol(self.equations.value(self.normal_tree, q, c, phase))
-
-    def speed(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return the speed of slip."""
-        return _modulus(self.slip(q, c, phase))
-
-    def ratio(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        """Return the speed of slip over that of the moving surface."""
-        return self.speed(q, c, phase) / _modulus(self.plate(c, phase))
-
-    @cached_property
-    def moves(self) -> bool:
-        """Whether the moving surface moves steadily, at some parameter values."""
-        _, c, phase = self.equations.symbols
-        plate = self.plate(c, phase)
-        steady = str(phase) not in hy.get_variables(list(plate))
-        return steady and any(part != hy.expression(0.0) for part in plate)
-
-    @cached_property
-    def opens(self) -> bool:
-        """Whether the normal force varies, and so may vanish."""
-        q, c, phase = self.equations.symbols
-        variables = set(hy.get_variables(self.normal(q, c, phase)))
-        return not variables.isdisjoint((*q, str(phase)))
-
-    def is_at_rest(self, values: Mapping[str, float]) -> bool:
-        """Whether the moving surface stands still, or swings, at parameter values."""
-        c, still = self.equations.coefficients(values), dict.fromkeys(self.equations.rates, 0.0)
-        slips = (self.equations.value(tree, still, c, 0.0) for tree in self.slip_trees)
-        return not self.moves or not any(slips)
-
     def contact(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
         """Return the contact as trajectories that stick need it."""
-        plate = self.plate(c, phase)
+        plate = tuple(map(as_symbol, self.at_rest(c, phase)))
         return Contact(
-            slip=self.slip(q, c, phase),
-            normal=self.normal(q, c, phase),
+            slip=tuple(map(as_symbol, self.slip(q, c, phase))),
+            normal=as_symbol(self.equations.value(self.normal_tree, q, c, phase)),
             name=self.name,
             plate=plate,
-            plate_speed=_modulus(plate),
+            plate_speed=ContactState(plate).speed,
             law=self.law,
             values=self.law_values(c),
             opens=self.opens,
             limits=tuple(limit.name for limit in self.limits),
         )
 
+    @cached_property
+    def moves(self) -> bool:
+        """Whether the moving surface moves steadily, at some parameter values."""
+        _, c, phase = self.equations.symbols
+        plate = [as_symbol(part) for part in self.at_rest(c, phase)]
+        steady = str(phase) not in hy.get_variables(plate)
+        return steady and any(part != hy.expression(0.0) for part in plate)
+
+    @cached_property
+    def opens(self) -> bool:
+        """Whether the normal force varies, and so may vanish."""
+        q, c, phase = self.equations.symbols
+        normal = as_symbol(self.equations.value(self.normal_tree, q, c, phase))
+        return not set(hy.get_variables(normal)).isdisjoint((*q, str(phase)))
+
     @property
     def outputs(self) -> tuple[Output, ...]:
         """Forces and speed of slip."""
-        *_, speed, ratio = self.table.output_names(self.name)
+
+        def speed(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+            return self.contact(q, c, phase).speed
+
+        def ratio(q: Symbols, c: Symbols, phase: Expression) -> Expression:
+            contact = self.contact(q, c, phase)
+            return contact.speed / contact.plate_speed
+
+        *_, speed_name, ratio_name = self.table.output_names(self.name)
         *frictions, normal = self.force_names
         docs = dict.fromkeys(frictions, f"friction in {self.name}")
         docs[normal] = f"normal force of {self.name}"
         result = [self.equations.output(name, Name(name), doc=doc) for name, doc in docs.items()]
         doc = f"speed of slip in {self.name}"
-        result.append(Output(speed, self.speed, doc=doc))
+        result.append(Output(speed_name, speed, doc=doc))
         if self.moves:
-            result.append(Output(ratio, self.ratio, doc=f"{doc} over that of its moving surface"))
+            result.append(Output(ratio_name, ratio, doc=f"{doc} over that of its moving surface"))
         return tuple(result)
 
     @property
@@ -187,10 +177,6 @@ class ContactEquations:
             normal = self.force_names[-1]
             result.append(Limit(f"lost contact of {self.name}", normal, 0.0, reason))
         return tuple(result)
-
-
-def _modulus(vector: tuple[Expression, ...]) -> Expression:
-    return hy.sqrt(hy.sum([part * part for part in vector]))
 
 
 class SystemEquations:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from slipfold.models.formulas.values import as_symbol
-from slipfold.models.friction.law import ContactState, FrictionLaw, sqrt
+from slipfold.models.friction.law import ContactState, FrictionLaw
 from slipfold.models.quantities import Expression, Output, Symbols
 
 
@@ -69,11 +69,6 @@ class Contact(ContactState):
     def memory_rates(self) -> tuple[Expression, ...]:
         """Rates of the memory per second."""
         return self.law.memory_rates(self, self.values)
-
-    @property
-    def speed(self) -> Expression:
-        """Slip speed in m/s."""
-        return sqrt(self.square)
 
     def power(self, velocity: tuple[Expression, ...]) -> Expression:
         """Return the power of the friction force at a velocity."""

@@ -67,6 +67,11 @@ class ContactState:
         """Square of the slip speed."""
         return sum(component * component for component in self.slip)
 
+    @property
+    def speed(self) -> Expression:
+        """Slip speed in m/s."""
+        return sqrt(self.square)
+
 
 @dataclass(frozen=True)
 class FrictionLaw(Parametric, ABC):
