@@ -71,21 +71,11 @@ BAD = {
     "K for modes": (lambda: make(K=SKEW, reduction=ModalReduction(1)), "needs a symmetric one"),
     "ratio": (lambda: make(C=ModalDamping(-0.1)), "zeta = -0.1 is outside its bounds"),
     "alpha_M": (lambda: ProportionalDamping(-1), "alpha_M = -1 is outside"),
-    "two ratios": (
-        lambda: ProportionalDamping.from_ratios((1, 0.01), (2, 0.5)), "need a negative factor"
-    ),
-    "two frequencies": (
-        lambda: ProportionalDamping.from_ratios((1, 0.01), (1, 0.02)), "pairs of a frequency > 0"
-    ),
     "same names": (lambda: make(names="a a"), "two degrees of freedom are called a"),
     "bad name": (lambda: make(names=["a", "3"]), "'3' cannot name a degree of freedom"),
     "state names": (lambda: make(names="x vx"), "two states are called vx; give each comp"),
     "no names": (lambda: make(names=5), "1 names are given for 2"),
     "boundary number": (lambda: make(reduction=CraigBampton(3, 1)), "boundary = 3; give the names"),
-    "negative frequency": (
-        lambda: ProportionalDamping.from_ratios((-1, 0.01), (1, 0.02)), "pairs of a frequency > 0"
-    ),
-    "no pairs": (lambda: ProportionalDamping.from_ratios(1, 2), "not define proportional damping"),
     "no triples": (lambda: MultiHarmonicForce("q1", (1, 2)), "is not a periodic force"),
     "pairs": (lambda: PolynomialSpring("q1", (1, 2)), "is not a polynomial"),
     "axis number": (lambda: GeometricSpring("q1", 3), "axis = 3 does not fit"),

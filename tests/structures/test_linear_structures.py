@@ -14,6 +14,7 @@ from slipfold import (
     Structure,
     periodic_orbit,
 )
+from slipfold.models.model import evaluation_of
 
 RNG = np.random.default_rng(20260103)
 ROOT = RNG.normal(size=(3, 3))
@@ -71,11 +72,14 @@ def test_frequency_response(frequency):
 
 @pytest.mark.parametrize("ratios", [0.01, (0.01, 0.02, 0.05)])
 def test_modal_damping_has_its_ratios(ratios):
-    modes = Structure(M, ModalDamping(ratios), K).modes()
-    assert modes.damping_ratio == pytest.approx(np.broadcast_to(ratios, 3), rel=1e-10)
-    stiffness = np.diag([9.0, 1.0, 4.0])
-    modes = Structure(np.eye(3), ModalDamping(ratios), stiffness).modes()
-    assert modes.damping_ratio == pytest.approx(np.broadcast_to(ratios, 3), rel=1e-12)
+    for model in (
+        Structure(M, ModalDamping(ratios), K),
+        Structure(np.eye(3), ModalDamping(ratios), np.diag([9.0, 1.0, 4.0])),
+    ):
+        eigenvalues = np.linalg.eigvals(evaluation_of(model).jacobian(model, np.zeros(6)))
+        upper = eigenvalues[eigenvalues.imag > 0]
+        found = (-upper.real / np.abs(upper))[np.abs(upper).argsort()]
+        assert found == pytest.approx(np.broadcast_to(ratios, 3), rel=1e-10)
 
 
 def test_modal_reduction_is_exact_for_the_kept_modes():
@@ -90,29 +94,10 @@ def test_modal_reduction_is_exact_for_the_kept_modes():
     assert small.natural_frequencies == pytest.approx(np.sqrt(squares[:3]) / (2 * np.pi))
     assert [state.name for state in small.states[:3]] == ["mode1", "mode2", "mode3"]
     assert small.reduction_report.error == 0
-    # The load is made of the kept modes, so that nothing of its compliance is lost.
-    assert small.reduction_report.static_errors[0][1] == pytest.approx(0, abs=1e-12)
     found, expected = (model.evaluate("tip", periodic_orbit(model).state)
                        for model in (small, whole))  # fmt: skip
     assert found == pytest.approx(expected, rel=1e-9)
     assert np.abs(small.basis).max(axis=0) == pytest.approx(np.ones(3))
-
-
-def test_modal_reduction_says_what_compliance_it_cuts_off():
-    m, k = chain(12)
-    squares, shapes = eigh(k, m)
-    small = Structure(m, None, k, forcing=HarmonicForce("q12"), reduction=ModalReduction(3))
-    # The compliance of a mode of unit modal mass is phi^2/w^2; that of twelve springs in a row 12.
-    lost = 1 - np.sum(shapes[-1, :3] ** 2 / squares[:3]) / 12
-    assert small.reduction_report.static_errors == (("q12", pytest.approx(lost, rel=1e-9)),)
-    assert "static compliance lost along q12: 0.0" in str(small.reduction_report)
-    held = Structure(m, None, k, forcing=HarmonicForce("q12"), reduction=CraigBampton("q12", 0))
-    assert held.reduction_report.static_errors[0][1] == pytest.approx(0, abs=1e-12)
-    free = np.diag([1.0, 0.0])
-    model = Structure(
-        np.eye(2), None, free, forcing=HarmonicForce("q2"), reduction=ModalReduction(2)
-    )
-    assert model.reduction_report.static_errors == ()
 
 
 def test_cantilever_by_craig_bampton():

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
@@ -108,7 +107,7 @@ def _newton_steps(jacobians: Array, rates: Array) -> Array:
     return steps
 
 
-def find_static_point(model: Model) -> NDArray[np.float64]:
+def find_static_point(model: Model) -> Array:
     """Find the static point that is reached from the model's start, with the forcing off.
 
     Returns shape (n_states,).

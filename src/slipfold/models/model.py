@@ -177,7 +177,7 @@ class Model(ABC):
     forcing_amplitude: str | None = None
     """Name of the parameter that switches the forcing off where it is zero."""
     _values: Mapping[str, float]
-    _estimated_scales: NDArray[np.float64] | None = None
+    _estimated_scales: Array | None = None
     """Estimated scales of the states; models that differ in them alone are equal."""
 
     def __init__(self, **values: float | str) -> None:
@@ -262,11 +262,11 @@ class Model(ABC):
         """Names of the contacts whose moving surfaces are at rest or swing."""
         return ()
 
-    def declared_scales(self) -> NDArray[np.float64]:
+    def declared_scales(self) -> Array:
         """Scales of the states, shape (n_states,); NaN where they are to be estimated."""
         return np.full(len(self.states), np.nan)
 
-    def unforced_scales(self) -> NDArray[np.float64]:
+    def unforced_scales(self) -> Array:
         """Return `declared_scales` without forcing, whose frequency then means nothing."""
         return self.declared_scales()
 
@@ -289,12 +289,12 @@ class Model(ABC):
         return True
 
     @property
-    def start(self) -> NDArray[np.float64]:
+    def start(self) -> Array:
         """State from which trajectories and searches start, shape (n_states,)."""
         return np.zeros(len(self.states))
 
     @cached_property
-    def angle_periods(self) -> NDArray[np.float64]:
+    def angle_periods(self) -> Array:
         """A revolution for each angle, zero for other states, shape (n_states,)."""
         return np.array([REVOLUTION if state.angle else 0.0 for state in self.states])
 
@@ -305,7 +305,7 @@ class Model(ABC):
 
     # -- what follows --------------------------------------------------------------------------
 
-    def state_scales(self) -> NDArray[np.float64]:
+    def state_scales(self) -> Array:
         """Scales of the states, shape (n_states,), in which residuals are measured.
 
         The declared scales; where there is none, those of `with_scales`; else 1.
@@ -314,11 +314,11 @@ class Model(ABC):
         estimated = 1.0 if self._estimated_scales is None else self._estimated_scales
         return np.asarray(np.where(np.isnan(declared), estimated, declared))
 
-    def unit_scales(self) -> NDArray[np.float64]:
+    def unit_scales(self) -> Array:
         """Scales in which coefficients are given, shape (n_states,): those declared, else 1."""
         return np.nan_to_num(self.declared_scales(), nan=1.0)
 
-    def with_scales(self, scales: NDArray[np.float64] | None) -> Self:
+    def with_scales(self, scales: Array | None) -> Self:
         """Return the same model with scales of its states, for those where it declares none.
 
         Parameters
@@ -331,7 +331,7 @@ class Model(ABC):
         return same
 
     @property
-    def estimated_scales(self) -> NDArray[np.float64] | None:
+    def estimated_scales(self) -> Array | None:
         """The scales of `with_scales`, shape (n_states,); None if there are none."""
         return self._estimated_scales
 
@@ -346,7 +346,7 @@ class Model(ABC):
         return self._values
 
     @cached_property
-    def vector(self) -> NDArray[np.float64]:
+    def vector(self) -> Array:
         """Parameter values in the order of `parameters`, shape (n_parameters,)."""
         vector = np.array([self._values[parameter.name] for parameter in self.parameters])
         vector.setflags(write=False)
@@ -421,9 +421,7 @@ class Model(ABC):
         arguments: dict[str, Any] = {**self.structure, **self._values, **changes}
         return type(self)(**arguments).with_scales(self._estimated_scales)
 
-    def evaluate(
-        self, name: str, state: ArrayLike, time: ArrayLike = 0.0
-    ) -> NDArray[np.float64] | float:
+    def evaluate(self, name: str, state: ArrayLike, time: ArrayLike = 0.0) -> Array | float:
         """Evaluate a state or output at given states and times.
 
         Parameters
@@ -519,7 +517,5 @@ class Kind:
         return self.model(**arguments)
 
 
-def _restore(
-    kind: Kind, values: dict[str, float], scales: NDArray[np.float64] | None = None
-) -> Model:
+def _restore(kind: Kind, values: dict[str, float], scales: Array | None = None) -> Model:
     return kind.make(**values).with_scales(scales)

@@ -15,7 +15,6 @@ from slipfold.errors import InputError
 from slipfold.models.friction.contact import Contact, contact_outputs
 from slipfold.models.friction.law import FrictionLaw, cos, sin
 from slipfold.models.friction.without_memory import Coulomb
-from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.parametric import described
 from slipfold.models.quantities import (
     COLLAPSE_LIMIT,
@@ -31,6 +30,7 @@ from slipfold.models.quantities import (
 )
 from slipfold.models.structures.component import LocalState
 from slipfold.models.structures.contacts import ModulatedLoad
+from slipfold.models.unforced import MechanicalModel
 
 LOAD = ModulatedLoad()
 """The normal force, with the parameters ``Ns`` and ``Nd``."""
@@ -296,7 +296,7 @@ class SlidingOscillator(MechanicalModel):
             x, y = (part / (c["m2"] * c["L"]) for part in tip.given)
             return x, c["mass_ratio"] * y
         load = {"Ns": c["push_static"], "Nd": c["push_pulsing"]}
-        tip = replace(tip, normal=LOAD.force(LocalState(q, load, phase, u=(), v=())))
+        tip = replace(tip, normal=LOAD._force(LocalState(q, load, phase, u=(), v=())))
         if self._law.rate_independent:
             tip = replace(tip, slip=(c["drive_x"] - q["vx"], c["drive_y"] - q["vy"]))
         x, y = tip.force
@@ -311,8 +311,8 @@ class SlidingOscillator(MechanicalModel):
         return Contact(
             slip=(c["L"] * (c["drive_x"] - q["vx"]), c["L"] * (c["drive_y"] - q["vy"])),
             memory=memory,
-            normal=LOAD.force(local),
-            normal_rate=LOAD.rate(local) if memory else 0.0,
+            normal=LOAD._force(local),
+            normal_rate=LOAD._rate(local) if memory else 0.0,
             name="tip",
             plate=plate,
             plate_speed=c["Vd"],

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Source, source_of_file, source_of_text
 from slipfold.models.formulas.values import as_symbol
@@ -198,7 +198,7 @@ class System(Model):
         return self._equations.cycle is not None
 
     @property
-    def start(self) -> NDArray[np.float64]:
+    def start(self) -> Array:
         """State from which trajectories and searches start, shape (n_states,)."""
         return np.array([item.start for item in self._equations.definition.states.values()])
 
@@ -244,7 +244,7 @@ class System(Model):
         """Return the outputs of the definition."""
         return self._equations.outputs
 
-    def declared_scales(self) -> NDArray[np.float64]:
+    def declared_scales(self) -> Array:
         """Scales of the states, shape (n_states,); NaN where the definition gives none."""
         return np.array(
             [

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from inspect import signature
 from typing import Any, Self
 
 import heyoka as hy
-import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction.contact import Contact
@@ -143,15 +142,15 @@ class Unforced(Model):
         )
 
     @property
-    def start(self) -> NDArray[np.float64]:
+    def start(self) -> Array:
         """That of the forced model."""
         return self.forced_model.start
 
-    def declared_scales(self) -> NDArray[np.float64]:
+    def declared_scales(self) -> Array:
         """Those of the forced model without forcing."""
         return self.forced_model.unforced_scales()
 
-    def static_point(self) -> NDArray[np.float64]:
+    def static_point(self) -> Array:
         """Return the equilibrium that is reached from the model's start.
 
         Returns
@@ -178,6 +177,57 @@ def _unforced_output(
 ) -> Expression:
     """Return an output at phase zero, with the coefficients that are constants now."""
     return output.expression(q, {**others, **c}, _ZERO)
+
+
+class MechanicalModel(Model):
+    """A model of displacements ``x`` and their rates ``vx``, with its static point."""
+
+    @property
+    def surface_speeds(self) -> Mapping[str, bool]:
+        """Names of the speeds of moving surfaces, and whether contacts stick to them at rest."""
+        return {}
+
+    @property
+    def varied_first(self) -> str | None:
+        """The parameter that switches the forcing off, or the speed of a moving surface."""
+        return self.forcing_amplitude or next(iter(self.surface_speeds), None)
+
+    @property
+    def variable_parameters(self) -> tuple[Parameter, ...]:
+        """Those that may be varied; what may stick stays in slip, so above a speed of zero."""
+        speeds = self.surface_speeds
+        return tuple(
+            replace(item, lower_open=True) if speeds.get(item.name) else item
+            for item in super().variable_parameters
+        )
+
+    def static_point(self) -> Array:
+        """Return the state at rest under steady friction without forcing, shape (n_states,).
+
+        Raises
+        ------
+        InputError
+            If there is none, as where the drag is more than the structure can hold.
+        """
+        return find_static_point(self)
+
+    def steady(self, **values: float | str) -> Unforced:
+        """Return the model without what is periodic in time, as an autonomous model.
+
+        Its equilibrium is steady sliding, to be followed with its Hopf points and their cycles.
+
+        Parameters
+        ----------
+        **values
+            Parameter values that differ from those of this model. Those of the forcing are gone,
+            and there is a ``duration``.
+
+        Raises
+        ------
+        InputError
+            If the model is autonomous.
+        """
+        return Unforced(self, **values)
 
 
 @dataclass(frozen=True, eq=False)

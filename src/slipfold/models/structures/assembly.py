@@ -32,7 +32,7 @@ from slipfold.models.structures.contacts import FrictionContact
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
 from slipfold.models.structures.matrices import MATRICES, lowest_modes
-from slipfold.models.structures.reduction import Reduced, static_errors
+from slipfold.models.structures.reduction import Reduced
 
 MAX_DEGREES = 200
 """Maximum degrees of freedom of a model; larger flows take minutes to compile and to run."""
@@ -76,7 +76,7 @@ class Assembly:
         self.symmetric = definition.K.asymmetry[0] < MATRICES.asymmetry
         # Names of the parameters that switch off what is periodic in time
         self.amplitudes = tuple(
-            item.component.full_name(name)
+            item.component._full_name(name)
             for item in self.placed
             for name in item.component.amplitudes
         )
@@ -89,33 +89,22 @@ class Assembly:
     def _reduce(self) -> Reduced:
         """Return the structure in the retained coordinates: all if it is not reduced."""
         item = self.definition
-        if item.reduction is not None:
-            reduced = item.reduction.apply(item.M, item.K, item.names)
-        size = item.M.size if item.reduction is None else len(reduced.names)
+        reduced = item.reduction and item.reduction._apply(item.M, item.K, item.names)
+        size = len(reduced.names) if reduced else item.M.size
         if size > MAX_DEGREES:
             raise InputError(
                 f"the structure has {size} degrees of freedom; orbits of more than "
                 f"{MAX_DEGREES} take minutes each, so give reduction=CraigBampton(boundary, "
                 "modes=10) or ModalReduction(modes=20)"
             )
-        if item.reduction is None:
-            return Reduced(item.names, np.eye(size), item.M.dense(), item.K.dense())
-        assert reduced.report is not None
-        directions = [
-            direction
-            for component in item.components
-            for direction in component.directions
-            if direction is not None and not component.inertial
-        ]
-        errors = static_errors(item.K, reduced, item.names, directions)
-        return replace(reduced, report=replace(reduced.report, static_errors=errors))
+        return reduced or Reduced(item.names, np.eye(size), item.M.dense(), item.K.dense())
 
     def _damping_terms(self) -> tuple[tuple[str | None, Array], ...]:
         damping = self.definition.C
         if damping is None:
             return ()
         if isinstance(damping, Damping):
-            return damping.terms(self.mass, self.stiffness)
+            return damping._terms(self.mass, self.stiffness)
         basis = self.reduced.basis
         return ((None, basis.T @ np.asarray(damping.array() @ basis)),)
 
@@ -172,7 +161,7 @@ class Assembly:
         states += [State(f"v{name}", units[1], f"rate of {name}") for name in self.names]
         for item in self.placed:
             states += [
-                replace(state, name=item.component.full_name(state.name))
+                replace(state, name=item.component._full_name(state.name))
                 for state in item.component.memory()
             ]
         return tuple(states)
@@ -184,15 +173,15 @@ class Assembly:
         for component in (item.component for item in self.placed):
             before = f"{component.name}: " if component.name else ""
             for limit in component.limits():
-                output, reason = component.full_name(limit.output), f"{before}{limit.reason}"
-                name = component.limit_name(limit)
+                output, reason = component._full_name(limit.output), f"{before}{limit.reason}"
+                name = component._limit_name(limit)
                 limits.append(replace(limit, name=name, output=output, reason=reason))
         return tuple(limits)
 
     def _refuse_doubles(self) -> None:
         """Refuse names that stand for two things."""
         measured = [
-            item.component.full_name(measure.name)
+            item.component._full_name(measure.name)
             for item in self.placed
             for measure in item.component.measures()
         ]
@@ -218,7 +207,7 @@ class Assembly:
 
     def own_values(self, item: Placed, p: Symbols) -> dict[str, Expression]:
         """Return a component's parameters by their own names, amplitudes times the level."""
-        own = item.component.own(p)
+        own = item.component._own(p)
         if self.scaled:
             own |= {name: p[LEVEL.name] * own[name] for name in item.component.amplitudes}
         return own
@@ -228,7 +217,7 @@ class Assembly:
         result: dict[str, Expression] = {key: p[key] for key, _ in self.damping if key is not None}
         for item in self.placed:
             own = self.own_values(item, p) | ({"f": p["f"]} if self.forced else {})
-            for key, value in item.component.coefficients(own).items():
+            for key, value in item.component._coefficients(own).items():
                 result[f"{item.prefix}{key}"] = value
         return result
 
@@ -236,7 +225,7 @@ class Assembly:
         self, item: Placed, q: Symbols, c: Symbols, phase: Expression, rates: Symbols | None = None
     ) -> LocalState:
         """Return the state where a component acts; with accelerations if rates are given."""
-        memory = tuple(q[item.component.full_name(one.name)] for one in item.component.memory())
+        memory = tuple(q[item.component._full_name(one.name)] for one in item.component.memory())
         start = item.prefix
         return LocalState(
             q,
@@ -257,7 +246,7 @@ class Assembly:
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the contacts whose laws stick."""
         return tuple(
-            component.contact(self.local(item, q, c, phase))
+            component._contact(self.local(item, q, c, phase))
             for item, component in self.friction_contacts
             if component.law.sticks
         )
@@ -278,16 +267,16 @@ class Assembly:
         terms = self._linear_terms(displacements, speeds, c)
         for item in self.placed:
             inputs = self.over_mass(item.rows.T) / self.length
-            forces = item.component.forces(self.local(item, q, c, phase))
+            forces = item.component._forces(self.local(item, q, c, phase))
             for force, column in zip(forces, inputs.T, strict=True):
                 for row in np.flatnonzero(column):
                     terms[row] += weighted_sum([column[row]], [force])
         rates |= {f"v{name}": total(terms[row]) for row, name in enumerate(self.names)}
         accelerations = dict(rates)
         for item, component in self.friction_contacts:
-            names = [component.full_name(state.name) for state in component.memory()]
+            names = [component._full_name(state.name) for state in component.memory()]
             if names:
-                contact = component.contact(self.local(item, q, c, phase, accelerations))
+                contact = component._contact(self.local(item, q, c, phase, accelerations))
                 rates |= dict(zip(names, contact.memory_rates, strict=True))
         return rates
 
@@ -379,7 +368,7 @@ class Assembly:
             local = self.local(item, q, c, phase)
             return measure.expression(local, local.c, phase)
 
-        name = component.full_name(measure.name)
+        name = component._full_name(measure.name)
         return replace(measure, name=name, expression=expression, doc=doc)
 
     def _form(self, matrix: Array, q: Symbols, rate: str) -> list[Expression]:
@@ -395,7 +384,7 @@ class Assembly:
 
     def _energy(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         terms = [*self._form(self.mass / 2, q, "v"), *self._form(self.stiffness / 2, q, "")]
-        stored = (item.component.potential(self.local(item, q, c, phase)) for item in self.placed)
+        stored = (item.component._potential(self.local(item, q, c, phase)) for item in self.placed)
         return total([*terms, *stored])
 
     def _damping_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
@@ -403,7 +392,7 @@ class Assembly:
         for key, matrix in self.damping:
             form = self._form(matrix, q, "v")
             terms += form if key is None else [c[key] * total(form)]
-        lost = (item.component.dissipation(self.local(item, q, c, phase)) for item in self.placed)
+        lost = (item.component._dissipation(self.local(item, q, c, phase)) for item in self.placed)
         return total([*terms, *lost])
 
     def _power(
@@ -413,7 +402,7 @@ class Assembly:
         terms = []
         for item in placed:
             local = self.local(item, q, c, phase)
-            pairs = zip(item.component.forces(local), local.v, strict=True)
+            pairs = zip(item.component._forces(local), local.v, strict=True)
             terms += [force * speed for force, speed in pairs]
         return total(terms)
 

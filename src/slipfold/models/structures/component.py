@@ -181,23 +181,11 @@ class Component(Parametric, ABC):
         """Where the component acts; None stands for all degrees of freedom with the weight 1."""
 
     @abstractmethod
-    def forces(self, local: LocalState) -> Forces:
-        """Forces on the structure along the directions, in N.
+    def _forces(self, local: LocalState) -> Forces:
+        """Forces on the structure along the directions, in N."""
 
-        Parameters
-        ----------
-        local
-            State of the structure there.
-        """
-
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Combinations of parameters that the forces use.
-
-        Parameters
-        ----------
-        p
-            The component's parameters by their own names, and ``f`` in Hz if there is a forcing.
-        """
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
+        """Combinations of parameters that the forces use."""
         return {parameter.name: p[parameter.name] for parameter in self.parameters}
 
     @property
@@ -209,24 +197,12 @@ class Component(Parametric, ABC):
         """Return the component's own states."""
         return ()
 
-    def potential(self, local: LocalState) -> Expression:
-        """Return the energy the component stores, in J.
-
-        Parameters
-        ----------
-        local
-            State of the structure there.
-        """
+    def _potential(self, local: LocalState) -> Expression:
+        """Return the energy the component stores, in J."""
         return hy.expression(0.0)
 
-    def dissipation(self, local: LocalState) -> Expression:
-        """Return the power that an element dissipates, in W.
-
-        Parameters
-        ----------
-        local
-            State of the structure there.
-        """
+    def _dissipation(self, local: LocalState) -> Expression:
+        """Return the power that an element dissipates, in W."""
         return hy.expression(0.0)
 
     def measures(self) -> tuple[Output, ...]:
@@ -239,35 +215,23 @@ class Component(Parametric, ABC):
 
     # -- names in the structure ------------------------------------------------------------------
 
-    def full_name(self, symbol: str) -> str:
-        """Return the name of a parameter, state or measure of the component in the structure.
-
-        Parameters
-        ----------
-        symbol
-            Its name in the component.
-        """
+    def _full_name(self, symbol: str) -> str:
+        """Return the name of a parameter, state or measure of the component in the structure."""
         return f"{symbol}_{self.name}" if self.name else symbol
 
-    def limit_name(self, limit: Limit) -> str:
-        """Return the name of a limit of the component in the structure.
-
-        Parameters
-        ----------
-        limit
-            The limit.
-        """
+    def _limit_name(self, limit: Limit) -> str:
+        """Return the name of a limit of the component in the structure."""
         return f"{limit.name} of {self.name}" if self.name else limit.name
 
     def named(self) -> tuple[Component, dict[str, float]]:
         """Return the component with default values, and its values by the structure's names."""
-        return self.kind, {self.full_name(name): value for name, value in self.values.items()}
+        return self.kind, {self._full_name(name): value for name, value in self.values.items()}
 
     @property
     def public_names(self) -> list[str]:
         """Names of the parameters, states and measures of the component in the structure."""
         own: tuple[Any, ...] = (*self.parameters, *self.memory(), *self.measures())
-        return [self.full_name(item.name) for item in own]
+        return [self._full_name(item.name) for item in own]
 
     @property
     def location(self) -> str:
@@ -282,21 +246,15 @@ class Component(Parametric, ABC):
         return tuple(
             replace(
                 item,
-                name=self.full_name(item.name),
+                name=self._full_name(item.name),
                 symbol=f"{item.symbol} {self.name}".rstrip() if item.symbol else "",
             )
             for item in self.parameters
         )
 
-    def own(self, p: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the component's parameters by their own names.
-
-        Parameters
-        ----------
-        p
-            The structure's parameters by name, numbers or symbols.
-        """
-        return {item.name: p[self.full_name(item.name)] for item in self.parameters}
+    def _own(self, p: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the component's parameters by their own names."""
+        return {item.name: p[self._full_name(item.name)] for item in self.parameters}
 
 
 @dataclass(frozen=True)

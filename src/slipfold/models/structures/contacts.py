@@ -66,27 +66,15 @@ class NormalLoad(Parametric, ABC):
     )
 
     @abstractmethod
-    def force(self, local: LocalState) -> Expression:
-        """Return the normal force in N.
+    def _force(self, local: LocalState) -> Expression:
+        """Return the normal force in N."""
 
-        Parameters
-        ----------
-        local
-            State of the structure along the normal, without displacement if there is none.
-        """
-
-    def rate(self, local: LocalState) -> Expression:
-        """Return the rate of the normal force in N/s.
-
-        Parameters
-        ----------
-        local
-            The same with the acceleration, and with ``f`` in Hz if the force is periodic in time.
-        """
+    def _rate(self, local: LocalState) -> Expression:
+        """Return the rate of the normal force in N/s."""
         u, v, phase = (hy.expression(name) for name in ("u", "v", "phase"))
         moves = bool(local.u)
         at = replace(local, u=(u,) if moves else (), v=(v,) if moves else (), phase=phase)
-        force = as_symbol(self.force(at))
+        force = as_symbol(self._force(at))
         terms = [(phase, local.c["f"])] if self.amplitudes else []
         terms += [(u, local.v[0]), (v, local.a[0])] if moves else []
         rate = total([hy.diff(force, symbol) * slope for symbol, slope in terms])
@@ -108,8 +96,7 @@ class ConstantLoad(NormalLoad):
 
     Ns: float = described(_STATIC)
 
-    def force(self, local: LocalState) -> Expression:
-        """``Ns``."""
+    def _force(self, local: LocalState) -> Expression:
         return local.c["Ns"]
 
 
@@ -145,8 +132,7 @@ class ModulatedLoad(NormalLoad):
                 "would open; give Nd < Ns"
             )
 
-    def force(self, local: LocalState) -> Expression:
-        """``Ns + Nd cos(2 pi h f t)``."""
+    def _force(self, local: LocalState) -> Expression:
         return local.c["Ns"] + local.c["Nd"] * cos(2 * math.pi * self.harmonic * local.phase)
 
 
@@ -190,8 +176,7 @@ class ContactLoad(NormalLoad):
     kn: float = described(nonnegative("kn", 1.0, "N/m", "normal stiffness of a contact", "$k_n$"))
     cn: float = described(nonnegative("cn", 0.0, "N s/m", "normal damping of a contact", "$c_n$"))
 
-    def force(self, local: LocalState) -> Expression:
-        """``Ns - kn u - cn v``."""
+    def _force(self, local: LocalState) -> Expression:
         (u,), (v,), c = local.u, local.v, local.c
         return c["Ns"] - c["kn"] * u - c["cn"] * v
 
@@ -301,7 +286,7 @@ class FrictionContact(Component):
         """Those of the load."""
         return tuple(self.load.amplitudes)
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parameters of load and law, and the velocity of the moving surface."""
         result = {item.name: p[item.name] for item in self.parameters if item.name != "alpha"}
         if self.memory() and self.amplitudes:
@@ -312,14 +297,8 @@ class FrictionContact(Component):
 
     # -- equations -----------------------------------------------------------------------------
 
-    def contact(self, local: LocalState, *_: Any) -> Contact:
-        """Return the contact in symbols.
-
-        Parameters
-        ----------
-        local
-            State of the structure there.
-        """
+    def _contact(self, local: LocalState, *_: Any) -> Contact:
+        """Return the contact in symbols."""
         c, size = local.c, len(self.along)
         plate = (c["plate_x"], c["plate_y"]) if self.planar else (c["Vd"],)
         passed = self.limits() if self.load.opens else self._stick  # by stick and free flight
@@ -327,53 +306,41 @@ class FrictionContact(Component):
         return Contact(
             slip=tuple(w - v for w, v in zip(plate, local.v, strict=False)),
             memory=local.memory,
-            normal=self.load.force(across),
-            normal_rate=self.load.rate(across) if local.a else 0.0,
+            normal=self.load._force(across),
+            normal_rate=self.load._rate(across) if local.a else 0.0,
             name=self.key,
             plate=plate,
             plate_speed=c["Vd"],
             law=self.law,
             values=c,
             opens=self.load.opens,
-            limits=tuple(map(self.limit_name, passed)),
+            limits=tuple(map(self._limit_name, passed)),
         ).in_states(local.q)
 
-    def forces(self, local: LocalState) -> Forces:
+    def _forces(self, local: LocalState) -> Forces:
         """Friction along the slip, and the normal force."""
-        contact = self.contact(local)
+        contact = self._contact(local)
         return contact.force if self.load.normal is None else (*contact.force, contact.normal)
 
     def memory(self) -> tuple[State, ...]:
         """Return the memory of the law."""
         return self.law.memory(len(self.along))
 
-    def steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
-        """Return the law's memory after a long slip on the moving surface.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
+    def _steady_memory(self, values: Mapping[str, float]) -> tuple[float, ...]:
+        """Return the law's memory after a long slip on the moving surface."""
         angle = values["alpha"] if self.planar else 0.0
         plate = (values["Vd"] * math.cos(angle), values["Vd"] * math.sin(angle))
-        return self.law_with(values).steady_memory(plate[: len(self.along)])
+        return self._law_with(values).steady_memory(plate[: len(self.along)])
 
-    def law_with(self, values: Mapping[str, float]) -> FrictionLaw:
-        """Return the law with parameter values.
-
-        Parameters
-        ----------
-        values
-            Parameter values by their own names.
-        """
+    def _law_with(self, values: Mapping[str, float]) -> FrictionLaw:
+        """Return the law with parameter values."""
         return self.law.replace(**{name: values[name] for name in self.law.values})
 
     # -- outputs and limits --------------------------------------------------------------------
 
     def measures(self) -> tuple[Output, ...]:
         """Return normal force, slip speed, friction force and powers."""
-        outputs = contact_outputs(self.contact, self.law, len(self.along))
+        outputs = contact_outputs(self._contact, self.law, len(self.along))
         return tuple(
             output for name, output in outputs.items() if name != "Vrel_ratio" or self.law.sticks
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,7 +13,6 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.parametric import Parametric, described, structural
 from slipfold.models.quantities import Parameter, nonnegative
-from slipfold.models.structures.component import shown
 from slipfold.models.structures.matrices import lowest_modes
 from slipfold.models.units import parse_quantity
 
@@ -26,14 +24,8 @@ class Damping(Parametric, ABC):
     title: ClassVar[str] = "damping"
 
     @abstractmethod
-    def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
-        """Return the parts of the damping matrix with the parameter that multiplies each.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Of the kept degrees of freedom, shape (n, n), in kg and N/m.
-        """
+    def _terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
+        """Return the parts of the damping matrix with the parameter that multiplies each."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +37,8 @@ class ProportionalDamping(Damping):
 
     Examples
     --------
-    >>> damping = ProportionalDamping.from_ratios((10.0, 0.01), (40.0, 0.01))
-    >>> round(damping.alpha_M, 6), round(damping.beta_K, 9)
-    (1.00531, 6.3662e-05)
+    >>> ProportionalDamping(beta_K=1e-4).values
+    {'alpha_M': 0.0, 'beta_K': 0.0001}
     """
 
     title: ClassVar[str] = "proportional damping"
@@ -59,37 +50,7 @@ class ProportionalDamping(Damping):
         nonnegative("beta_K", 0.0, "s", "damping over stiffness", r"$\beta_K$")
     )
 
-    @classmethod
-    def from_ratios(
-        cls, first: tuple[float, float], second: tuple[float, float]
-    ) -> ProportionalDamping:
-        """Return the damping that has given ratios at two frequencies.
-
-        Parameters
-        ----------
-        first, second
-            Frequency in Hz and damping ratio.
-        """
-        try:
-            (f1, ratio1), (f2, ratio2) = first, second
-            if not min(f1, f2) > 0 or f1 == f2:
-                raise ValueError
-            rows = [[0.25 / (math.pi * f), math.pi * f] for f in (f1, f2)]
-            alpha, beta = np.linalg.solve(rows, [ratio1, ratio2])
-        except (TypeError, ValueError, ArithmeticError):
-            raise InputError(
-                f"{shown(first)} and {shown(second)} do not define proportional damping; give two "
-                "pairs of a frequency > 0 in Hz and a damping ratio, at two frequencies"
-            ) from None
-        if alpha < 0 or beta < 0:
-            raise InputError(
-                f"the ratios {ratio1:g} at {f1:g} Hz and {ratio2:g} at {f2:g} Hz need a negative "
-                "factor of mass or stiffness, which would feed other modes; give ratios that are "
-                "more alike, or ModalDamping"
-            )
-        return cls(float(alpha), float(beta))
-
-    def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
+    def _terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
         """Mass and stiffness."""
         return (("alpha_M", mass), ("beta_K", stiffness))
 
@@ -137,14 +98,8 @@ class ModalDamping(Damping):
         """The damping with the default ratio if it is one for all modes."""
         return self if isinstance(self.ratios, tuple) else replace(self, ratios=0.01)
 
-    def terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
-        """Return the damping matrix, for a ratio of 1 if it is one for all modes.
-
-        Raises
-        ------
-        InputError
-            If there are not as many ratios as modes.
-        """
+    def _terms(self, mass: Array, stiffness: Array) -> tuple[tuple[str | None, Array], ...]:
+        """Return the damping matrix, for a ratio of 1 if it is one for all modes."""
         size = len(mass)
         single = not isinstance(self.ratios, tuple)
         if not single and len(self.ratios) != size:

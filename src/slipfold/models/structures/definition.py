@@ -79,7 +79,7 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
                 'CraigBampton(["tip"], modes=5)'
             )
         if reduction is not None:
-            reduction.fits(mass, stiffness, names)
+            reduction._fits(mass, stiffness, names)
     components = {key: _checked_components(key, given[key], names) for key in COMPONENTS}
     values: dict[str, float] = dict(damping.values) if isinstance(damping, Damping) else {}
     kinds: dict[str, Any] = {}

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.friction.law import cos, sin
 from slipfold.models.parametric import described, structural
@@ -48,7 +48,7 @@ class PeriodicForce(Component):
         """The amplitude."""
         return (self.amplitude,)
 
-    def forces(self, local: LocalState) -> Forces:
+    def _forces(self, local: LocalState) -> Forces:
         """Return the sum of the series."""
         terms = []
         for key, value in local.c.items():
@@ -79,7 +79,7 @@ class HarmonicForce(PeriodicForce, OneDirection):
     phi: float = described(_PHASE)
     harmonic: int = structural(_PERIODS, 1, checked_harmonic)
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts in phase and out of phase."""
         return _leading(self.harmonic, p["F"], p["phi"])
 
@@ -152,7 +152,7 @@ class MultiHarmonicForce(PeriodicForce, OneDirection):
         """All but the mean."""
         return tuple(f"F{h}" for h, _, _ in self.harmonics if h)
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts of each harmonic in phase and out of phase."""
         result: dict[str, Expression] = {}
         for h, _, _ in self.harmonics:
@@ -192,7 +192,7 @@ class BaseMotion(PeriodicForce):
         """The one direction."""
         return (self.along,)
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parts of ``A (2 pi h f)^2`` in phase and out of phase; forces are these times masses."""
         rate = 2 * math.pi * self.harmonic * p["f"]
         return _leading(self.harmonic, p["A"] * rate * rate, p["phi"])
@@ -204,7 +204,7 @@ ROUNDING = 1e-14
 
 def _checked_samples(given: Any, title: str) -> tuple[float, ...]:
     try:
-        samples: NDArray[np.float64] = np.asarray(given, dtype=float)
+        samples: Array = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
         samples = np.empty(0)
     if samples.ndim != 1 or len(samples) < 3 or not np.isfinite(samples).all():
@@ -284,7 +284,7 @@ class TabulatedForce(PeriodicForce, OneDirection):
             found += a * np.cos(h * angle) + b * np.sin(h * angle)
         return float(np.abs(found - samples).max() / np.abs(samples).max())
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the Fourier series times the factor."""
         series = [(f"cos{h}", a) for h, a, _ in self.series]
         series += [(f"sin{h}", b) for h, _, b in self.series if h]

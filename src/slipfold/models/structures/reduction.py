@@ -11,7 +11,7 @@ import numpy as np
 
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
-from slipfold.models.structures.component import Direction, shown
+from slipfold.models.structures.component import shown
 from slipfold.models.structures.matrices import (
     MATRICES,
     Matrix,
@@ -37,9 +37,6 @@ class ReductionReport(OneLine):
         Highest frequency in Hz that the reduction is meant for.
     whole
         Number of degrees of freedom before the reduction.
-    static_errors
-        Relative loss of static compliance where components act: direction, as text, and
-        ``1 - u_reduced/u_exact`` under a static force along it. Empty if the structure is free.
 
     Examples
     --------
@@ -56,7 +53,6 @@ class ReductionReport(OneLine):
     exact: Array
     band: float
     whole: int
-    static_errors: tuple[tuple[str, float], ...] = ()
 
     @property
     def errors(self) -> Array:
@@ -88,27 +84,7 @@ class ReductionReport(OneLine):
             f"{self.error:.2g} at most",
             *self._rows().text(),
         ]
-        for direction, lost in self.static_errors:
-            lines.append(f"static compliance lost along {direction}: {lost:.2g}")
         return "\n".join(lines)
-
-
-def static_errors(
-    stiffness: Matrix, reduced: Reduced, names: tuple[str, ...], directions: Iterable[Direction]
-) -> tuple[tuple[str, float], ...]:
-    """Return the relative loss of static compliance along directions."""
-    try:
-        solve = solver(stiffness.array(), "free")
-        solve_reduced = solver(reduced.stiffness, "free")
-    except InputError:
-        return ()
-    result = []
-    for direction in dict.fromkeys(directions):
-        force = direction.vector(names)
-        exact = float(force @ solve(force))
-        row = force @ reduced.basis
-        result.append((str(direction), 1 - float(row @ solve_reduced(row)) / exact))
-    return tuple(result)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,16 +124,8 @@ class Reduction:
                 raise InputError(f"up_to = {value:g} Hz; give a finite frequency > 0")
             object.__setattr__(self, "up_to", value)
 
-    def fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise `InputError` if no calculation is needed to see that it cannot be reduced so.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-        """
+    def _fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
+        """Raise `InputError` if no calculation is needed to see that it cannot be reduced so."""
         require_symmetric(
             stiffness,
             "K",
@@ -170,22 +138,9 @@ class Reduction:
                 f"{size}"
             )
 
-    def apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
-        """Return a structure in fewer coordinates.
-
-        Parameters
-        ----------
-        mass, stiffness
-            Matrices of all n degrees of freedom.
-        names
-            Their names.
-
-        Raises
-        ------
-        InputError
-            If it cannot be reduced so.
-        """
-        self.fits(mass, stiffness, names)
+    def _apply(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> Reduced:
+        """Return a structure in fewer coordinates."""
+        self._fits(mass, stiffness, names)
         m, k = mass.array(), stiffness.array()
         held, free = self._split(names)
         k_free, m_free = _block(k, free, free), _block(m, free, free)

@@ -52,18 +52,15 @@ class LinearSpring(OneDirection):
     k: float = described(Parameter("k", 1.0, "N/m", "stiffness of a spring", symbol="$k$"))
     c: float = described(nonnegative("c", 0.0, "N s/m", "damping in parallel with a spring", "$c$"))
 
-    def forces(self, local: LocalState) -> Forces:
-        """``-(k u + c v)``."""
+    def _forces(self, local: LocalState) -> Forces:
         (u,), (v,), c = local.u, local.v, local.c
         return (-(c["k"] * u + c["c"] * v),)
 
-    def potential(self, local: LocalState) -> Expression:
-        """``k u^2/2``."""
+    def _potential(self, local: LocalState) -> Expression:
         (u,), c = local.u, local.c
         return 0.5 * c["k"] * u * u
 
-    def dissipation(self, local: LocalState) -> Expression:
-        """``c v^2``."""
+    def _dissipation(self, local: LocalState) -> Expression:
         (v,), c = local.v, local.c
         return c["c"] * v * v
 
@@ -71,13 +68,11 @@ class LinearSpring(OneDirection):
 class _PowersSpring(OneDirection):
     """A spring whose force is a sum of powers with the coefficients ``kn``."""
 
-    def forces(self, local: LocalState) -> Forces:
-        """``-sum kn u^n``."""
+    def _forces(self, local: LocalState) -> Forces:
         (u,) = local.u
         return (-total([k * whole_power(u, int(key[1:])) for key, k in local.c.items()]),)
 
-    def potential(self, local: LocalState) -> Expression:
-        """``sum kn u^(n + 1)/(n + 1)``."""
+    def _potential(self, local: LocalState) -> Expression:
         (u,), powers = local.u, [(int(key[1:]), k) for key, k in local.c.items()]
         return total([k * whole_power(u, n + 1) / (n + 1.0) for n, k in powers])
 
@@ -204,12 +199,11 @@ class GapSpring(OneDirection):
                 "above, below or both"
             )
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Half the stiffness, the gap, and the square of the rounding."""
         return {"half": 0.5 * p["k"], "gap": p["gap"], "square": p["e"] * p["e"], "e": p["e"]}
 
-    def forces(self, local: LocalState) -> Forces:
-        """``-k s(u - gap)``, and its mirror image."""
+    def _forces(self, local: LocalState) -> Forces:
         (u,), c = local.u, local.c
         parts = []
         for sign in _SIDES[self.side]:
@@ -217,7 +211,7 @@ class GapSpring(OneDirection):
             parts.append(-sign * c["half"] * (depth + hy.sqrt(depth * depth + c["square"])))
         return (total(parts),)
 
-    def potential(self, local: LocalState) -> Expression:
+    def _potential(self, local: LocalState) -> Expression:
         """Return the work that pressing the stop takes, zero at the touch."""
         (u,), c = local.u, local.c
         parts = []
@@ -289,7 +283,7 @@ class GeometricSpring(Component):
         """The directions in which the point moves."""
         return tuple(self.at)
 
-    def coefficients(self, p: Symbols) -> dict[str, Expression]:
+    def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Force at a stretch of one length, the length, its inverse, the stretch."""
         return {
             "force": p["k"] * p["L"],
@@ -308,15 +302,13 @@ class GeometricSpring(Component):
     def _length(self, local: LocalState, *_: Any) -> Expression:
         return hy.sqrt(total([part * part for part in self._arrow(local)]))
 
-    def forces(self, local: LocalState) -> Forces:
-        """``-k (l - L) r/l``."""
+    def _forces(self, local: LocalState) -> Forces:
         arrow = self._arrow(local)
         inverse_length = total([part * part for part in arrow]) ** -0.5
         pull = local.c["force"] * (inverse_length - 1.0)
         return tuple(pull * part for part in arrow[: len(self.at)])
 
-    def potential(self, local: LocalState) -> Expression:
-        """``k (l - L)^2/2``."""
+    def _potential(self, local: LocalState) -> Expression:
         change = self._length(local) - 1.0
         return 0.5 * local.c["force"] * local.c["L"] * change * change
 

@@ -17,12 +17,12 @@ from slipfold.models.definitions.source import (
     source_of_text,
 )
 from slipfold.models.friction.contact import Contact
-from slipfold.models.linear_modes import MechanicalModel
 from slipfold.models.quantities import Expression, Output, Symbols
 from slipfold.models.structures.assembly import LEVEL, Assembly, assemble
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import COMPONENTS, Definition, define
 from slipfold.models.structures.reduction import ReductionReport
+from slipfold.models.unforced import MechanicalModel
 
 _PARTS = tuple(item.name for item in fields(Definition))
 """Arguments of the constructor that are not parameter values, and attributes of a definition."""
@@ -265,7 +265,7 @@ class Structure(MechanicalModel):
         memories = [
             value
             for _, contact in self._assembly.friction_contacts
-            for value in contact.steady_memory(contact.own(self._values))
+            for value in contact._steady_memory(contact._own(self._values))
         ]
         return np.array([0.0] * (2 * self._assembly.size) + memories)
 
@@ -287,7 +287,7 @@ class Structure(MechanicalModel):
         scales = [length] * assembly.size + [2 * math.pi * frequency * length] * assembly.size
         for _, contact in assembly.friction_contacts:
             if states := contact.memory():
-                law = contact.law_with(contact.own(self._values))
+                law = contact._law_with(contact._own(self._values))
                 scales += [law.memory_scale] * len(states)
         return np.array(scales)
 
@@ -329,7 +329,7 @@ class Structure(MechanicalModel):
     def surface_speeds(self) -> Mapping[str, bool]:
         """Those of the contacts."""
         contacts = self._assembly.definition.contacts
-        return {item.full_name("Vd"): item.law.sticks for item in contacts}
+        return {item._full_name("Vd"): item.law.sticks for item in contacts}
 
     @property
     def mass_matrix(self) -> Array:
