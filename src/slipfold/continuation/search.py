@@ -13,12 +13,15 @@ import numpy as np
 from slipfold.arrays import Array, Mask
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
-from slipfold.continuation.locate import insert, locate, point_at
+from slipfold.continuation.locate import ALONG, insert, locate, point_at
 from slipfold.continuation.step_length import Number
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
 
 DEPTH = 7
 """Maximum number of halvings of an interval, to 1/128 of a step."""
+
+ELSEWHERE = (0.5, 0.3, 0.7, 0.15, 0.85)
+"""Where else an interval is divided, in its length, if Newton's method left the curve there."""
 
 KNOTS = 4
 """Points that test functions are interpolated through."""
@@ -72,10 +75,23 @@ class Zeros(Generic[P]):
             if depth >= DEPTH or explained:
                 return sorted(found, key=lambda item: item.point.arclength)
             arclength = 0.5 * (a.arclength + b.arclength)
-        middle = point_at(self.curve, history, arclength)
+        middle = self._point_between(history, a, b, arclength)
         insert(history, middle)
         left = self.search(history, a, middle, depth + 1)
         return left + self.search(history, middle, b, depth + 1)
+
+    def _point_between(self, history: list[P], a: P, b: P, arclength: float) -> P:
+        """Return a point of the curve between two, at an arclength or elsewhere.
+
+        Near a branch point Newton's method may converge to the curve that crosses: its tangent is
+        that of neither end.
+        """
+        length = b.arclength - a.arclength
+        for place in (arclength, *(a.arclength + fraction * length for fraction in ELSEWHERE)):
+            point = point_at(self.curve, history, place)
+            if max(abs(float(point.tangent @ end.tangent)) for end in (a, b)) > ALONG:
+                break
+        return point
 
     def excludes(self, a: P, b: P) -> bool:
         """Whether there can be no zero between two points, whatever the functions do."""
