@@ -1,12 +1,12 @@
 """A polynomial map in disguise: a normal form seen through random coordinates.
 
 It offers what the formulas of normal forms ask of a stroboscopic map, from power series in one
-variable cut off after the third order.
+variable cut off after the fifth order.
 """
 
 import numpy as np
 
-ORDER = 3
+ORDER = 5
 
 
 def times(a, b):
@@ -49,9 +49,9 @@ class DisguisedMap:
         bent = np.einsum("aij,kij->ka", self.quadratic, squares)
         return bent + np.einsum("aijl,kijl->ka", self.cubic, cubes)
 
-    def _image(self, direction):
-        series = np.zeros((ORDER + 1, len(direction)))
-        series[1] = self.inverse @ direction
+    def _image(self, *curve):
+        series = np.zeros((ORDER + 1, len(self.matrix)))
+        series[1 : len(curve) + 1] = curve @ self.inverse.T
         straight = series
         for _ in range(ORDER):  # the inverse of phi, one more order each time
             straight = series - self._bent(straight)
@@ -77,3 +77,7 @@ class DisguisedMap:
             + 1j * (real(u.real, v.imag) + real(u.imag, v.real))
             for u, v in pairs
         ]  # fmt: skip
+
+    def along_curve(self, curve):
+        """Taylor coefficient of the order after the last of a curve v1 s + v2 s^2 + ..."""
+        return self._image(*curve)[len(curve) + 1]

@@ -146,7 +146,7 @@ def test_bautin_point_and_the_folds_of_cycles_born_there():
     assert general.values == pytest.approx([0, 0], abs=1e-12)
     assert all(value < 1e-9 for value in general.uncertainty)
     assert general.leads_to == (folds.id,)
-    assert general.coefficients == pytest.approx({"l2": -4}, rel=1e-7)
+    assert general.coefficients == pytest.approx({"l2": -4}, rel=1e-12)
     assert general.duration == pytest.approx(2 * math.pi)
     b1, b2 = folds.values.T
     assert b1 == pytest.approx(-(b2**2) / 4, abs=1e-12)
@@ -177,7 +177,7 @@ def test_second_lyapunov_coefficient_in_bent_coordinates():
     (hopf, *_) = sf.locus(point, ("b1", "b2"), ((-0.5, 1), (-2, 2)), switch=False).loci
     (general,) = specials(hopf, "GH")
     assert general.values == pytest.approx([0, 0], abs=1e-10)
-    assert general.coefficients == pytest.approx({"l2": 0.5 * 4 / 2}, rel=1e-7)
+    assert general.coefficients == pytest.approx({"l2": 0.5 * 4 / 2}, rel=1e-9)
 
 
 def test_cusp():

@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 
 from helpers.polynomial_map import DisguisedMap, times
 from slipfold.orbits.normal_forms.codimension_two import codimension_two_coefficients
+from slipfold.orbits.normal_forms.normal_form import quintic_coefficient
 
 SEEDS = range(4)
 STABLE = np.array([0.4, -0.7])
@@ -160,3 +161,14 @@ def test_fold_and_torus(seed, a, b, e):
 def test_no_coefficients_where_none_are_defined(kind):
     map_ = disguised(lambda w: [w[0]], np.eye(1), 0)
     assert coefficients(map_, kind) == {}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("e", [0.8, -1.7])
+def test_generalized_period_doubling(seed, e):
+    def form(w):
+        return [-w[0] + e * times(cube(w[0]), times(w[0], w[0]))]
+
+    map_ = disguised(form, [[-1.0]], seed)
+    expected = e / length(map_, 0) ** 4
+    assert quintic_coefficient(map_, map_.matrix) == pytest.approx(expected, rel=1e-8)

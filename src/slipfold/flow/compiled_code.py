@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import math
 import os
 import pickle
 import platform
@@ -188,6 +189,10 @@ def _slopes(forms: Sequence[Any], symbols: Sequence[Any], direction: Sequence[An
     ]
 
 
+CURVE_POWERS = 4
+"""Powers of curves of states along which flow and rates are differentiated: coefficients of normal
+forms are of order 5 at most."""
+
 MANY = 8
 """Symbols from which derivatives are taken all at once, in a fifth of the time. Of few each is
 simplified by itself, and rounded less."""
@@ -348,6 +353,40 @@ class Evaluated:
         function = self._compiled("powers", build)
         result = self._evaluate(function, states, phases, constants, vectors)
         return result[:, : self.dimension], result[:, self.dimension :]
+
+    def along_curves(
+        self, states: Array, phases: Array, constants: Constants, curves: Array
+    ) -> Array:
+        """Return Taylor coefficients of order 2 to 5 of the rates along x + s v_1 + s^2 v_2 + ...
+
+        Shapes: states (m, n); phases (m,); curves (m, p, n), the v_i up to the fourth; returns
+        (m, 4, n).
+        """
+        symbols = self.equations.states
+        orders = range(2, CURVE_POWERS + 2)
+
+        def build() -> Any:
+            s, vectors = hy.expression("s"), []
+            moved = dict(zip(map(str, symbols), symbols, strict=True))
+            for k in range(1, CURVE_POWERS + 1):
+                vectors += _directions(f"v{k}", symbols)
+                own = zip(moved.items(), vectors[-len(symbols) :], strict=True)
+                moved = {name: item + s ** float(k) * v for (name, item), v in own}
+            rates = hy.subs(list(self.equations.rates), moved)
+            tensors = hy.diff_tensors(rates, diff_args=[s], diff_order=orders[-1])
+            forms = [
+                item / math.factorial(order)
+                for order in orders
+                for _, item in tensors.get_derivatives(order)
+            ]
+            return self._function(hy.subs(forms, {"s": hy.expression(0.0)}), vectors)
+
+        count, powers, n = curves.shape
+        vectors = np.zeros((count, CURVE_POWERS, n))
+        vectors[:, :powers] = curves
+        function = self._compiled("along curves", build)
+        result = self._evaluate(function, states, phases, constants, vectors.reshape(count, -1))
+        return result.reshape(count, len(orders), n)
 
     def _compiled(self, kind: str, build: Callable[[], Any]) -> Any:
         if kind not in self._functions:

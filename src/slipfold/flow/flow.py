@@ -28,7 +28,7 @@ from slipfold.flow.batches import (
     sampled,
     set_out,
 )
-from slipfold.flow.compiled_code import Evaluated, OwnCopies, cached, shared_by_kind
+from slipfold.flow.compiled_code import CURVE_POWERS, Evaluated, OwnCopies, cached, shared_by_kind
 from slipfold.flow.equations import (
     Constants,
     Equations,
@@ -159,28 +159,28 @@ class Integrators:
         places: dict[str, Any] = {str(symbol): hy.par[i] for i, symbol in enumerate(known)}
         return {**places, str(self._equations.phase): hy.time}
 
-    @property
-    def jet(self) -> Any:
-        """Batch of the states and their Taylor jets along a direction of the start.
+    def jet(self, powers: int, order: int) -> Any:
+        """Batch of the states and their Taylor jets along a curve of starts.
 
-        The variable is ``z = x - s v``, which starts at x(0) for every s; parameters are the
-        coefficients, the scales, the direction v and s = 0.
+        The variable is ``z = x - s v_1 - s^2 v_2 - ...``, which starts at x(0) for every s;
+        parameters are the coefficients, the scales, the vectors v_i and s = 0.
         """
 
         def build() -> Any:
             first, n = self._known, self._equations.dimension
-            along = hy.par[first + n]
+            s = hy.par[first + powers * n]
             moved = self._places()
             for i, symbol in enumerate(self._equations.states):
-                moved[str(symbol)] = symbol + along * hy.par[first + i]
-            variations = hy.var_ode_sys(self._system(moved), [along], order=JET_ORDER)
-            return self._batch(variations, first + n + 1, moved, tolerance=JET_TOLERANCE)
+                terms = [s ** float(k + 1) * hy.par[first + k * n + i] for k in range(powers)]
+                moved[str(symbol)] = symbol + hy.sum(terms)
+            variations = hy.var_ode_sys(self._system(moved), [s], order=order)
+            return self._batch(variations, first + powers * n + 1, moved, tolerance=JET_TOLERANCE)
 
-        return self._own("jet", build)
+        return self._own(f"jet of order {order} along {powers}", build)
 
     def _own(self, kind: str, build: Callable[[], Any]) -> Any:
         def stored() -> Any:
-            options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_ORDER, JET_TOLERANCE}"
+            options = f"lanes={LANES} tolerance={self._tolerance!r} jets={JET_TOLERANCE}"
             made = f"scaled {kind} {options} level={OPTIMIZATION} {VERSION}"
             # heyoka's own disk cache is one for all programs and unchecked: ours takes its place.
             hy.llvm_state.set_diskcache_enabled(False)
@@ -416,8 +416,21 @@ class Flow(Evaluated):
         Shapes: states (m, n), or (n,); start, end (m,); directions (m, n); beyond (k, n); returns
         (m, 3, n).
         """
-        result = self._jets(states, start, end, constants, directions, beyond, 1)
+        curves = directions[:, None]
+        result = self._jets(states, start, end, constants, curves, beyond, 1, JET_ORDER)
         return np.ascontiguousarray(result[:, 1:, 0])
+
+    def jet_along_curve(
+        self, nodes: Array, start: float, end: float, constants: Constants, curve: Array
+    ) -> Array:
+        """Differentiate the flow along the curve x + s v_1 + s^2 v_2 + ... of its start state.
+
+        Shapes: nodes (k, n); curve (p, n), the v_i up to the fourth; returns (5, n).
+        """
+        curves = np.zeros((1, CURVE_POWERS, self.dimension))
+        curves[0, : len(curve)] = curve
+        given = nodes[0], start, end, constants, curves, nodes[1:], 1, CURVE_POWERS + 1
+        return self._jets(*given)[0, 1:, 0]
 
     def jet_in_time(
         self, nodes: Array, start: float, end: float, constants: Constants, directions: Array
@@ -426,8 +439,8 @@ class Flow(Evaluated):
 
         Shapes: nodes (k, n); directions (m, n); returns (m, 4, 4, n).
         """
-        orders = JET_ORDER + 1
-        return self._jets(nodes[0], start, end, constants, directions, nodes[1:], orders)
+        given = nodes[0], start, end, constants, directions[:, None], nodes[1:]
+        return self._jets(*given, JET_ORDER + 1, JET_ORDER)
 
     def _jets(
         self,
@@ -435,23 +448,26 @@ class Flow(Evaluated):
         start: Array | float,
         end: Array | float,
         constants: Constants,
-        directions: Array,
+        curves: Array,
         beyond: Array | None,
         in_time: int,
+        order: int,
     ) -> Array:
-        """Differentiate along directions up to order 3, and in time as often as is requested.
+        """Differentiate along curves of starts, and in time as often as is requested.
 
-        Shapes: returns (m, 4, in_time, n).
+        Shapes: curves (m, p, n); returns (m, order + 1, in_time, n).
         """
-        n, total, orders = self.dimension, len(directions), JET_ORDER + 1
+        (total, powers, n), orders = curves.shape, order + 1
         result = np.empty((total, orders, in_time, n))
-        starts = np.broadcast_to(states, directions.shape)
+        starts = np.broadcast_to(states, (total, n))
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
-        scaled, lengths = of_order_one(directions / constants.scales)
+        lengths = of_order_one(curves[:, 0] / constants.scales)[1]
+        scaled = curves / constants.scales
+        scaled /= lengths[:, None, None] ** np.arange(1, powers + 1)[:, None]
         nodes = () if beyond is None else beyond / constants.scales
         for some in chunks(total):
-            batch = self._prepare(self._code.jet, starts, first, constants, some)
-            batch.pars[-n - 1 : -1] = padded(scaled[some]).T
+            batch = self._prepare(self._code.jet(powers, order), starts, first, constants, some)
+            batch.pars[-powers * n - 1 : -1] = padded(scaled[some].reshape(-1, powers * n)).T
             batch.pars[-1] = 0.0
             batch.state[n:] = 0.0
             for number, state in enumerate(nodes, 1):
@@ -470,7 +486,8 @@ class Flow(Evaluated):
                 result[some, :, k] = slopes.reshape(-1, orders, n)
         result *= lengths[:, None, None, None] ** np.arange(orders)[:, None, None]
         result *= constants.scales
-        result[:, 1, 0] += directions  # the jet is that of phi(x + s v) - s v
+        for k in range(powers):  # the jet is that of the flow less the curve of starts
+            result[:, k + 1, 0] += math.factorial(k + 1) * curves[:, k]
         return result
 
     def trajectory(

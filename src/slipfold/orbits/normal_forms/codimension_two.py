@@ -251,8 +251,7 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
 
 
 def _generalized_hopf(field: FieldMap) -> dict[str, float]:
-    second = second_lyapunov_coefficient(field)
-    return {} if second is None else {"l2": second}
+    return {"l2": second_lyapunov_coefficient(field)}
 
 
 def _double_hopf(field: FieldMap) -> dict[str, float]:

@@ -12,7 +12,7 @@ from slipfold.orbits.normal_forms.codimension_two import (
     codimension_two_coefficients,
     equilibrium_coefficients,
 )
-from slipfold.orbits.normal_forms.maps import FieldMap, ReturnMap, SegmentMap
+from slipfold.orbits.normal_forms.maps import FieldMap, JetMap, ReturnMap, SegmentMap
 from slipfold.orbits.normal_forms.normal_form import (
     critical_coefficient,
     equilibrium_form,
@@ -55,8 +55,8 @@ class Forms:
         orbits = curve.orbits
         own = orbits.model_at(point.z).unit_scales()
         if kind == "GPD":
-            quintic = quintic_coefficient(orbits, point, own)
-            return {} if quintic is None else {"e": quintic}
+            jets = JetMap(orbits, point.z, orbits.constants(point.z), own)
+            return {"e": quintic_coefficient(jets, jets.rescaled(point.monodromy))}
         constants, linearization = orbits.constants(point.z), curve.linearize(point.z)
         map_ = SegmentMap(orbits, point.z, constants, linearization, own)
         return codimension_two_coefficients(map_, map_.rescaled(point.monodromy), kind)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -39,17 +40,14 @@ class FieldMap:
         found = self._flow.jacobians(self._state[None], np.zeros(1), self._constants)[0]
         return found * self._scales / self._scales[:, None] / self._time
 
-    @property
-    def center(self) -> Array:
-        """The equilibrium, shape (n,)."""
-        return np.asarray(self._state / self._scales)
+    def along_curves(self, curves: Array) -> Array:
+        """Return the Taylor coefficient of order p + 1 of the rates along curves of states.
 
-    def rates(self, states: Array) -> tuple[Array, Array]:
-        """Return rates and Jacobians at states. Shapes: (m, n); returns (m, n), (m, n, n)."""
-        given = states * self._scales, np.zeros(len(states)), self._constants
-        units = self._scales * self._time
-        slopes = self._flow.jacobians(*given) * self._scales
-        return self._flow.rates(*given) / units, slopes / units[:, None]
+        Shapes: curves (m, p, n); returns (m, n).
+        """
+        states, phases = np.tile(self._state, (len(curves), 1)), np.zeros(len(curves))
+        found = self._flow.along_curves(states, phases, self._constants, curves * self._scales)
+        return found[:, curves.shape[1] - 1] / (self._scales * self._time)
 
     @property
     def pull(self) -> Array:
@@ -237,6 +235,15 @@ class JetMap:
             self._nodes[1:],
         )
         return jets[:, 1] / self._scales, jets[:, 2] / self._scales
+
+    def along_curve(self, curve: Array) -> Array:
+        """Return the Taylor coefficient of order p + 1 of the map along a curve of states.
+
+        Shapes: curve (p, n); returns (n,).
+        """
+        given = self._nodes, self._start, self._end, self._constants, curve * self._scales
+        derivative = self._flow.jet_along_curve(*given)[len(curve)]
+        return derivative / self._scales / math.factorial(len(curve) + 1)
 
     def second(self, pairs: list[tuple[Vector, Vector]]) -> list[Vector]:
         """Return B(u, v) for complex vectors, by polarization. Shapes: pairs (n,)."""

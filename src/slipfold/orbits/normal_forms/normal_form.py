@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.newton import Rule, correct_many, solve_each
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
@@ -241,84 +239,27 @@ def third_form(map_: MapDerivatives, u: Vector, v: Vector, w: Vector) -> Vector:
     return result
 
 
-AMPLITUDES = 0.05 / 2.0 ** np.arange(6)
-"""Largest amplitudes of successive evaluations, in scaled states: the higher powers fade, until
-rounding takes over."""
-
-FRACTIONS = np.array([0.55, 0.7, 0.85, 1.0])
-"""Amplitudes of one evaluation, over the largest."""
-
-AGREEMENT = 1e-2
-"""Share by which the two that agree best may differ."""
-
-TIMES = 17
-"""Times of a cycle: eight harmonics of amplitudes up to 0.05 leave 1e-12."""
-
-LARGEST = 1500
-"""Unknowns up to which equations round a cycle are solved densely."""
-
-RULE = Rule(close=1e-12, iterations=12)
-
-
-def quintic_coefficient(orbits: Orbits, point: OrbitPoint, scales: Array) -> float | None:
+def quintic_coefficient(map_: JetMap, matrix: Array) -> float:
     r"""Return e of the normal form :math:`\eta \to -\eta + b \eta^3 + e \eta^5` where b is zero.
 
-    An orbit of twice the period with the amplitude a along the critical vector q exists if the map
-    is shifted by :math:`\tau q` in one period and by :math:`-\tau q` in the next, with
-    :math:`\tau = -(b a^3 + e a^5 + ...)` (the reduction of Lyapunov and Schmidt).
+    An orbit x(a) of twice the period with the amplitude a along the critical vector q exists if the
+    map is shifted by :math:`\tau q` in one period and by :math:`-\tau q` in the next,
+    :math:`P(x(a)) + \tau q = x(-a)` with :math:`\tau = -(b a^3 + e a^5 + ...)` (the reduction of
+    Lyapunov and Schmidt). Powers of a give :math:`x = x_0 + a q + a^2 h_2 + ...` one by one.
+
+    Shapes: matrix (n, n).
     """
-    amplitudes = np.multiply.outer(AMPLITUDES, FRACTIONS)
-    shifts = _shifts(orbits, point, scales, amplitudes.ravel()).reshape(amplitudes.shape)
-    # tau / a^3 = -(b + e a^2 + ...): b is what was left over of it.
-    return _slope(amplitudes, -shifts / amplitudes**3)
-
-
-def _slope(amplitudes: Array, values: Array) -> float | None:
-    """Return how values change with the square of an amplitude; None if that is not known.
-
-    Shapes: (k, 4).
-    """
-    found = solve_each(amplitudes[:, :, None] ** np.array([0, 2, 4, 6]), values)[:, 1]
-    pairs = [(a, b) for a, b in pairwise(found.tolist()) if b and not np.isnan(a / b)]
-    best = min(pairs, key=lambda pair: abs(pair[0] / pair[1] - 1), default=None)
-    if best is None or abs(best[0] / best[1] - 1) > AGREEMENT:
-        return None
-    return best[1]
-
-
-def _shifts(orbits: Orbits, point: OrbitPoint, scales: Array, amplitudes: Array) -> Array:
-    """Newton's method for both states and the shift at given amplitudes, shape (k,)."""
-    n, constants = len(scales), orbits.constants(point.z)
-    matrix = point.monodromy * (orbits.scales / scales)[:, None] / (orbits.scales / scales)
-    right, left, _ = critical_vectors(matrix, lambda values: np.abs(values + 1))
+    right, left, _ = critical_vectors(matrix, _distance("PD"))
     q, p = right.real, left.real
-    center = orbits.nodes(point.z)[0] / scales
-    away = amplitudes[:, None] * q
-    no_parameter = np.zeros((len(constants.values), 0))
-    jacobian = np.zeros((2 * n + 1, 2 * n + 1))
-    jacobian[:n, n : 2 * n] = jacobian[n : 2 * n, :n] = -np.eye(n)
-    jacobian[:n, -1], jacobian[n : 2 * n, -1] = q, -q
-    jacobian[-1, :n], jacobian[-1, n : 2 * n] = p / 2, -p / 2
-
-    def steps(some: NDArray[np.int64], unknown: Array) -> Array:
-        states, shifts = unknown[:, :-1].reshape(-1, 2, n), unknown[:, -1:]
-        start = np.full(2 * len(some), orbits.phase)
-        ends, blocks, _ = orbits.flow.linearize(
-            (states * scales).reshape(-1, n), start, start + orbits.period, constants, no_parameter
-        )
-        images = ends.reshape(-1, 2, n) / scales
-        slopes = (blocks * scales / scales[:, None]).reshape(-1, 2, n, n)
-        matrices = np.tile(jacobian, (len(some), 1, 1))
-        matrices[:, :n, :n], matrices[:, n : 2 * n, n : 2 * n] = slopes[:, 0], slopes[:, 1]
-        residual = [
-            images[:, 0] - states[:, 1] + shifts * q,
-            images[:, 1] - states[:, 0] - shifts * q,
-            ((states[:, 0] - states[:, 1]) @ p / 2 - amplitudes[some])[:, None],
-        ]
-        return solve_each(matrices, -np.concatenate(residual, axis=1))
-
-    guesses = np.column_stack([center + away, center - away, np.zeros(len(amplitudes))])
-    return correct_many(steps, guesses, RULE).z[:, -1]
+    identity, curve = np.eye(len(q)), [q]
+    for order in (2, 3, 4):
+        forced = map_.along_curve(np.array(curve))
+        if order % 2:
+            bordered = np.block([[matrix + identity, q[:, None]], [p[None], np.zeros((1, 1))]])
+            curve.append(np.linalg.solve(bordered, np.append(-forced, 0.0))[:-1])
+        else:
+            curve.append(np.linalg.solve(identity - matrix, forced))
+    return float(p @ map_.along_curve(np.array(curve)))
 
 
 def equilibrium_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, str | None]:
@@ -350,56 +291,47 @@ def first_lyapunov_coefficient(field: FieldMap) -> float:
     return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
 
 
-def second_lyapunov_coefficient(field: FieldMap) -> float | None:
+TIMES = 12
+"""Times of a cycle: terms up to the fifth power of its amplitude have five harmonics."""
+
+
+def second_lyapunov_coefficient(field: FieldMap) -> float:
     r"""Return l2 of a generalized Hopf point, Re(c2) over the frequency.
 
     The normal form is :math:`w' = i \omega w + c_1 w |w|^2 + c_2 w |w|^4` (Kuznetsov, section 8.3).
     A cycle with the first harmonic a q exists if the critical modes are damped by
-    :math:`Re(c_1) a^2 + Re(c_2) a^4 + ...` as well (the reduction of Lyapunov and Schmidt).
+    :math:`Re(c_1) a^2 + Re(c_2) a^4 + ...` as well (the reduction of Lyapunov and Schmidt). Powers
+    of a give its states :math:`x_1 a + x_2 a^2 + ...`, and damping and frequency, one by one.
     """
-    q, p, value = hopf_vectors(field.jacobian)
-    if TIMES * len(q) > LARGEST:
-        return None
-    amplitudes = np.multiply.outer(AMPLITUDES, FRACTIONS)
-    damping = _damping(field, q, p, value.imag, amplitudes.ravel()).reshape(amplitudes.shape)
-    slope = _slope(amplitudes, damping / amplitudes**2)
-    return None if slope is None else slope / value.imag
-
-
-def _damping(field: FieldMap, q: Vector, p: Vector, frequency: float, amplitudes: Array) -> Array:
-    """Return by how much critical modes are damped where cycles have some amplitudes, shape (k,).
-
-    Newton's method for the states at equidistant times, the frequency and the damping.
-    """
-    n, count = len(q), TIMES * len(q)
+    matrix = field.jacobian
+    q, p, value = hopf_vectors(matrix)
     turn = np.exp(2j * np.pi * np.arange(TIMES) / TIMES)
     orders = np.fft.fftfreq(TIMES, 1 / TIMES)
-    slopes = np.fft.ifft(1j * orders[:, None] * np.fft.fft(np.eye(TIMES), axis=0), axis=0).real
-    by_time = np.kron(slopes, np.eye(n))
-    critical = np.kron(np.eye(TIMES), 2 * np.outer(q, p.conj()).real)
-    harmonic = np.kron(turn.conj(), p.conj()) / TIMES
-    center = np.tile(field.center, TIMES)
-
-    def steps(some: NDArray[np.int64], unknown: Array) -> Array:
-        away, (turns, damped) = unknown[:, :-2], unknown[:, -2:].T[:, :, None]
-        rates, jacobians = field.rates((center + away).reshape(-1, n))
-        matrices = np.zeros((len(some), count + 2, count + 2))
-        matrices[:, :count, :count] = turns[:, :, None] * by_time + damped[:, :, None] * critical
-        blocks = matrices[:, :count, :count].reshape(-1, TIMES, n, TIMES, n)
-        each = np.arange(TIMES)
-        blocks[:, each, :, each] -= jacobians.reshape(-1, TIMES, n, n).swapaxes(0, 1)
-        moved, lost = away @ by_time.T, away @ critical.T
-        matrices[:, :count, -2], matrices[:, :count, -1] = moved, lost
-        matrices[:, -2, :count], matrices[:, -1, :count] = harmonic.real, harmonic.imag
-        left = turns * moved - rates.reshape(-1, count) + damped * lost
-        first = away @ harmonic - amplitudes[some]
-        residual = np.column_stack([left, first.real, first.imag])
-        return solve_each(matrices, -residual)
-
-    shape = 2 * np.real(turn[:, None] * q).ravel()
-    guesses = amplitudes[:, None] * np.append(shape, [0.0, 0.0])
-    guesses[:, -2] = frequency
-    return correct_many(steps, guesses, RULE).z[:, -1]
+    critical = 2 * np.outer(q, p.conj()).real
+    curves = 2 * np.real(turn[:, None] * q)[:, None]  # x_1 at each time, shape (TIMES, 1, n)
+    changes: dict[int, complex] = {}  # damping and change of the frequency, by power of a
+    for order in range(2, 6):
+        series = np.fft.fft(field.along_curves(curves), axis=0) / TIMES
+        for power, change in changes.items():
+            earlier = np.fft.fft(curves[:, order - power - 1], axis=0) / TIMES
+            series -= change.imag * 1j * orders[:, None] * earlier
+            series -= change.real * earlier @ critical.T
+        if order % 2:
+            change = changes[order - 1] = complex(p.conj() @ series[1])
+            series[1] -= change * q
+            series[-1] = series[1].conj()
+        states = np.zeros_like(series)
+        for place in range(TIMES // 2):  # of real functions the others are conjugate
+            shifted = 1j * orders[place] * value.imag * np.eye(len(q)) - matrix
+            if place == 1:
+                bordered = np.block([[shifted, q[:, None]], [p.conj()[None], np.zeros((1, 1))]])
+                states[1] = np.linalg.solve(bordered, np.append(series[1], 0.0))[:-1]
+            else:
+                states[place] = np.linalg.solve(shifted, series[place])
+            states[-place] = states[place].conj() if place else states[0].real
+        added = np.fft.ifft(states, axis=0).real * TIMES
+        curves = np.concatenate([curves, added[:, None]], axis=1)
+    return changes[4].real / value.imag
 
 
 def hopf_vectors(matrix: Array) -> tuple[Vector, Vector, complex]:
