@@ -86,7 +86,7 @@ Box = Annotated[
     ),
 ]
 State = Annotated[
-    "ArrayLike | Mapping[str, float] | None",
+    "ArrayLike | Mapping[str, float | str] | None",
     Option(
         "Starting state at phase zero, shape (n_states,), or some states by name; by default the "
         "model's own. A state on an unstable equilibrium of an autonomous model is moved by 1e-6.",

@@ -8,6 +8,7 @@ from typer.main import get_command
 import slipfold
 from slipfold.cli.app import COMMANDS, app
 from slipfold.options import declared, resolved
+from slipfold.studies.works import AttractorsWork, LyapunovWork, SimulationWork
 
 FUNCTIONS = {
     name: getattr(slipfold, command.home.split(":")[1])
@@ -38,6 +39,18 @@ def test_every_parameter_of_a_function_is_an_option_of_its_command(name):
         expected = command.defaults.get(item.name, item.default)
         if isinstance(expected, int | float) and default is not None:
             assert float(default) == expected
+
+
+@pytest.mark.parametrize(
+    ("work", "name"),
+    [(SimulationWork, "simulate"), (LyapunovWork, "lyapunov"), (AttractorsWork, "attractors")],
+)
+def test_options_of_a_study_are_those_of_the_function(work, name):
+    parameters = resolved(getattr(slipfold, name)).parameters
+    for option, field in work.model_fields.items():
+        if option not in ("what", "start"):
+            assert field.default == parameters[option].default
+            assert field.metadata == [declared(parameters[option].annotation)], option
 
 
 def test_a_value_that_is_not_given_is_the_default_of_the_function():

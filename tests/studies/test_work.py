@@ -44,7 +44,7 @@ def test_loci_with_their_points_of_codimension_two(tmp_path):
         types=["PD"], periods=[1], regions=False,
     )  # fmt: skip
     assert found.values["loci"][0] == len(alone.loci)
-    assert found.values["least_Nd"][0] == min(locus.values[:, 1].min() for locus in alone.loci)
+    assert found.values["min_Nd"][0] == min(locus.values[:, 1].min() for locus in alone.loci)
     special = [point for locus in alone.loci for point in locus.special]
     assert found.listed["type"].tolist() == [point.type for point in special]
     assert found.listed["Nd"].tolist() == [point.values[1] for point in special]

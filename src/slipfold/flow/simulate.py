@@ -52,7 +52,7 @@ LARGEST = 1e12
 def simulate(
     model: Model,
     periods: int | None = None,
-    state: ArrayLike | Mapping[str, float] | None = None,
+    state: ArrayLike | Mapping[str, float | str] | None = None,
     *,
     tolerance: float = 1e-9,
     observer: Observer | None = None,
@@ -95,7 +95,7 @@ def _simulate_in_slip(
     return result
 
 
-def initial_state(model: Model, state: ArrayLike | Mapping[str, float] | None) -> Array:
+def initial_state(model: Model, state: ArrayLike | Mapping[str, float | str] | None) -> Array:
     """Check an initial state.
 
     Shapes: state (n_states,); returns (n_states,).

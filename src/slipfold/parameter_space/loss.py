@@ -30,11 +30,6 @@ class Loss:
     reason: str  # the same as a sentence; empty for a bifurcation
     point: SpecialPoint | None = None  # the bifurcation, where the branch was followed to it
 
-    def values(self) -> dict[str, float | int | str | None]:
-        """Return it as plain data."""
-        threshold = None if math.isnan(self.threshold) else self.threshold
-        return {"threshold": threshold, "outcome": self.outcome, "reason": self.reason}
-
 
 def followed_to_loss(
     model: Model, vary: str, span: tuple[float, float], through_stick: bool = False

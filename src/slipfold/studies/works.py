@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -21,30 +21,29 @@ from slipfold.flow.simulate import initial_state, simulate
 from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
 from slipfold.loci.window import measured_across
 from slipfold.long_term.exponents import find_exponents
-from slipfold.long_term.search import ENDED, UNDECIDED, Box, box_around, checked_box, search
+from slipfold.long_term.search import ENDED, UNDECIDED, box_around, checked_box, search
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION, Output, State
 from slipfold.models.units import parse_quantity
 from slipfold.options import (
+    Box,
     ExponentPeriods,
     ExponentTolerance,
     Periods,
     SearchPeriods,
     Seed,
+    Span,
+    Start,
     Starts,
     SteadyTolerance,
+    Vary,
 )
 from slipfold.orbits.extrema import steady_extrema
 from slipfold.parameter_space.loss import STABLE, Loss, first_loss, followed_to_loss, unstable_from
 
 Value = float | int | str | None
 """A number or a word; None where there is none."""
-
-Span = tuple[float | str, float | str]
-
-Start = dict[str, float | str]
-"""Some states by name."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,10 @@ class CaseValues:
 
 
 class Work(BaseModel):
-    """Something to compute of every case; a subclass has its options as fields."""
+    """Something to compute of every case; a subclass has its options as fields.
+
+    They have the types of `slipfold.options`, which say what values they may have.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -113,6 +115,25 @@ class Work(BaseModel):
         """Return it as plain data, from which it can be made again."""
         return self.model_dump(mode="json")
 
+    def case(
+        self, model: Model, values: Iterable[Any], listed: Iterable[Iterable[Any]] = ()
+    ) -> CaseValues:
+        """Return the values of a case, given in the order of the quantities and lists."""
+        items = self.lists(model)
+        return CaseValues(
+            _named(self.quantities(model), values), tuple(_named(items, row) for row in listed)
+        )
+
+
+def _named(fields: Sequence[CaseField], values: Iterable[Any]) -> dict[str, Value]:
+    """Return values as plain data by name; a number that is not finite is None."""
+    result: dict[str, Value] = {}
+    for item, value in zip(fields, values, strict=True):
+        plain = value.item() if isinstance(value, np.generic) else value
+        missing = isinstance(plain, float) and not math.isfinite(plain)
+        result[item.name] = None if missing else plain
+    return result
+
 
 def parsed_span(model: Model, name: str, span: Span) -> tuple[float, float]:
     """Return the ends of a span in which orbits are followed, in SI units."""
@@ -124,20 +145,10 @@ def parsed_span(model: Model, name: str, span: Span) -> tuple[float, float]:
     return first, last
 
 
-def parsed_start(model: Model, start: Start) -> dict[str, float]:
-    """Return starting states in their units."""
-    units = {state.name: state.unit for state in model.states}
-    parsed = {
-        name: parse_quantity(value, units.get(name, ""), name) for name, value in start.items()
-    }
-    initial_state(model, parsed)  # complains of a state that there is not
-    return parsed
-
-
 class LossWork(Work):
     """The first loss of stability of a response over a parameter."""
 
-    vary: str
+    vary: Vary
     span: Span
 
     def varied(self) -> Collection[str]:
@@ -148,8 +159,13 @@ class LossWork(Work):
         """Return it with the span in SI units."""
         return self.model_copy(update={"span": parsed_span(model, self.vary, self.span)})
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The ends of the checked span."""
+        return float(self.span[0]), float(self.span[1])
+
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
-        """Return the quantities of the loss, those of `Loss.values`."""
+        """Return the quantities of a loss."""
         return (
             CaseField("threshold", "real", f"{self.vary} where the response first loses its "
                      "stability", model.parameter(self.vary).unit),
@@ -163,15 +179,19 @@ class LossWork(Work):
         if case.failure:
             return None
         branch, found = case.branches[0], case.loss
+        first, last = self.ends
         if not branch.stable:
-            return unstable_from(self.vary, float(self.span[0]))
+            return unstable_from(self.vary, first)
         if found is not None:
             return Loss(float(branch.orbits.value(found.point.z)), found.type, "")
         if branch.end != "span":  # where a limit lies is not known
             return None
-        last = float(self.span[1])
         reason = f"reached the end of the span at {self.vary} = {last:g}"
         return Loss(math.nan, STABLE, f"{reason} (stable up to {self.vary} = {last:.9g})")
+
+
+def _loss_values(loss: Loss) -> tuple[Any, ...]:
+    return loss.threshold, loss.outcome, loss.reason
 
 
 class ResponseWork(LossWork):
@@ -207,45 +227,39 @@ class ResponseWork(LossWork):
     def compute(self, model: Model) -> CaseValues:
         """Follow the response."""
         check_followed(model)
-        first, last = self.span
         settings = Settings(largest_period=self.largest_period)
-        span = (float(first), float(last))
-        branches = trace_response(model, self.vary, span, settings=settings, through_stick=True)
+        branches = trace_response(
+            model, self.vary, self.ends, settings=settings, through_stick=True
+        )
         if any(branch.interrupted for branch in branches):
             raise KeyboardInterrupt
-        result = first_loss(branches[0], float(first))
+        loss = first_loss(branches[0], self.ends[0])
         given_up = sum(branch.failed for branch in branches)
-        return _values(result, [branch.special for branch in branches], given_up)
+        return self._case(model, loss, [branch.special for branch in branches], given_up)
 
     def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Follow ordinary responses as a batch."""
-        span = (float(self.span[0]), float(self.span[1]))
         settings = Settings(largest_period=self.largest_period)
-        cases = follow_batch(models, self.vary, span, settings, whole=False)
+        cases = follow_batch(models, self.vary, self.ends, settings, whole=False)
         losses = [self.batched_loss(case) for case in cases]
         return [
-            None if loss is None else _values(loss, case.special, 0)
-            for case, loss in zip(cases, losses, strict=True)
+            None if loss is None else self._case(model, loss, case.special, 0)
+            for model, case, loss in zip(models, cases, losses, strict=True)
         ]
 
-
-def _values(loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int) -> CaseValues:
-    """Return the values of a response; special points are given by branch."""
-    values = {**loss.values(), "branches": len(special), "given_up": given_up}
-    listed = tuple(
-        {
-            "type": point.type,
-            "branch": number,
-            "period": point.period,
-            "value": float(point.value),
-            "uncertainty": float(point.uncertainty),
-            "criticality": point.criticality,
-            "coefficient": None if point.coefficient is None else float(point.coefficient),
-        }
-        for number, points in enumerate(special, 1)
-        for point in points
-    )
-    return CaseValues(values, listed)
+    def _case(
+        self, model: Model, loss: Loss, special: Sequence[Sequence[SpecialPoint]], given_up: int
+    ) -> CaseValues:
+        """Return the values of a response; special points are given by branch."""
+        listed = [
+            (
+                *(point.type, number, point.period, point.value, point.uncertainty),
+                *(point.criticality, point.coefficient),
+            )
+            for number, points in enumerate(special, 1)
+            for point in points
+        ]
+        return self.case(model, (*_loss_values(loss), len(special), given_up), listed)
 
 
 class ThresholdWork(LossWork):
@@ -255,18 +269,19 @@ class ThresholdWork(LossWork):
 
     def together(self, models: Sequence[Model]) -> list[CaseValues | None]:
         """Follow ordinary responses as a batch, each until it loses its stability."""
-        span = (float(self.span[0]), float(self.span[1]))
         settings = Settings(largest_period=1)
-        cases = follow_batch(models, self.vary, span, settings, to_loss=True)
+        cases = follow_batch(models, self.vary, self.ends, settings, to_loss=True)
         losses = [self.batched_loss(case) for case in cases]
-        return [None if loss is None else CaseValues(loss.values()) for loss in losses]
+        return [
+            None if loss is None else self.case(model, _loss_values(loss))
+            for model, loss in zip(models, losses, strict=True)
+        ]
 
     def compute(self, model: Model) -> CaseValues:
         """Follow the response until it meets a bifurcation."""
         check_followed(model)
-        first, last = float(self.span[0]), float(self.span[1])
-        branch = followed_to_loss(model, self.vary, (first, last), through_stick=True)
-        return CaseValues(first_loss(branch, first).values())
+        branch = followed_to_loss(model, self.vary, self.ends, through_stick=True)
+        return self.case(model, _loss_values(first_loss(branch, self.ends[0])))
 
 
 class LocusWork(Work):
@@ -295,10 +310,10 @@ class LocusWork(Work):
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
         ends = [
-            CaseField(f"{which}_{name}", "real", f"{which} {name} of any locus",
+            CaseField(f"{which}_{name}", "real", f"{which} of {name} along all loci",
                      model.parameter(name).unit)
             for name in self.window
-            for which in ("least", "largest")
+            for which in ("min", "max")
         ]  # fmt: skip
         return (CaseField("loci", "whole", "number of loci"), *ends)
 
@@ -331,33 +346,27 @@ class LocusWork(Work):
         )
         if result.interrupted:
             raise KeyboardInterrupt
-        values: dict[str, Value] = {"loci": len(result.loci)}
-        for place, name in enumerate(plane):
+        ends: list[float | None] = []
+        for place in (0, 1):
             along = [item.values[:, place] for item in result.loci if len(item.values)]
-            values[f"least_{name}"] = float(min(map(min, along))) if along else None
-            values[f"largest_{name}"] = float(max(map(max, along))) if along else None
-        listed: tuple[dict[str, Value], ...] = tuple(
-            {
-                "type": point.type,
-                "locus": item.id,
-                "locus_type": item.type,
-                "period": item.period,
-                **dict(zip(plane, map(float, point.values), strict=True)),
-            }
+            ends += [min(map(min, along)), max(map(max, along))] if along else [None, None]
+        listed = [
+            (point.type, item.id, item.type, item.period, *point.values)
             for item in result.loci
             for point in item.special
-        )
-        return CaseValues(values, listed)
+        ]
+        return self.case(model, (len(result.loci), *ends), listed)
 
 
 class TrajectoryWork(Work):
     """Something of the solution from one state."""
 
-    start: Start = Field(default_factory=dict)
+    start: Start = None
 
     def checked(self, model: Model) -> Self:
-        """Return it with the starting states in SI units."""
-        return self.model_copy(update={"start": parsed_start(model, self.start)})
+        """Return it unchanged if the model has such a start."""
+        initial_state(model, self.start)
+        return self
 
 
 class SimulationWork(TrajectoryWork):
@@ -391,28 +400,16 @@ class SimulationWork(TrajectoryWork):
 
     def compute(self, model: Model) -> CaseValues:
         """Integrate the solution."""
-        result = simulate(
-            model, self.periods, parsed_start(model, self.start) or None, tolerance=self.tolerance
-        )
+        result = simulate(model, self.periods, self.start, tolerance=self.tolerance)
         settlement, stopped = result.settlement, result.stopped
-        values: dict[str, Value] = {
-            "settled": int(settlement.settled),
-            "period": settlement.period,
-            "duration": settlement.duration,
-            "time": float(result.duration),
-            "reason": "" if stopped is None else stopped.reason,
-        }
-        for state, value in zip(model.states, result.strobe[-1], strict=True):
-            values[f"last_{state.name}"] = float(value) if np.isfinite(value) else None
         names = [item.name for item in _outputs(model)]
-        low = high = np.full(len(names), np.nan)  # what ended early lasts no more
+        ends = np.full((len(names), 2), np.nan)  # what ended early lasts no more
         if stopped is None:
             extrema = steady_extrema(result, names)
-            (low,), (high,) = extrema.minimum, extrema.maximum
-        for name, least, most in zip(names, low.tolist(), high.tolist(), strict=True):
-            values[f"min_{name}"] = least if np.isfinite(least) else None
-            values[f"max_{name}"] = most if np.isfinite(most) else None
-        return CaseValues(values)
+            ends = np.column_stack([extrema.minimum[0], extrema.maximum[0]])
+        values = (int(settlement.settled), settlement.period, settlement.duration, result.duration)
+        reason = "" if stopped is None else stopped.reason
+        return self.case(model, (*values, reason, *result.strobe[-1], *ends.ravel()))
 
 
 def _outputs(model: Model) -> tuple[State | Output, ...]:
@@ -441,28 +438,24 @@ class LyapunovWork(TrajectoryWork):
 
     def compute(self, model: Model) -> CaseValues:
         """Propagate the solution and its perturbations."""
-        start = initial_state(model, parsed_start(model, self.start))
+        start = initial_state(model, self.start)
         result = find_exponents(model, start, self.periods, self.tolerance)
         if result.interrupted:
             raise KeyboardInterrupt
         unit = 1.0 if model.forced else float(result.model.values[DURATION.name])
         last = result.estimates[-1]
-        values: dict[str, Value] = {
-            "verdict": result.verdict.kind,
-            "period": result.verdict.period,
-        }
-        for number, (exponent, error) in enumerate(
-            zip(last.exponents / unit, last.errors / unit, strict=True), 1
-        ):
-            values[f"exponent_{number}"] = float(exponent)
-            values[f"error_{number}"] = float(error)
-        return CaseValues(values)
+        verdict = result.verdict.kind, result.verdict.period
+        return self.case(model, (*verdict, *(last.exponents / unit), *(last.errors / unit)))
 
 
-PERIODS = (1, 2)
-"""Periods whose basin fractions have separate names."""
-
-KINDS = ("torus", "chaos", "cycle", "equilibrium")
+OUTCOMES = {
+    **{f"period_{period}": f"responses of period {period}" for period in (1, 2)},
+    "longer": "responses of other periods",
+    **{kind: f"attractors that are: {kind}" for kind in ("torus", "chaos", "cycle", "equilibrium")},
+    "ended": "nothing, as they end at a limit",
+    "undecided": "an unknown solution",
+}
+"""What starts converge to, by the end of the name of its fraction."""
 
 
 class AttractorsWork(Work):
@@ -471,33 +464,26 @@ class AttractorsWork(Work):
     listed: ClassVar[str] = "attractor"
 
     what: Literal["attractors"]
-    box: dict[str, Span] = Field(default_factory=dict)
+    box: Box = None
     starts: Starts = 256
     seed: Seed = 0
     periods: SearchPeriods = None
 
     def checked(self, model: Model) -> Self:
         """Return it unchanged if the model has such a box."""
-        if self.box:
+        if self.box is not None:
             checked_box(model, self.box)
         return self
 
     def quantities(self, model: Model) -> tuple[CaseField, ...]:
         """Return the quantities of every case."""
-        fractions = {f"period_{period}": f"responses of period {period}" for period in PERIODS}
-        fractions |= {"longer": "responses of other periods"}
-        fractions |= {kind: f"attractors that are: {kind}" for kind in KINDS}
-        fractions |= {
-            "ended": "nothing, as they end at a limit",
-            "undecided": "an unknown solution",
-        }
         return (
             CaseField("attractors", "whole", "number of attractors"),
             *(
                 CaseField(
                     f"fraction_{name}", "real", f"fraction of the starts that converge to {meaning}"
                 )
-                for name, meaning in fractions.items()
+                for name, meaning in OUTCOMES.items()
             ),
         )
 
@@ -516,27 +502,22 @@ class AttractorsWork(Work):
     def compute(self, model: Model) -> CaseValues:
         """Search the attractors."""
         model = measured(model)
-        box: Box = checked_box(model, self.box) if self.box else box_around(model)
+        box = box_around(model) if self.box is None else checked_box(model, self.box)
         result = search(model, box.starts(self.starts, self.seed), self.periods)
         if result.interrupted:
             raise KeyboardInterrupt
-        fractions = {item.name: 0.0 for item in self.quantities(model)}
-        fractions["fraction_ended"] = float(np.mean(result.labels == ENDED))
-        fractions["fraction_undecided"] = float(np.mean(result.labels == UNDECIDED))
-        listed: list[dict[str, Value]] = []
+        sums = dict.fromkeys(OUTCOMES, 0.0)
+        sums["ended"] = float(np.mean(result.labels == ENDED))
+        sums["undecided"] = float(np.mean(result.labels == UNDECIDED))
+        listed = []
         for item in result.attractors:
             fraction = float(np.mean(result.labels == item.id))
             name = item.kind
             if name == "periodic":
-                name = f"period_{item.period}" if item.period in PERIODS else "longer"
-            fractions[f"fraction_{name}"] += fraction
-            states = zip(model.states, item.state.tolist(), strict=True)
-            listed.append(
-                {"kind": item.kind, "period": item.period, "fraction": fraction}
-                | {f"state_{state.name}": value for state, value in states}
-            )
-        values: dict[str, Value] = {**fractions, "attractors": len(listed)}
-        return CaseValues(values, tuple(listed))
+                name = f"period_{item.period}"
+            sums[name if name in sums else "longer"] += fraction
+            listed.append((item.kind, item.period, fraction, *item.state))
+        return self.case(model, (len(listed), *sums.values()), listed)
 
 
 Known = ResponseWork | ThresholdWork | LocusWork | SimulationWork | LyapunovWork | AttractorsWork
