@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from slipfold.branches.settings import Settings
-from slipfold.branches.stops import RESOLVED
 from slipfold.branches.switching_boundaries import beyond_boundary
 from slipfold.continuation.end import End
-from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
+from slipfold.continuation.traced_curve import Found, TracedCurve
 from slipfold.errors import BREAKDOWNS
-from slipfold.orbits.continued import by_collocation, through_stick
+from slipfold.orbits.continued import by_collocation, by_mesh_shooting, through_stick
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.shooting import Shooting
 
 FARTHER = 1.02
 """Minimum ratio of branch lengths for collocation to count as having reached farther."""
-
-GROWS = "grows"
-"""Kind of an internal end: the branch continues by collocation if possible."""
 
 
 @dataclass(frozen=True)
@@ -33,18 +27,13 @@ class _Before:
 
 
 class Change:
-    """Continues a branch with another discretization where shooting ends, once."""
+    """Continues a branch where shooting ends: over a mesh, by collocation, or through stick."""
 
     def __init__(self, settings: Settings, *, through_stick: bool = False) -> None:
         self._through_stick = through_stick and settings.discretization == "automatic"
         self._automatic = settings.discretization == "automatic"
         self._before: _Before | None = None
         self._slipped: _Before | None = None
-
-    def may_change(self, curve: OrbitCurve) -> bool:
-        """Whether a branch may still change its discretization."""
-        shot = type(curve.orbits.by) is Shooting
-        return self._automatic and self._before is None and shot
 
     def otherwise(self, traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
         """Return the curve with which an ended branch continues, and its first point; or None."""
@@ -58,17 +47,20 @@ class Change:
             self._slipped = _Before(end, list(traced.points), list(traced.found))
             before = traced.points[-2] if len(traced.points) > 1 else None
             return through_stick(last.curve, last, before)
-        if end is None or end.kind not in ("failed", "unresolved", GROWS):
+        if end is None or end.kind not in ("failed", "unresolved"):
             return None
-        if not self.may_change(last.curve):
+        if not (self._automatic and isinstance(last.curve.orbits.by, Shooting)):
             self._restore(traced)
             return None
-        self._before = _Before(end, list(traced.points), list(traced.found))
-        try:
-            found = by_collocation(last.curve, last)
-        except BREAKDOWNS:
-            found = None
-        return (last.curve, last) if found is None and end.kind == GROWS else found
+        self._before = self._before or _Before(end, list(traced.points), list(traced.found))
+        for method in (by_mesh_shooting, by_collocation):
+            try:
+                found = method(last.curve, last)
+            except BREAKDOWNS:
+                continue
+            if found is not None:
+                return found
+        return None
 
     def _restore_slip(self, traced: TracedCurve[OrbitPoint]) -> None:
         """Return to the limit of slip if no orbit that sticks was found beyond it."""
@@ -85,30 +77,8 @@ class Change:
     def _restore(self, traced: TracedCurve[OrbitPoint]) -> None:
         """Return to the result of shooting if collocation reached no farther."""
         before = self._before
-        if before is None or before.end.kind == GROWS:
+        if before is None:
             return
         if traced.points[-1].arclength < FARTHER * before.points[-1].arclength:
             traced.end, traced.points, traced.found = before.end, before.points, before.found
             traced.curve = before.points[-1].curve
-
-
-class Growing:
-    """Ends shooting where perturbations grow too much over one period to leave any digits."""
-
-    def __init__(self, curve: OrbitCurve) -> None:
-        self._curve = curve
-
-    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
-        """Return the point at which this begins."""
-        part = interval.point.linearization
-        if part is None or np.linalg.norm(part.blocks, axis=(1, 2)).prod() <= RESOLVED:
-            return MonitorResult()
-        propagated, largest = part.blocks[0], 0.0
-        for block in part.blocks[1:]:
-            largest = max(largest, float(np.abs(propagated).max()))
-            propagated = block @ propagated
-        if largest <= RESOLVED:
-            return MonitorResult()
-        reason = f"perturbations grow by {largest:.1e} within a period"
-        end = End(GROWS, reason, self._curve.place(interval.point.z))
-        return MonitorResult(stop=Stop(interval.point, end))

@@ -16,7 +16,7 @@ from slipfold.branches.bifurcations import (
 )
 from slipfold.branches.homoclinic import nears_homoclinic
 from slipfold.branches.special_point import ALIKE
-from slipfold.branches.stops import RESOLVED, far_away
+from slipfold.branches.stops import far_away
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
@@ -29,6 +29,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.shooting import RESOLVED
 
 NEAR_EDGE = 0.01
 """Distance from the end of the span, in spans, within which a failure may be due to it."""

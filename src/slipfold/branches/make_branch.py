@@ -31,12 +31,13 @@ from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import evaluate_tests, floquet_multipliers, match_multipliers
+from slipfold.orbits.test_functions import evaluate_tests, match_multipliers
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 from slipfold.text import certain
 
 DIFFERENCED = 1e-6
-"""Arclength over which multipliers are differenced: six digits of their rates are left."""
+"""Arclength over which multipliers are differenced: six digits of their rates are left. It is
+shortened where multipliers change by orders of magnitude, as near a homoclinic orbit."""
 
 AT_ONCE = 1e-9
 """Arclength beside a place where changes meet, or stick begins, within which they are at once: an
@@ -237,7 +238,7 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
         return np.inf, np.full(len(uncertain), np.inf)
     if other is None:
         test = "fold" if found.type == "BP" else found.type
-        change = abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
+        change = SPREAD * abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
         change = max(change, _blurred(test, point, uncertain))
         along = change / max(abs(found.slope), 1e-300)
         rounding += along * abs(point.tangent[-1])
@@ -255,9 +256,14 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
 
 def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Array:
     """Return by how much each multiplier changes along a branch, a unit of arclength."""
-    beside = orbits.linearize(point.z + DIFFERENCED * direction)
-    others = match_multipliers(point.multipliers, floquet_multipliers(beside.monodromy))
-    return np.asarray(np.abs(others - point.multipliers) / DIFFERENCED, dtype=float)
+    step, values = DIFFERENCED, point.multipliers
+    while True:
+        beside = point.z + step * direction
+        others = orbits.eigenvalues(beside, orbits.linearize(beside))
+        change = np.abs(match_multipliers(values, others) - values)
+        if change.max(initial=0.0) < 0.01 or step < 1e-4 * DIFFERENCED:
+            return np.asarray(change / step, dtype=float)
+        step /= 100
 
 
 def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:

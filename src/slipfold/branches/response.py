@@ -9,7 +9,7 @@ import numpy as np
 
 from slipfold.branches.bifurcations import CLOSED, ON_CIRCLE, Bifurcations
 from slipfold.branches.branch import Branch
-from slipfold.branches.change import Change, Growing
+from slipfold.branches.change import Change
 from slipfold.branches.closed_branches import (
     Birth,
     MeetsCopy,
@@ -229,10 +229,7 @@ def trace_branch(
         orbits,
         start,
         orbits.bounds(span),
-        lambda curve: [
-            *_monitors(curve, span, settings, departs, births, events),
-            *([Growing(curve)] if change.may_change(curve) else []),
-        ],
+        lambda curve: _monitors(curve, span, settings, departs, births, events),
         settings=settings,
         departs=departs,
         first_step=partial(_first_step, orbits, start, settings) if departs else None,

@@ -37,9 +37,9 @@ class Settings(Stepping):
         By what periodic orbits are computed: ``"shooting"``, or ``"collocation"`` on a mesh that
         adapts itself, for stiff motion and for motion that grows and decays by many orders of
         magnitude within a period. Special points are the same. ``"automatic"`` is shooting, which
-        is quicker, and on each branch collocation from where shooting cannot go on; from its
-        beginning where the fastest vibration turns 200 times within a period, of forced orbits if
-        it decays as well.
+        is quicker, over segments that adapt themselves to such growth, and on each branch
+        collocation from where shooting cannot continue; from its beginning where the fastest
+        vibration turns 200 times within a period, of forced orbits if it decays as well.
 
     Examples
     --------

@@ -19,7 +19,7 @@ from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import measured_within
 from slipfold.models.equilibria import search_equilibrium
 from slipfold.models.model import Model, evaluation_of
-from slipfold.orbits.collocation import INTERVALS, Collocation
+from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.continued import by_collocation, hold_parameter
 from slipfold.orbits.discretization import Cut, scheme_for
 from slipfold.orbits.eigenvalues import unit_of_time
@@ -27,6 +27,7 @@ from slipfold.orbits.find import may_slip, periodic_orbit
 from slipfold.orbits.first_orbits import find_response
 from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
 from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.meshes import INTERVALS
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.orbits.shooting import SEGMENTS, Shooting

@@ -14,6 +14,7 @@ from slipfold.continuation.locate import locate
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.shooting import RESOLVED
 
 FAMILY = 150
 """Number of orbits at one value of the parameter after which a family ends. Around a center they
@@ -28,9 +29,6 @@ so that all further ones would have the same value."""
 
 LIMIT_CLOSE = 1e-9
 """Arclength to which a limit is located: its bound is a convention within 1e-4 anyway."""
-
-RESOLVED = 1e7
-"""Largest multiplier with which those near the unit circle are still known to five digits."""
 
 LOOSE = 1e9
 """Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by 1e-5

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.change import Change, Growing
+from slipfold.branches.change import Change
 from slipfold.branches.closed_branches import Returns, has_copy, step_beside_parent
 from slipfold.branches.ends import failure_reason
 from slipfold.branches.settings import Settings
@@ -70,10 +70,7 @@ def trace_locus(
         curve,
         start,
         orbits.bounds(*window),
-        lambda curve: [
-            *_monitors(curve, settings),
-            *([Growing(curve)] if change.may_change(curve) else []),
-        ],
+        lambda curve: _monitors(curve, settings),
         settings=settings,
         departs=born,
         first_step=first_step,

@@ -13,12 +13,10 @@ from slipfold.collocation_points import CollocationPoints
 from slipfold.flow.equations import Constants
 from slipfold.flow.intervals import MANY, Field, LinearPart, Stages, solve_intervals
 from slipfold.models.model import Model
-from slipfold.orbits.discretization import GAUSS, Cut, Discretization, Scheme
+from slipfold.orbits.discretization import GAUSS, Cut, Scheme
+from slipfold.orbits.meshes import FLOOR, INTERVALS, MeshDiscretization, even_mesh, repeated, spread
 
 Places = NDArray[np.intp]
-
-INTERVALS = 16
-"""Intervals of the part of a mesh that is repeated, to begin with; and at least."""
 
 LARGEST = 1500
 """Intervals of a mesh at most: beyond, the errors are what they are."""
@@ -36,9 +34,6 @@ SPARE = 1.15
 WASTEFUL = 2.5
 """A mesh with this many times the intervals that are needed is made coarser."""
 
-FLOOR = 0.15
-"""Density of a mesh where nothing happens, as a fraction of the mean."""
-
 FINER = 1.3
 """The other mesh on which results are computed again has so many times the intervals: its errors
 are a 23rd. Intervals may be as many times longer than vibrations need until there is a new mesh."""
@@ -55,7 +50,7 @@ REACH = 0.2
 """Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
 
 
-class Collocation(Discretization):
+class Collocation(MeshDiscretization):
     """Polynomials that meet the equations at some points of the m intervals of a mesh.
 
     An interval is solved from its first state alone, so that the unknowns are those of shooting:
@@ -78,11 +73,9 @@ class Collocation(Discretization):
         edges: Array | None = None,
         scheme: Scheme = GAUSS,
     ) -> None:
-        self.copies = _copies(model, period)
         if edges is None:
             least = int(np.ceil(scheme.density * period))
-            count = max(segments, INTERVALS * self.copies, least)
-            edges = np.linspace(0.0, period, -(-count // self.copies) * self.copies + 1)
+            edges = even_mesh(model, period, max(segments, least))
         super().__init__(model, free, period, edges)
         self._scheme, self.points = scheme, scheme.points
         if self.points.damps:
@@ -99,23 +92,10 @@ class Collocation(Discretization):
     def on(self, edges: Array, scheme: Scheme | None = None) -> Collocation:
         """Return the same on another mesh over the whole period. Shapes: edges (m + 1,)."""
         period = round(edges[-1] - edges[0])
-        other = Collocation(
-            self.model, self.free, period, edges=edges, scheme=scheme or self._scheme
-        )
+        given = self.model, self.free, period
+        other = Collocation(*given, edges=edges, scheme=scheme or self._scheme)
         other.measure_in(self.scales)
         return other
-
-    def with_period(self, period: int) -> Collocation:
-        """Return the same for orbits of another period: the mesh is repeated, or its half taken."""
-        wanted = _copies(self.model, period)
-        own = self.period / self.copies
-        pattern = self.edges[: self.segments // self.copies + 1]
-        if wanted * own == period:
-            return self.on(_repeated(pattern, wanted))
-        # Of a cycle the mesh is that of half a round; of a forced orbit that of a whole one.
-        if wanted * own < period:
-            return self.on(_repeated(_repeated(pattern, round(period / (wanted * own))), wanted))
-        return Collocation(self.model, self.free, period, scheme=self._scheme)
 
     @property
     def cut(self) -> Cut:
@@ -323,18 +303,6 @@ class Collocation(Discretization):
         solved = self._solved(nodes / self.scales, constants, derived=False)
         return solved.stages.reshape(-1, nodes.shape[1]) * self.scales, solved.phases.ravel()
 
-    def evenly(self, nodes: Array, constants: Constants, count: int = 0) -> Array:
-        """Return the states at equidistant phases from that of the first node, shape (M, n).
-
-        There are eight, or a double, at least as many as asked for, and as nodes. Shapes: nodes
-        (m, n).
-        """
-        total = 8
-        while total < max(self.segments, count):
-            total *= 2
-        phases: Array = self.phase + np.arange(total, dtype=float) * (self.period / total)
-        return self.states(nodes, constants, phases)
-
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Collocation, Array, Array]:
@@ -349,7 +317,9 @@ class Collocation(Discretization):
 
     # -- the mesh ------------------------------------------------------------------------------
 
-    def better(self, nodes: Array, constants: Constants) -> Collocation | None:
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> Collocation | None:
         """Return the same on a mesh that fits an orbit better, None if its own serves."""
         solved = self._solved(nodes / self.scales, constants, derived=False)
         if not np.isfinite(solved.slopes).all():
@@ -359,22 +329,16 @@ class Collocation(Discretization):
         density *= (self.points.error / TOLERANCE) ** (1 / order)
         density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
         errors = (density * self.lengths) ** order
-        # The same mesh for each half of an orbit, and in each forcing period.
-        density = density.reshape(self.copies, -1).max(axis=0)
-        density = np.maximum(density, (np.roll(density, 1) + np.roll(density, -1)) / 2)
         scheme = self.scheme(nodes, constants, order - 1)
+        pattern, density = self.pattern(density)
         density = np.maximum(density, scheme.density)
-        own = self.segments // self.copies
-        pattern = self.edges[: own + 1]
         lengths = np.diff(pattern)
-        total = float(density @ lengths)
-        density += FLOOR * total / (pattern[-1] - pattern[0]) if total > 0 else 1.0
-        wanted = max(INTERVALS, int(np.ceil(SPARE * (1 + FLOOR) * total)))
-        wanted = min(wanted, LARGEST // self.copies)
+        wanted = SPARE * (1 + FLOOR) * float(density @ lengths)
+        wanted = min(max(INTERVALS, int(np.ceil(wanted))), LARGEST // self.copies)
         fits = scheme.points is self.points and scheme.density * lengths.max() <= FINER
-        if fits and errors.max() <= SLACK and own <= WASTEFUL * wanted:
+        if fits and errors.max() <= SLACK and len(lengths) <= WASTEFUL * wanted:
             return None
-        return self.on(_repeated(_spread(pattern, density, wanted), self.copies), scheme)
+        return self.on(repeated(spread(pattern, density, wanted), self.copies), scheme)
 
     def _growth(self, nodes: Array, constants: Constants) -> Array:
         """Return the largest rate at which perturbations grow on each interval, shape (m,)."""
@@ -383,20 +347,6 @@ class Collocation(Discretization):
         slopes = self._field(constants).jacobians(scaled, phases)
         rates = np.repeat(np.linalg.eigvals(slopes).real.max(axis=1), each)[: len(nodes)]
         return np.maximum(rates, np.roll(rates, -each))
-
-
-def _copies(model: Model, period: int) -> int:
-    """How often a mesh repeats itself, so that an orbit started a part of its period later has it.
-
-    So have doubled orbits and their copies, and the two halves of a cycle.
-    """
-    return period if model.forced or period % 2 == 0 else 2 * period
-
-
-def _repeated(pattern: Array, times: int) -> Array:
-    own = pattern[-1] - pattern[0]
-    parts = [pattern[:-1] - pattern[0] + turn * own for turn in range(times)]
-    return np.append(np.concatenate(parts), times * own)
 
 
 def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
@@ -415,12 +365,3 @@ def _steepness(edges: Array, slopes: Array, gauss: CollocationPoints) -> Array:
     gaps = (lengths + np.roll(lengths, -1)) / 2
     jumps = np.abs(np.roll(highest, -1, axis=0) - highest).max(axis=1) / gaps
     return np.asarray(np.maximum(jumps, np.roll(jumps, 1)) ** (1 / (m + 1)))
-
-
-def _spread(edges: Array, density: Array, count: int) -> Array:
-    """Return a mesh of so many intervals, all of which have the same fraction of a density.
-
-    Shapes: edges (N + 1,); density (N,); returns (N' + 1,).
-    """
-    cumulated = np.concatenate([[0.0], np.cumsum(density * np.diff(edges))])
-    return np.interp(np.linspace(0.0, cumulated[-1], count + 1), cumulated, edges)

@@ -14,13 +14,15 @@ from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
 from slipfold.flow.modes import contacts_of
 from slipfold.newton import Rule, find_root
-from slipfold.orbits.collocation import INTERVALS, Collocation
-from slipfold.orbits.discretization import STAGES
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.discretization import STAGES, Discretization
 from slipfold.orbits.kinds import STANDING
 from slipfold.orbits.limits import limit_margins, limit_met
 from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.meshes import INTERVALS
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.shooting import SEGMENT_GROWTH, Shooting, growth_within
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 MESHES = 4
@@ -170,14 +172,29 @@ C = TypeVar("C", bound=OrbitCurve)
 
 
 def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
-    """Return a curve by collocation on a mesh that fits, and a point of it; None if lost."""
+    """Return a curve by collocation on a mesh that fits, and a point of it; None if that fails."""
     orbits = curve.orbits
     if isinstance(orbits.by, Collocation):
         return _fitted(curve, point)
-    count = 4 * INTERVALS * orbits.period
     scheme = orbits.by.scheme(orbits.nodes(point.z), orbits.constants(point.z))
+    count = 4 * INTERVALS * orbits.period
     by = Collocation(orbits.model, orbits.by.free, orbits.period, count, scheme=scheme)
-    other = curve.described_by(by)
+    return _described_by(by, curve, point)
+
+
+def by_mesh_shooting(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
+    """Return a curve by shooting over a mesh, and a point of it; None if that fails.
+
+    None too where perturbations grow so little that segments are short enough.
+    """
+    by, part = curve.orbits.by, point.linearization
+    if type(by) is not Shooting or part is None or growth_within(part.blocks) < SEGMENT_GROWTH:
+        return None
+    return _described_by(by.over_a_mesh(), curve, point)
+
+
+def _described_by(by: Discretization, curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
+    orbits, other = curve.orbits, curve.described_by(by)
     size = np.ptp(orbits.nodes(point.z) / orbits.scales, axis=0).max()
     if orbits.free_phase and size < STANDING:
         return (other, _newborn(other, orbits, point)) if isinstance(other, Orbits) else None

@@ -91,14 +91,17 @@ class Discretization(ABC):
     """Whether contacts change what they do on the way and some of them slip in any direction."""
 
     def __init__(self, model: Model, free: Mapping[str, float], period: int, edges: Array) -> None:
-        self.model, self.period, self.segments = model, period, len(edges) - 1
-        self.edges, self.start, self.end = edges, edges[:-1], edges[1:]
-        self.phase = float(edges[0])
-        self._following = (np.arange(self.segments) + 1) % self.segments
+        self.model, self.period = model, period
+        self._cut(edges)
         self._free(free)
         self.flow: Flow = flow_of(model)
         self.measure_in(model.state_scales())
         self.flow_scales = power_of_two(self.scales)
+
+    def _cut(self, edges: Array) -> None:
+        self.edges, self.start, self.end = edges, edges[:-1], edges[1:]
+        self.segments, self.phase = len(edges) - 1, float(edges[0])
+        self._following = (np.arange(self.segments) + 1) % self.segments
 
     def _free(self, free: Mapping[str, float]) -> None:
         self.free = dict(free)
@@ -133,10 +136,13 @@ class Discretization(ABC):
         """
         return None
 
-    def better(self, nodes: Array, constants: Constants) -> Discretization | None:
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> Discretization | None:
         """Return one that is made for this orbit, None where this one serves as well.
 
-        Shapes: nodes (m, n).
+        `blocks` are the transition matrices of the segments, if they are known. Shapes: nodes
+        (m, n); blocks (m, n, n).
         """
         return None
 

@@ -149,8 +149,12 @@ class Cycles(Orbits):
 
         In a plane it is one, and by Liouville's formula it is the exponential of the divergence
         integrated over a round: known also where a segment lasts many times the fastest decay.
+        Along a mesh it is the product of the transitions' determinants.
         """
         logarithm = self.log_multiplier(z)
+        if logarithm is None and len(self.scales) == 2 and self.by.growing:
+            with np.errstate(divide="ignore"):
+                logarithm = np.linalg.slogdet(linearization.factors)[1].sum()
         if logarithm is None:
             return super().eigenvalues(z, linearization)
         with np.errstate(over="ignore"):

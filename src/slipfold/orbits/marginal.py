@@ -309,7 +309,9 @@ class MarginalShooting(SwitchedShooting):
         moved = vectors[0] * (self.units / self.scales[:, None])
         return value, by_state @ (matrices[0] * self.ratios), by_free + by_state @ moved
 
-    def better(self, nodes: Array, constants: Constants) -> Self | None:
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> Self | None:
         """Return one in whose window the event lies in the middle, None if it does here."""
         phase = self.phase_of_event(nodes, constants)
         if phase is None or abs(phase - self.met.phase) < OFF_CENTER * self.met.reach:

@@ -105,8 +105,9 @@ class OrbitCurve(Curve[OrbitPoint]):
 
     def renewed(self, points: Sequence[OrbitPoint]) -> tuple[Any, list[OrbitPoint]] | None:
         """Return the last points on a mesh that fits the last one, None if its own does."""
-        orbits, last = self.orbits, points[-1].z
-        by = orbits.by.better(orbits.nodes(last), orbits.constants(last))
+        orbits, last, part = self.orbits, points[-1].z, points[-1].linearization
+        blocks = None if part is None else part.blocks
+        by = orbits.by.better(orbits.nodes(last), orbits.constants(last), blocks)
         if by is None:
             return None
         other, moved = self.described_by(by), list[OrbitPoint]()

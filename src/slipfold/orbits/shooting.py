@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from typing import Self
 
 import numpy as np
@@ -13,9 +14,22 @@ from slipfold.flow.equations import Constants
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 from slipfold.orbits.discretization import Discretization
+from slipfold.orbits.meshes import (
+    INTERVALS,
+    MeshDiscretization,
+    even_mesh,
+    repeated,
+)
 
 SEGMENTS = 8
 """Segments an orbit is split into: one SIMD batch, and growth of 500 a period becomes 2.2 each."""
+
+RESOLVED = 1e7
+"""Growth of perturbations within a period with which multipliers near the unit circle are still
+known to five digits."""
+
+SEGMENT_GROWTH = 1e4
+"""Maximum growth in a segment of a mesh; a mesh is made for its fourth root."""
 
 
 class Shooting(Discretization):
@@ -31,8 +45,11 @@ class Shooting(Discretization):
         period: int = 1,
         segments: int = SEGMENTS,
         phase: float = 0.0,
+        *,
+        edges: Array | None = None,
     ) -> None:
-        edges: Array = phase + np.arange(segments + 1, dtype=float) * (period / segments)
+        if edges is None:
+            edges = phase + np.arange(segments + 1, dtype=float) * (period / segments)
         super().__init__(model, free, period, edges)
 
     def with_period(self, period: int) -> Self:
@@ -42,11 +59,27 @@ class Shooting(Discretization):
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[Self, Array, Array]:
-        """Return the same half a segment later: the integrator's steps fall elsewhere."""
-        half = 0.5 * self.period / self.segments
-        other = type(self)(self.model, self.free, self.period, self.segments, half)
+        """Return the same with segments that begin in the middle of these.
+
+        The integrator's steps fall elsewhere.
+        """
+        other, middles = copy(self), (self.start + self.end) / 2
+        other._cut(np.append(middles, middles[0] + self.period))
         ends, matrices, vectors = self.propagate(nodes, self.start, other.start, constants)
         return other, ends, np.einsum("jab,jb->ja", matrices, along) + vectors @ rates
+
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> Shooting | None:
+        """Return the same over a mesh where perturbations grow too much for equal segments."""
+        grows = blocks is not None and growth_within(blocks) > RESOLVED
+        return self.over_a_mesh() if grows else None
+
+    def over_a_mesh(self) -> MeshShooting:
+        """Return the same over a uniform mesh."""
+        other = MeshShooting(self.model, self.free, self.period)
+        other.measure_in(self.scales)
+        return other
 
     def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
         """Return where states lead, each from one phase to another, shape (q, n).
@@ -124,3 +157,70 @@ class Shooting(Discretization):
             (vectors * self.scales).reshape(-1, n),
         )
         return (jets[:, 2] / self.scales).reshape(r, m, n)
+
+
+class MeshShooting(MeshDiscretization, Shooting):
+    """Shooting over segments in which perturbations grow little, however much in a whole period.
+
+    Errors are those of the integrator: multipliers keep their digits beside any larger ones.
+    `edges`, shape (m + 1,), are a mesh over the whole period; without them it is uniform, of at
+    least as many `segments`.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        free: Mapping[str, float],
+        period: int = 1,
+        segments: int = 0,
+        *,
+        edges: Array | None = None,
+    ) -> None:
+        edges = even_mesh(model, period, segments) if edges is None else edges
+        super().__init__(model, free, period, edges=edges)
+
+    def on(self, edges: Array) -> Self:
+        """Return the same on another mesh over the whole period."""
+        other = type(self)(self.model, self.free, round(edges[-1] - edges[0]), edges=edges)
+        other.measure_in(self.scales)
+        return other
+
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> Self | None:
+        """Return the same on a mesh that fits an orbit better, None if its own serves."""
+        if blocks is None:
+            return None
+        growth = np.log(np.maximum(np.linalg.norm(blocks, 2, axis=(1, 2)), 1.0)) / np.log(
+            SEGMENT_GROWTH
+        )
+        if growth.max() <= 1:
+            return None
+        growth = growth.reshape(self.copies, -1).max(axis=0)
+        counts = np.where(growth > 1, np.ceil(4 * growth), 1).astype(int)
+        lengths = np.repeat((self.end - self.start)[: len(growth)] / counts, counts)
+        pattern = _joined(lengths, np.repeat(growth / counts, counts))
+        return self.on(repeated(pattern, self.copies))
+
+
+def _joined(lengths: Array, growth: Array) -> Array:
+    """Join neighbors as long as growth stays below a quarter; return the edges."""
+    ends = np.cumsum(lengths)
+    edges, own, longest = [0.0], 0.0, ends[-1] / INTERVALS
+    for start, end, grown in zip(ends - lengths, ends, growth, strict=True):
+        if start > edges[-1] and (own + grown > 0.25 or end - edges[-1] > 1.001 * longest):
+            edges.append(start)
+            own = 0.0
+        own += grown
+    return np.append(edges, ends[-1])
+
+
+def growth_within(blocks: Array) -> float:
+    """Return by how much perturbations grow at most from the first node to any other."""
+    if np.linalg.norm(blocks, axis=(1, 2)).prod() <= RESOLVED:
+        return 1.0
+    propagated, largest = blocks[0], 0.0
+    for block in blocks[1:]:
+        largest = max(largest, float(np.abs(propagated).max()))
+        propagated = block @ propagated
+    return max(largest, float(np.abs(propagated).max()))

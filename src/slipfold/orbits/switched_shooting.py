@@ -116,7 +116,9 @@ class SwitchedShooting(Shooting):
             before = part.state
         return min(found, default=None)
 
-    def better(self, nodes: Array, constants: Constants) -> SwitchedShooting | None:
+    def better(
+        self, nodes: Array, constants: Constants, blocks: Array | None = None
+    ) -> SwitchedShooting | None:
         """Return one whose node is far from all changes, None if that of this one is.
 
         A node that a change passes by has no tangent there. Shapes: nodes (m, n).
