@@ -48,6 +48,7 @@ SHOWN = {
     "labeled locus point": lambda: plane().special[0],
     "simulation": motion,
     "spectrum": lambda: motion().spectrum(),
+    "modes": lambda: sf.SlidingOscillator().modes(),
     "region map": regions,
     "region": lambda: regions().regions[0],
     "region check": lambda: regions().regions[0].checks[0],

@@ -26,6 +26,8 @@ def test_static_point_and_eigenvalues_of_the_design_page():
     point = model.static_point()
     assert point == pytest.approx([0.117402977126, 0.061106649797, 0, 0], abs=1e-12)
     expected = np.array([-1.898259036 + 44.811184307j, -0.530528347 + 78.291272945j])
+    assert model.modes().eigenvalues == pytest.approx(expected, abs=1e-9)
+    assert model.modes().stable
     steady = model_named("steady-sliding")
     assert steady == model.steady()
     found = np.linalg.eigvals(evaluation_of(steady).jacobian(steady, steady.static_point()))
@@ -33,10 +35,7 @@ def test_static_point_and_eigenvalues_of_the_design_page():
 
 
 def test_vertical_frequency_without_friction_of_the_design_page():
-    free = SlidingOscillator(mu=0).steady()
-    eigenvalues = np.linalg.eigvals(evaluation_of(free).jacobian(free, free.static_point()))
-    frequencies = np.unique(np.abs(eigenvalues).round(10)) / (2 * np.pi)
-    assert frequencies == pytest.approx([6.59, 12.45965249], abs=1e-8)
+    assert SlidingOscillator(mu=0).modes().frequency == pytest.approx([6.59, 12.45965249], abs=1e-8)
 
 
 def test_static_point_balances_the_forces():

@@ -14,7 +14,8 @@ from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.equilibria import find_static_point
 from slipfold.models.friction.contact import Contact
-from slipfold.models.model import Kind, Model
+from slipfold.models.linear_modes import Modes, find_modes
+from slipfold.models.model import Kind, Model, evaluation_of
 from slipfold.models.quantities import DURATION, Expression, Output, Parameter, Symbols
 
 _ZERO = hy.expression(0.0)
@@ -180,7 +181,7 @@ def _unforced_output(
 
 
 class MechanicalModel(Model):
-    """A model of displacements ``x`` and their rates ``vx``, with its static point."""
+    """A model of displacements ``x`` and their rates ``vx``, with its static point and modes."""
 
     @property
     def surface_speeds(self) -> Mapping[str, bool]:
@@ -228,6 +229,29 @@ class MechanicalModel(Model):
             If the model is autonomous.
         """
         return Unforced(self, **values)
+
+    def modes(self) -> Modes:
+        """Return the linear modes about the static point, all forces included.
+
+        Returns
+        -------
+        Modes
+            One a pair of eigenvalues, the lowest natural frequency first; friction laws with memory
+            add modes in which the contact recovers without vibration.
+
+        Examples
+        --------
+        >>> from slipfold import SlidingOscillator
+        >>> [f"{value:.4f}" for value in SlidingOscillator().modes().frequency]
+        ['7.1383', '12.4607']
+        """
+        forcing = self.forcing_amplitude
+        unforced = self if forcing is None else self.replace(**{forcing: 0.0})
+        names = [item.name for item in self.states]
+        displacements = tuple(name for name in names if f"v{name}" in names)
+        return find_modes(
+            evaluation_of(unforced).jacobian(unforced, self.static_point()), displacements
+        )
 
 
 @dataclass(frozen=True, eq=False)
