@@ -254,6 +254,6 @@ def test_the_command_line_maps_and_draws(tmp_path):
     assert "period 1" in done.stdout
     assert run("plot", path).exit_code == 0
     once = run("regimes", "sliding", "--vary", "f=12:13")
-    assert "given once, but a map of regimes has two parameters" in once.stderr
+    assert "--vary is given once; give it twice" in once.stderr
     refused = run("regimes", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:0.1", "--points", "x9")
     assert refused.exit_code == 2

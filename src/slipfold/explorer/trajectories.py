@@ -26,7 +26,7 @@ from slipfold.flow.simulate import (
     starts_in_slip,
 )
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
-from slipfold.long_term.contacts import ShownContacts, find_contacts
+from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
@@ -274,7 +274,7 @@ def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
     }
 
 
-def _contact_piece(contacts: ShownContacts, piece: ContactPhase) -> dict[str, Any]:
+def _contact_piece(contacts: ContactRounds, piece: ContactPhase) -> dict[str, Any]:
     known = not np.isnan(piece.displacement).any()
     return {
         "state": WORDS[piece.status],
@@ -285,7 +285,7 @@ def _contact_piece(contacts: ShownContacts, piece: ContactPhase) -> dict[str, An
     }
 
 
-def _words(trajectory: Trajectory, contacts: ShownContacts, last: LastRound | None) -> str:
+def _words(trajectory: Trajectory, contacts: ContactRounds, last: LastRound | None) -> str:
     """Return in a sentence what contacts do in a round."""
     if last is None:
         return ""

@@ -196,7 +196,7 @@ def forget(integrator: Any) -> None:
         integrator.reset_cooldowns()
 
 
-def carried(batch: Any, end: Array) -> Array:
+def propagated(batch: Any, end: Array) -> Array:
     """Integrate a batch; return one row per trajectory, NaN if it did not arrive.
 
     Shapes: end (m,); returns (m, N).

@@ -317,7 +317,9 @@ class Evaluated:
         mixed = np.swapaxes(result[:, :, n * n :], 1, 2)
         return result[:, 0, : n * n].reshape(m, n, n), mixed
 
-    def pulls(self, states: Array, phases: Array, constants: Constants, directions: Array) -> Array:
+    def parameter_slopes(
+        self, states: Array, phases: Array, constants: Constants, directions: Array
+    ) -> Array:
         """Return the derivatives of the rates along changes of the coefficients.
 
         Shapes: states (m, n); phases (m,); directions (n_c, k); returns (m, n, k).

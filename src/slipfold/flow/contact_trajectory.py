@@ -13,7 +13,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.compiled_code import cached
-from slipfold.flow.equations import written
+from slipfold.flow.equations import model_symbols
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
@@ -106,8 +106,8 @@ def sample_hybrid(model: Model, state: Array, mode: Mode, phases: Array) -> Samp
                 states[done:upto] = part.state
             else:
                 states[done:upto] = part.polynomials(phases[done:upto])[:, : len(state)] * scales
-            modes[done:upto] = [part.seen] * (upto - done)
-        done, last, doing = max(done, upto), part.state, part.seen
+            modes[done:upto] = [part.reported_mode] * (upto - done)
+        done, last, doing = max(done, upto), part.state, part.reported_mode
     # The last smooth phase may end in an event at the last phase.
     states[done:], modes[done:] = last, [doing] * (len(phases) - done)
     return Samples(model, states, phases, modes)
@@ -181,7 +181,7 @@ def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[C
     phases = np.linspace(part.begin, part.end, count + 1)
     assert part.polynomials is not None
     states = part.polynomials(phases)[:, :n] * constants.scales
-    mode = part.seen
+    mode = part.reported_mode
     repeated = np.broadcast_to(constants.values, (len(phases), len(constants.values)))
     inputs = np.concatenate([states, phases[:, None], repeated], axis=1)
     values = _evaluated(model.kind, mode)(np.ascontiguousarray(inputs.T)).T
@@ -220,7 +220,7 @@ def _evaluated(kind: Kind, mode: Mode) -> Any:
 
 def _displacement(model: Model, contact: Contact) -> list[Expression]:
     """Return the displacement of a contact: its velocity with each rate replaced by its state."""
-    symbols = written(model)
+    symbols = model_symbols(model)
     rates = model.rates(symbols.states, symbols.coefficients, symbols.phase)
     moved = {
         name: symbols.states[place]

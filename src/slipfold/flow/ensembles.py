@@ -18,7 +18,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import GuardedFlow, GuardStop
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
-from slipfold.flow.modes import Status, shown
+from slipfold.flow.modes import Status, reported_mode
 from slipfold.flow.scales import measured, measured_within
 from slipfold.flow.simulate import (
     LARGEST,
@@ -228,7 +228,7 @@ def _through_stick(model: Model, state: Array, phase: float) -> Array:
     """Propagate a state to the end of the period, from event to event. Shapes: state (n,)."""
     system = hybrid_system(model, state)
     mode = first_mode(system, state, phase)
-    state = system.held(shown(mode), state, phase)
+    state = system.held(reported_mode(mode), state, phase)
     for smooth, _ in smooth_phases(system, mode, state, 1.0, begin=phase):
         state = smooth.state
     return state

@@ -78,7 +78,7 @@ class Equations:
 
 
 @dataclass(frozen=True)
-class Written:
+class ModelSymbols:
     """The symbols in which a model's equations are written."""
 
     states: Symbols  # by name
@@ -88,18 +88,18 @@ class Written:
     phase: Expression
 
 
-def written(model: Model) -> Written:
+def model_symbols(model: Model) -> ModelSymbols:
     """Return the symbols in which a model's equations are written."""
     q = {state.name: hy.expression(state.name) for state in model.states}
     p = {item.name: hy.expression(f"p_{item.name}") for item in model.parameters}
     values = {**model.coefficients(p), "T": model.period(p)}
     c = {name: hy.expression(f"c_{name}") for name in values}
-    return Written(q, p, c, values, hy.expression("phase"))
+    return ModelSymbols(q, p, c, values, hy.expression("phase"))
 
 
 def build_equations(model: Model, given: Symbols | None = None) -> Equations:
     """Write a model's equations in symbols; forces of contacts may be given as such."""
-    symbols = written(model)
+    symbols = model_symbols(model)
     names, p, c, phase = (
         tuple(symbols.states), symbols.parameters, symbols.coefficients, symbols.phase
     )  # fmt: skip
@@ -203,7 +203,7 @@ def power_of_two(sizes: Array) -> Array:
     return np.asarray(np.exp2(np.round(np.log2(sizes))))
 
 
-def of_order_one(directions: Array) -> tuple[Array, Array]:
+def normalized_directions(directions: Array) -> tuple[Array, Array]:
     """Return directions over powers of two, so that no jet of theirs hides another, and these."""
     lengths = np.abs(directions).max(axis=1)
     far = (lengths > FAR) | ((lengths > 0) & (lengths < 1 / FAR))

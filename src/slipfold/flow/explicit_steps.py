@@ -219,7 +219,7 @@ def _absolute(value: Expression) -> Expression:
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class PropagatedStates:
     """Final states, NaN where not reached; everything in the states' own units."""
 
     ends: Array  # shape (l, n)
@@ -245,7 +245,7 @@ class LinearizedSteps:
     states: int
     limits: int
 
-    def carry(
+    def propagate(
         self,
         states: Array,
         start: Array,
@@ -254,7 +254,7 @@ class LinearizedSteps:
         scales: Array,
         change: Array,
         tolerance: float = EXPLICIT.tolerance,
-    ) -> Carried:
+    ) -> PropagatedStates:
         """Propagate states and their derivatives over a piece of a forcing period.
 
         Shapes: states, scales (l, n); start (l,); coefficients, change (l, n_c).
@@ -283,7 +283,7 @@ class LinearizedSteps:
         work[:size, ~arrived] = np.nan
         derivatives = work[n:size].reshape(n, n + 1, count).transpose(2, 0, 1)
         bounds = passed.bounds(count, self.limits)
-        return Carried(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
+        return PropagatedStates(work[:n].T, derivatives[..., :n], derivatives[..., n], *bounds)
 
     def _advance(
         self,

@@ -19,12 +19,12 @@ from slipfold.flow.batches import (
     TOLERANCE,
     arrive,
     by_lane,
-    carried,
     chunks,
     forget,
     joined,
     padded,
     pass_through,
+    propagated,
     sampled,
     set_out,
 )
@@ -34,7 +34,7 @@ from slipfold.flow.equations import (
     Equations,
     Scaled,
     build_equations,
-    of_order_one,
+    normalized_directions,
     power_of_two,
     with_variations,
 )
@@ -265,7 +265,7 @@ class Flow(Evaluated):
         """
         code = self._code.plain
         batches = [
-            carried(self._prepare(code, states, start, constants, some), end[some])
+            propagated(self._prepare(code, states, start, constants, some), end[some])
             for some in chunks(len(states))
         ]
         return joined(batches) * constants.scales
@@ -338,7 +338,7 @@ class Flow(Evaluated):
             batch = self._prepare(code, states, start, constants, some)
             self._direct(batch, directions, some)
             batch.state[size:] = identity
-            finished.append(carried(batch, end[some]))
+            finished.append(propagated(batch, end[some]))
         result = joined(finished)
         return result[:, :size] * scales, result[:, size:].reshape(m, size, n + k) * units
 
@@ -380,7 +380,7 @@ class Flow(Evaluated):
             set_out(code, start[some])
             code.state[:] = padded(state[some]).T
             code.pars[:] = padded(pars[some]).T
-            finished.append(carried(code, end[some]))
+            finished.append(propagated(code, end[some]))
         return joined(finished) if finished else state
 
     def curve(
@@ -461,7 +461,7 @@ class Flow(Evaluated):
         result = np.empty((total, orders, in_time, n))
         starts = np.broadcast_to(states, (total, n))
         first, last = np.broadcast_to(start, total), np.broadcast_to(end, total)
-        lengths = of_order_one(curves[:, 0] / constants.scales)[1]
+        lengths = normalized_directions(curves[:, 0] / constants.scales)[1]
         scaled = curves / constants.scales
         scaled /= lengths[:, None, None] ** np.arange(1, powers + 1)[:, None]
         nodes = () if beyond is None else beyond / constants.scales
@@ -475,7 +475,7 @@ class Flow(Evaluated):
                 if not arrive(batch, padded((first + fraction * (last - first))[some])).all():
                     batch.state[:] = np.nan
                 batch.state[:n] = state[:, None]
-            ends = carried(batch, last[some])
+            ends = propagated(batch, last[some])
             if in_time > 1:  # for the Taylor coefficients in time
                 batch.step(np.full(LANES, 1e-300), write_tc=True)
             for k in range(in_time):

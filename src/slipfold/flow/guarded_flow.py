@@ -40,7 +40,7 @@ class GuardStop:
     time: float
 
 
-class Strobe(NamedTuple):
+class Chunk(NamedTuple):
     """States after some forcing periods, shape (m, n), why the trajectory ended, if it did.
 
     And how many periods took implicit steps.
@@ -81,14 +81,14 @@ class GuardedFlow:
         pieces = self.pieces(state, periods)
         return np.concatenate([state[None], *(piece.states for piece in pieces)])
 
-    def pieces(self, state: Array, periods: int, before: int = 0) -> Iterator[Strobe]:
+    def pieces(self, state: Array, periods: int, before: int = 0) -> Iterator[Chunk]:
         """Propagate a state over forcing periods, a few at a time; the phase restarts with them.
 
         Shapes: state (n,).
         """
         stop, done = self._stop_at_start(state, 0.0, before), 0
         if stop is not None:
-            yield Strobe(state[None][:0], stop)
+            yield Chunk(state[None][:0], stop)
         while done < periods and stop is None:
             count = min(self._together, periods - done)
             piece = self._run(state, count, before + done)
@@ -97,12 +97,12 @@ class GuardedFlow:
             done += len(states)
             state = states[-1] if len(states) else state
 
-    def to_period_end(self, state: Array, phase: float) -> Strobe:
+    def to_period_end(self, state: Array, phase: float) -> Chunk:
         """Propagate a state from a phase to the end of the period. Shapes: state (n,)."""
         stop = self._stop_at_start(state, phase, 0)
-        return self._run(state, 1, -phase, phase) if stop is None else Strobe(state[None][:0], stop)
+        return self._run(state, 1, -phase, phase) if stop is None else Chunk(state[None][:0], stop)
 
-    def _run(self, state: Array, count: int, done: float, phase: float = 0.0) -> Strobe:
+    def _run(self, state: Array, count: int, done: float, phase: float = 0.0) -> Chunk:
         """Integrate a chunk; return the states after each complete period."""
         integrator, constants = self._flow.integrator(self._limits), self._constants
         integrator.time = phase
@@ -126,31 +126,31 @@ class GuardedFlow:
                 return self._run_implicitly(fallback, integrator, done)
             outcome = left
             if outcome == ARRIVED:
-                return Strobe(np.array(integrator.state)[None] * constants.scales)
+                return Chunk(np.array(integrator.state)[None] * constants.scales)
         if len(states) == count or (outcome == STEP_LIMIT and len(states)):
-            return Strobe(states)
+            return Chunk(states)
         if -len(self._limits) <= outcome < 0:
             met, phase = integrator.state * constants.scales, float(integrator.time)
-            return Strobe(states, self._limit_stop(-1 - outcome, met, phase, done))
+            return Chunk(states, self._limit_stop(-1 - outcome, met, phase, done))
         # A last step that is not short is no step before a singularity.
         stiff = (
             BUDGET.trajectory if outcome == STEP_LIMIT and abs(integrator.last_h) > 1e-9 else None
         )
-        return Strobe(states, self._failed(stiff, done, len(states), float(integrator.time)))
+        return Chunk(states, self._failed(stiff, done, len(states), float(integrator.time)))
 
-    def _run_implicitly(self, fallback: StiffFallback, integrator: Any, done: float) -> Strobe:
+    def _run_implicitly(self, fallback: StiffFallback, integrator: Any, done: float) -> Chunk:
         """Continue to the end of a period in implicit steps."""
         motion = fallback.motion(integrator, 1.0, watch=self._margins if self._limits else None)
         state = motion.state * self._constants.scales
         if motion.end is StepsEnd.ARRIVED:
-            return Strobe(state[None], implicit=1)
+            return Chunk(state[None], implicit=1)
         if motion.limit is not None:
             stop = self._limit_stop(motion.limit, state, motion.phase, done)
         else:
             stop = self._failed(
                 IMPLICIT.max_steps if motion.end is StepsEnd.MANY else None, done, 0, motion.phase
             )
-        return Strobe(np.empty((0, len(state))), stop)
+        return Chunk(np.empty((0, len(state))), stop)
 
     def _margins(self, phases: Array, states: Array) -> Array:
         """Return how far scaled states are from the limits, shape (m, limits)."""

@@ -41,11 +41,11 @@ from slipfold.flow.modes import (
     events_of,
     is_zero,
     mode_equations,
-    shown,
+    reported_mode,
     with_given_forces,
 )
 from slipfold.flow.polynomials import (
-    BegunPolynomials,
+    OnsetPolynomials,
     SlowPolynomials,
     StepPolynomials,
     step_to,
@@ -318,12 +318,12 @@ class SmoothPhase:
     released: bool = False  # whether it is the onset of slip in the plane
     onset: SlipOnset | None = None  # the solution of a slow onset
     # Maps phases to scaled states, if asked for
-    polynomials: StepPolynomials | SlowPolynomials | BegunPolynomials | None = None
+    polynomials: StepPolynomials | SlowPolynomials | OnsetPolynomials | None = None
 
     @property
-    def seen(self) -> Mode:
+    def reported_mode(self) -> Mode:
         """Mode as contacts know it."""
-        return shown(self.mode)
+        return reported_mode(self.mode)
 
 
 class HybridFlow:
@@ -363,7 +363,7 @@ class HybridFlow:
 
     def of(self, mode: Mode) -> Flow:
         """Return the flow of a mode by itself, with its derivatives, as of any model."""
-        return self.mode(shown(mode)).flow
+        return self.mode(reported_mode(mode)).flow
 
     @cached_property
     def stuck(self) -> CompiledMode:
@@ -372,7 +372,7 @@ class HybridFlow:
 
     def held(self, mode: Mode, state: Array, phase: float, constants: Constants) -> Array:
         """Return a state as the contacts of a mode hold it. Shapes: state (n,)."""
-        return self.mode(shown(mode)).hold(state, phase, constants)
+        return self.mode(reported_mode(mode)).hold(state, phase, constants)
 
     def no_energies(self) -> Array:
         """Return the energies of a smooth phase without duration, shape (2 k,)."""

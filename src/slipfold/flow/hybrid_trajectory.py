@@ -24,7 +24,7 @@ from slipfold.flow.modes import (
     Status,
     SwitchingEvent,
     UndeterminedMode,
-    shown,
+    reported_mode,
     status_name,
 )
 from slipfold.flow.release import Release, released_at_limit
@@ -242,7 +242,7 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
         return alone, alone
     if event.ending in (Ending.SLOWS, Ending.QUICKENS):
         slows = event.ending is Ending.SLOWS
-        now_slow = _slow_where_slow(system, shown(mode), part.state, part.end)
+        now_slow = _slow_where_slow(system, reported_mode(mode), part.state, part.end)
         after = _with(now_slow, event.which, Status.SLOW if slows else Status.FORTH)
         after = _one_slow(after, [event.which]) if slows else after
         return after, after

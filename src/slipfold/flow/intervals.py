@@ -341,14 +341,14 @@ class Field:
         result *= ratios[:, columns]
         return Jacobians(common * ratios, columns, result.reshape(m, s, n, -1))
 
-    def pulls(self, states: Array, phases: Array) -> Array:
+    def parameter_slopes(self, states: Array, phases: Array) -> Array:
         """Return the derivatives of the rates by the free parameters, shape (..., n, k).
 
         Shapes: states (..., n); phases (...).
         """
         rows = states.reshape(-1, states.shape[-1]) * self.scales
         along = self.constants.rates[:, self.indices]
-        result = self.flow.pulls(rows, phases.ravel(), self.constants, along)
+        result = self.flow.parameter_slopes(rows, phases.ravel(), self.constants, along)
         return np.asarray((result / self.scales[:, None]).reshape(*states.shape, -1))
 
     def curvatures(self, states: Array, phases: Array, vectors: Array) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
-from slipfold.flow.modes import CONTACT, Ending, Mode, Status, shown
+from slipfold.flow.modes import CONTACT, Ending, Mode, Status, reported_mode
 from slipfold.flow.polynomials import SlowPolynomials
 from slipfold.flow.release import Release
 
@@ -50,7 +50,7 @@ def linearized_trajectory(
     start = system.held(_equations_in(first), start, first.begin)
     beyond = [variations.beyond(part, after) for part, after in passed]
     starts = np.array([start, *_starts(passed, beyond)[:-1]])
-    ends, matrices, vectors = variations.carried([part for part, _ in passed], starts)
+    ends, matrices, vectors = variations.propagated([part for part, _ in passed], starts)
     varied = np.eye(n, n + directions.shape[1])
     varied = variations.held(_equations_in(first), start, first.begin, varied)
     for place, (part, after) in enumerate(passed):
@@ -65,7 +65,7 @@ def linearized_trajectory(
 
 def _equations_in(part: SmoothPhase) -> Mode:
     """Return the mode whose equations hold in a smooth phase."""
-    return shown(part.mode)
+    return reported_mode(part.mode)
 
 
 def _starts(passed: Sequence[tuple[SmoothPhase, Mode]], beyond: Sequence[Array]) -> list[Array]:
@@ -98,7 +98,7 @@ class _Variations:
                 return self._system.slipping(after, state, slip, part.end)
         return state
 
-    def carried(self, parts: Sequence[SmoothPhase], starts: Array) -> tuple[Array, Array, Array]:
+    def propagated(self, parts: Sequence[SmoothPhase], starts: Array) -> tuple[Array, Array, Array]:
         """Return the ends of smooth phases with their derivatives, those of one mode in one batch.
 
         Shapes: starts (m, n); returns (m, n), (m, n, n), (m, n, k).
@@ -130,7 +130,7 @@ class _Variations:
         self, part: SmoothPhase, after: Mode, end: Array, beyond: Array, varied: Array
     ) -> Array:
         """Return variations after an event."""
-        mode, phase = shown(part.mode), np.array([part.end])
+        mode, phase = reported_mode(part.mode), np.array([part.end])
         states, explicit, pulls = self._event_slopes(part, end)
         rates = self._flow.of(mode).rates(end[None], phase, self._constants)[0]
         new_rates = self._flow.of(after).rates(beyond[None], phase, self._constants)[0]
@@ -151,14 +151,14 @@ class _Variations:
             result = flow.slips.at(end, part.end, self._constants, self._directions)
             states, explicit, pulls = (along @ item[place] for item in result)
             return states, float(explicit), pulls
-        slopes, which = flow.mode(shown(part.mode)).slopes_of(event)
+        slopes, which = flow.mode(reported_mode(part.mode)).slopes_of(event)
         result = slopes.at(end, part.end, self._constants, self._directions)
         states, explicit, pulls = (item[which] for item in result)
         return states, float(explicit), pulls
 
     def held(self, mode: Mode, state: Array, phase: float, varied: Array) -> Array:
         """Return variations without slip in the contacts that stick in a mode."""
-        compiled = self._flow.mode(shown(mode))
+        compiled = self._flow.mode(reported_mode(mode))
         if not compiled.held:
             return varied
         known = compiled.held_slopes.at(state, phase, self._constants, self._directions)
@@ -183,7 +183,7 @@ def _comes_to_rest_in_the_plane(part: SmoothPhase) -> bool:
     return part.mode[event.which] is Status.SLOW
 
 
-def left_to_grazing(
+def grazing_distances(
     system: HybridSystem, start: Array, passed: Sequence[tuple[SmoothPhase, Mode]]
 ) -> list[float]:
     """Return minimum speeds of slow slip, over its scale, and squared durations of its stops.

@@ -11,7 +11,7 @@ from functools import cache
 import heyoka as hy
 
 from slipfold.flow.batches import TOLERANCE
-from slipfold.flow.equations import Equations, build_equations, written
+from slipfold.flow.equations import Equations, build_equations, model_symbols
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
@@ -71,7 +71,7 @@ STUCK: Mode = (Status.STICK,)
 
 
 @cache
-def shown(mode: Mode) -> Mode:
+def reported_mode(mode: Mode) -> Mode:
     """Return a mode without the distinction of slow slip."""
     return tuple(Status.FORTH if status is Status.SLOW else status for status in mode)
 
@@ -173,7 +173,7 @@ class ModeEquations:
 
 def contacts_of(model: Model) -> tuple[Contact, ...]:
     """Return the contacts of a model in the symbols of its equations."""
-    symbols = written(model)
+    symbols = model_symbols(model)
     return model.contacts(symbols.states, symbols.coefficients, symbols.phase)
 
 

@@ -139,7 +139,7 @@ class SlowPolynomials:
         return at
 
 
-class BegunPolynomials:
+class OnsetPolynomials:
     """Dense output of the onset of slip, which at first is too slow to have a direction."""
 
     def __init__(

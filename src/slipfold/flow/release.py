@@ -20,8 +20,8 @@ from slipfold.flow.contact_state import (
 )
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
 from slipfold.flow.intervals import Field, Inverted, LinearPart, Stages
-from slipfold.flow.modes import CONTACT, Mode, Status, shown
-from slipfold.flow.polynomials import BegunPolynomials, StepPolynomials
+from slipfold.flow.modes import CONTACT, Mode, Status, reported_mode
+from slipfold.flow.polynomials import OnsetPolynomials, StepPolynomials
 
 POINTS = radau_points(8)
 """Points of the polynomial; six give the same end within 1e-14."""
@@ -89,7 +89,7 @@ class SlipOnset:
         rows, phases = self.stages, self.phases
         pushes = np.zeros((*rows.shape, directions.shape[1]))
         if pushes.size:
-            pulls = field.flow.pulls(rows, phases, field.constants, directions)
+            pulls = field.flow.parameter_slopes(rows, phases, field.constants, directions)
             pushes = pulls / field.scales[:, None]
         equations = _equations(field, self.solved.lengths, self.solved.stages[0], phases)
         assert equations is not None  # it is solved
@@ -236,7 +236,7 @@ class Release:
         onset = self._onset(state, phase, first, before)
         until = min(end, onset.end)
         known = many(onset.stages, onset.phases, system.constants)
-        powers = np.array(system.flow.mode(shown(mode)).powers(known)).T
+        powers = np.array(system.flow.mode(reported_mode(mode)).powers(known)).T
         powers[:, [self._contact, len(mode) + self._contact]] += self._corrections(onset, first)
         energies = onset.integrals(until) @ powers
         seen = self._shown(onset, first.along, until) if dense else None
@@ -304,7 +304,7 @@ class Release:
             [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
         )
 
-    def _shown(self, onset: SlipOnset, along: Array, end: float) -> BegunPolynomials:
+    def _shown(self, onset: SlipOnset, along: Array, end: float) -> OnsetPolynomials:
         """Return dense output of the onset, in which slip always has a direction."""
         scales, least = self._system.constants.scales, CONTACT.slack * self._size * along
 
@@ -314,7 +314,7 @@ class Release:
                 return scaled
             return self._system.slipping(self._mode, state, least, phase) / scales
 
-        return BegunPolynomials(onset.polynomials(end), len(scales), placed)
+        return OnsetPolynomials(onset.polynomials(end), len(scales), placed)
 
     def _slip(self, state: Array, phase: float) -> Array:
         return np.array(self._system.at(state, phase).slip[self._place])

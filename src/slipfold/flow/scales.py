@@ -208,7 +208,7 @@ def measured(
     if not np.isnan(model.declared_scales()).any():
         return model
     start = model.start if start is None else start
-    looks = [_Look(item, flow_of(model), start) for item in (model, *also)]
+    looks = [_View(item, flow_of(model), start) for item in (model, *also)]
     sizes = np.full(len(model.states), np.nan)
     for look in looks[: 1 if motion is not None else None]:
         sizes = np.fmax(sizes, look.moved(motion))
@@ -237,7 +237,7 @@ def measured_within(
 
 
 @dataclass(frozen=True, eq=False)
-class _Look:
+class _View:
     """A model about its state of rest. Scales have the shape (n,) and are NaN where unknown."""
 
     # The model and its flow

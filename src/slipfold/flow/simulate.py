@@ -25,7 +25,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.flow.guarded_flow import CHUNK, GuardedFlow, GuardStop
 from slipfold.flow.hybrid_flow import hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, Recorder, first_mode, smooth_phases
-from slipfold.flow.modes import Status, contacts_of, shown
+from slipfold.flow.modes import Status, contacts_of, reported_mode
 from slipfold.flow.scales import measured
 from slipfold.flow.settlement import (
     Settlement,
@@ -374,7 +374,7 @@ class HybridIntegration(Integration):
         self.system = system = hybrid_system(model, start)
         super().__init__(model, system.constants)
         self.flow = system.flow
-        mode = shown(first_mode(system, start))
+        mode = reported_mode(first_mode(system, start))
         self.modes = [mode]
         self._states = [system.held(mode, start, 0.0)]
         self.recorder = Recorder([item.name for item in self.flow.contacts], mode)
@@ -415,8 +415,8 @@ class HybridIntegration(Integration):
                 for part, after in smooth_phases(self.system, mode, state, 1.0):
                     self.recorder.add(part.energies)
                     state = part.state
-                    if shown(after) != mode:
-                        mode = shown(after)
+                    if reported_mode(after) != mode:
+                        mode = reported_mode(after)
                         self.recorder.changed(part.end, state, mode)
             except Broken as broken:
                 time = (done + broken.stop.time) * self.constants.period

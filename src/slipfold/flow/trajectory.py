@@ -20,7 +20,7 @@ from slipfold.flow.guarded_flow import GuardStop
 from slipfold.flow.hybrid_flow import SmoothPhase
 from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Ending, Mode, Status
-from slipfold.flow.polynomials import BegunPolynomials, SlowPolynomials
+from slipfold.flow.polynomials import OnsetPolynomials, SlowPolynomials
 from slipfold.flow.settlement import Settlement
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -470,7 +470,7 @@ def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     least, most = np.full(n, np.inf), np.full(n, -np.inf)
     for output in polynomials:
         known = [*range(n)]
-        if isinstance(output, BegunPolynomials):
+        if isinstance(output, OnsetPolynomials):
             output = output.inner
         if isinstance(output, SlowPolynomials):
             known = [place for place in known if place not in output.held]

@@ -144,7 +144,7 @@ TORUS, CHAOS, UNDECIDED = "torus", "chaos", "undecided"
 
 @dataclass(frozen=True, eq=False)
 class Classified:
-    """Known properties of trajectories; shapes (k, ...), or of r runs (r, k, ...)."""
+    """AttractorRegion properties of trajectories; shapes (k, ...), or of r runs (r, k, ...)."""
 
     kinds: NDArray[np.object_]
     periods: NDArray[np.int64]
@@ -222,11 +222,11 @@ class _Pairs:
         beside = states + CLASSIFICATION.separation * direction * self._scales
         # In one batch, so that a pair takes the same steps.
         both = np.stack([states, beside], axis=1).reshape(-1, n)
-        self._crowd = Ensemble([model for model in models for _ in range(2)], both)
+        self._ensemble = Ensemble([model for model in models for _ in range(2)], both)
         self._logarithms = np.zeros((periods, self._count))
         self._weights = bump(periods)
         self._sums = np.zeros((CLASSIFICATION.classes, self._count, n))
-        self._shares = np.zeros(CLASSIFICATION.classes)
+        self._weight_sums = np.zeros(CLASSIFICATION.classes)
         self._first = np.empty((CLASSIFICATION.recent, self._count, n))
         self._last = np.full((CLASSIFICATION.recent, self._count, n), np.nan)
         self._sticks = np.zeros(self._count, bool)
@@ -234,7 +234,7 @@ class _Pairs:
 
     def advance(self) -> None:
         """Propagate all pairs over a period."""
-        ensemble = self._crowd
+        ensemble = self._ensemble
         ensemble.advance()
         states = ensemble.states
         base = states[::2]
@@ -254,17 +254,17 @@ class _Pairs:
             self._first[self._done] = base
         near = self._first[place]  # of the same number: an angle is taken next to that
         self._sums[place] += weight * (near + wrap_angles(base - near, self._turns))
-        self._shares[place] += weight
+        self._weight_sums[place] += weight
         self._last[self._done % CLASSIFICATION.recent] = base
         self._done += 1
 
     def judge(self, found: Classified, rows: NDArray[np.intp]) -> None:
         """Classify the trajectories where the evidence is clear."""
         last = np.roll(self._last, -(self._done % CLASSIFICATION.recent), axis=0)
-        stopped = np.array([stop is not None for stop in self._crowd.stopped])[::2]
+        stopped = np.array([stop is not None for stop in self._ensemble.stopped])[::2]
         repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
         grown = average(np.nan_to_num(self._logarithms[len(self._logarithms) // 4 :]))
-        averages = self._sums / self._shares[:, None, None]
+        averages = self._sums / self._weight_sums[:, None, None]
         for place, row in enumerate(rows):
             exponent, error = grown.values[place], grown.errors[place]
             found.states[row] = last[-1, place]
@@ -287,7 +287,7 @@ class _Pairs:
                 # Averages over a long period are equal as well, but then no distance shrinks.
                 fraction = min(CLASSIFICATION.shrunk, np.exp(exponent * self._done / 2))
                 states = self._first[:, place], last[:, place]
-                period = self._comes_to(averages[:, place], *states, fraction)
+                period = self._converges_to(averages[:, place], *states, fraction)
                 if period:
                     self._set_periodic(found, row, averages[:period, place])
 
@@ -303,7 +303,7 @@ class _Pairs:
         ]
         return min(change.max() for change in changes) < 1e-2
 
-    def _comes_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
+    def _converges_to(self, averages: Array, first: Array, last: Array, share: float) -> int:
         """Return the period of the averages if the trajectory approaches them, else 0."""
         numbers = np.arange(CLASSIFICATION.recent)
         late = (self._done - CLASSIFICATION.recent + numbers) % CLASSIFICATION.classes
@@ -365,16 +365,16 @@ class TrajectoryGrid:
         """Follow trajectories in some cells; return last states, or the start if they ended."""
         result = self._followed(cells, starts)
         self.known.put((run, cells), result)
-        self.known.put((run, cells), self._seen_again(cells, result))
+        self.known.put((run, cells), self._followed_again(cells, result))
         return np.where(
             np.isnan(result.states).any(axis=1, keepdims=True), self.start, result.states
         )
 
     def judged(self, cells: NDArray[np.intp], starts: Array) -> Classified:
         """Follow and classify trajectories in some cells without storing them."""
-        return self._seen_again(cells, self._followed(cells, starts))
+        return self._followed_again(cells, self._followed(cells, starts))
 
-    def _seen_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
+    def _followed_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
         """Follow trajectories that still converge once more: near a saddle they leave again."""
         nearer = np.flatnonzero((found.periods > 0) & (found.changes > CLASSIFICATION.floor))
         if len(nearer):

@@ -21,7 +21,7 @@ Start = tuple[NDArray[np.float64], Mode | None]
 
 
 @dataclass(frozen=True, eq=False)
-class ShownContacts:
+class ContactRounds:
     """Contacts over some rounds; times in forcing periods, of an autonomous model in s."""
 
     model: Model
@@ -51,7 +51,7 @@ def find_contacts(
     contact: str | None = None,
     rounds: int = 1,
     per_period: int = 256,
-) -> ShownContacts:
+) -> ContactRounds:
     """Return what a contact, or all of them, do in the last rounds of a trajectory."""
     if rounds < 1:
         raise InputError(f"rounds = {rounds} is less than 1; give 1 or more")
@@ -66,7 +66,7 @@ def find_contacts(
     unit = 1.0 if model.forced else flow_of(model).constants_of(model).period
     result = contact_trajectories(model, starts, length, per_period)
     shown = tuple(item for item in result if contact in (None, item.name))
-    return ShownContacts(model, shown, begin * unit, unit, repeats)
+    return ContactRounds(model, shown, begin * unit, unit, repeats)
 
 
 def _end(motion: Trajectory, rounds: int) -> tuple[list[Start], float, bool]:

@@ -18,7 +18,7 @@ from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.scales import measured
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import CLASSIFICATION
-from slipfold.long_term.verified import ATTRACTOR, Known, Trajectories, Verified
+from slipfold.long_term.verified import ATTRACTOR, AttractorRegion, AttractorSet, Trajectories
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.models.units import parse_quantity
@@ -93,7 +93,7 @@ UNDECIDED, ENDED, UNFINISHED = 0, -1, -2
 
 
 @dataclass(frozen=True, eq=False)
-class Searched:
+class SearchResult:
     """Result of a search."""
 
     model: Model
@@ -101,7 +101,7 @@ class Searched:
     labels: NDArray[np.int64]  # of each start: number of an attractor, or what else it came to
     ends: dict[str, int]  # how many trajectories ended early, by the kind of their end
     interrupted: bool
-    known: tuple[Known, ...] = ()  # the attractors with what lies near them
+    known: tuple[AttractorRegion, ...] = ()  # the attractors with what lies near them
 
 
 def search(
@@ -111,8 +111,8 @@ def search(
     observer: Observer | None = None,
     *,
     measure: bool = True,
-    known: tuple[Known, ...] = (),
-) -> Searched:
+    known: tuple[AttractorRegion, ...] = (),
+) -> SearchResult:
     """Follow trajectories from many starts until each is near a verified attractor.
 
     `known` are the attractors of an earlier search with this model. Trajectories that do not repeat
@@ -127,7 +127,7 @@ def search(
         model = measured(model)
         if not model.forced and not known:
             model = _paced(model, starts)
-        verified = Verified(model)
+        verified = AttractorSet(model)
         verified.known.extend(known)
         total = len(ahead) + len(starts)
         work = _Search(verified, starts, most, _counted(observer, len(ahead), total))
@@ -138,7 +138,7 @@ def search(
     except KeyboardInterrupt:
         interrupted = True
     if work is None:
-        return Searched(model, (), np.full(len(starts), UNFINISHED), {}, interrupted)
+        return SearchResult(model, (), np.full(len(starts), UNFINISHED), {}, interrupted)
     return work.result(interrupted)
 
 
@@ -146,7 +146,7 @@ class _Search:
     """The trajectories and their labels so far."""
 
     def __init__(
-        self, verified: Verified, starts: Array, most: int, observer: Observer | None
+        self, verified: AttractorSet, starts: Array, most: int, observer: Observer | None
     ) -> None:
         self._verified = verified
         self._trajectories = Trajectories(verified.model, starts)
@@ -167,14 +167,16 @@ class _Search:
         if measure:
             self._measure_open()
 
-    def result(self, interrupted: bool) -> Searched:
+    def result(self, interrupted: bool) -> SearchResult:
         """Return the result so far."""
         if not interrupted:
             self._labels[self._labels == UNFINISHED] = UNDECIDED
         ends = Counter(stop.kind for stop in self._trajectories.stops.values())
         known = tuple(self._verified.known)
         found = tuple(item.attractor for item in known)
-        return Searched(self._verified.model, found, self._labels, dict(ends), interrupted, known)
+        return SearchResult(
+            self._verified.model, found, self._labels, dict(ends), interrupted, known
+        )
 
     @property
     def _open(self) -> NDArray[np.intp]:
@@ -198,13 +200,13 @@ class _Search:
             values = {"periods": self._periods, "found": result}
             self._observer(Progress("starts", done, len(self._labels), text, values))
 
-    def _catch(self, known: Known) -> None:
+    def _catch(self, known: AttractorRegion) -> None:
         """Label the trajectories in the region of an attractor."""
         which = self._open
         if len(which):
             self._labels[which[known.catches(self._last[which])]] = known.attractor.id
 
-    def _add(self, known: Known) -> None:
+    def _add(self, known: AttractorRegion) -> None:
         self._verified.known.append(known)
         self._catch(known)
         self._report()
@@ -215,7 +217,7 @@ class _Search:
         for place in which[:: -(-len(which) // 48) or 1]:  # 48 of them at most
             if self._labels[place] == UNFINISHED:
                 sticks = bool(self._trajectories.stuck[place])
-                known = self._verified.settling(self._last[place], sticks)
+                known = self._verified.attractor_near(self._last[place], sticks)
                 if known is not None:
                     self._add(known)
 
@@ -226,7 +228,7 @@ class _Search:
             if self._labels[place] != UNFINISHED or trials == 4:  # without success in sequence
                 continue
             sticks = bool(self._trajectories.stuck[place])
-            known = self._verified.measured(self._trajectories.states[place], sticks)
+            known = self._verified.classified(self._trajectories.states[place], sticks)
             trials = 0 if known is not None else trials + 1
             self._labels[place] = UNDECIDED if known is None else known.attractor.id
             if known is not None and known not in self._verified.known:
@@ -234,7 +236,7 @@ class _Search:
                 self._catch_later(known)
                 self._report()
 
-    def _catch_later(self, known: Known) -> None:
+    def _catch_later(self, known: AttractorRegion) -> None:
         """Label open trajectories that converge to this attractor within some periods."""
         which = self._open
         if len(which):
@@ -267,8 +269,8 @@ def search_released(
     phases: Array,
     periods: int | None = None,
     observer: Observer | None = None,
-    known: tuple[Known, ...] = (),
-) -> Searched:
+    known: tuple[AttractorRegion, ...] = (),
+) -> SearchResult:
     """Continue trajectories from their phases to phase zero, and until each is known.
 
     `known` are the attractors of a search before. Shapes: starts (k, n); phases (k,), from 0 to 1.
@@ -290,10 +292,10 @@ an integration error."""
 
 
 @dataclass(frozen=True, eq=False)
-class FoundBasins:
+class BasinMap:
     """Labels of the cells of a plane; shapes of arrays (n_second, n_first)."""
 
-    searched: Searched  # of the centers of cells
+    searched: SearchResult  # of the centers of cells
     labels: NDArray[np.int64]
     uncertain: NDArray[np.int64]
     attractors: tuple[Attractor, ...]
@@ -306,7 +308,7 @@ def find_basins(
     starts_at: Callable[[Array, Array], tuple[Array, Array]],
     periods: int | None,
     observer: Observer | None,
-) -> FoundBasins:
+) -> BasinMap:
     """Label the cells of a plane by their attractors, and mark uncertain cells.
 
     Trajectories start at the centers of cells, then at their corners. Cells whose labels differ and
@@ -314,7 +316,7 @@ def find_basins(
     returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
     """
 
-    def searched_on(starts: Array, phases: Array) -> Searched:
+    def searched_on(starts: Array, phases: Array) -> SearchResult:
         return search_released(last.model, starts, phases, periods, observer, last.known)
 
     starts, phases = starts_at(*_grid(*axes))
@@ -333,7 +335,7 @@ def find_basins(
             last = searched_on(starts[cells] + sign * moved, phases[cells])
             uncertain.flat[cells[_differ(labels.flat[cells], last.labels)]] = WITHIN_ERROR
     attractors = tuple(item.attractor for item in last.known)
-    return FoundBasins(first, labels, uncertain, attractors, last.interrupted)
+    return BasinMap(first, labels, uncertain, attractors, last.interrupted)
 
 
 def _grid(first: Array, second: Array) -> tuple[Array, Array]:

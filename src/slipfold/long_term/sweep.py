@@ -21,7 +21,7 @@ NOT_DONE = "not done"
 
 
 @dataclass(frozen=True, eq=False)
-class Swept:
+class SweepResult:
     """What was found; a run is a sweep up or down, or all values from one start."""
 
     model: Model
@@ -62,14 +62,16 @@ class SweepRun:
         self.total = shape[0] * shape[1] * (self.transient + self.kept - 1)
         self.done = 0
 
-    def result(self) -> Swept:
+    def result(self) -> SweepResult:
         """Follow all trajectories; an interruption keeps those that are done."""
         interrupted = False
         try:
             self._run()
         except KeyboardInterrupt:
             interrupted = True
-        return Swept(self.model, self.names, self.states, self.stuck, self.reasons, interrupted)
+        return SweepResult(
+            self.model, self.names, self.states, self.stuck, self.reasons, interrupted
+        )
 
     def _run(self) -> None:
         state = self.start

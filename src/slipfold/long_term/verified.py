@@ -1,4 +1,4 @@
-"""Verified attractors, orbits, cycles, equilibria, tori and chaos, with a region of attraction."""
+"""Attractors (orbits, cycles, equilibria, tori, chaos), verified, with regions of attraction."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class AttractorSettings:
 ATTRACTOR = AttractorSettings()
 
 
-class Known(ABC):
+class AttractorRegion(ABC):
     """An attractor with a region of attraction around it."""
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
@@ -153,7 +153,7 @@ class Known(ABC):
         return np.asarray(result / np.linalg.norm(result, axis=1)[:, None])
 
 
-class KnownPoint(Known):
+class PointRegion(AttractorRegion):
     """A periodic orbit seen once a period, or an equilibrium seen at intervals.
 
     Distances shrink each round in the norm x' P x with M' P M - r P + r = 0; r is the spectral
@@ -170,11 +170,11 @@ class KnownPoint(Known):
         radius = max(float(np.abs(np.linalg.eigvals(matrix)).max()), 1e-2)
         self._metric = _metric(matrix / np.sqrt(radius))
         self._rate = 0.5 * (1 + np.sqrt(radius))
-        self._reach = self._found_reach(model)
+        self._radius = self._find_radius(model)
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
         """Whether one of the states lies in the region."""
-        return np.asarray((self._length(strobes) < self._reach).any(axis=1))
+        return np.asarray((self._length(strobes) < self._radius).any(axis=1))
 
     def distance(self, states: Array) -> Array:
         """Return the distance from the nearest of its states at phase zero."""
@@ -186,7 +186,7 @@ class KnownPoint(Known):
         with np.errstate(invalid="ignore"):
             return np.asarray(np.linalg.norm(apart @ self._metric.T, axis=-1))
 
-    def _found_reach(self, model: Model) -> float:
+    def _find_radius(self, model: Model) -> float:
         """Return the largest distance tried from which every trajectory approaches."""
         around = np.linalg.solve(self._metric, self._directions().T).T * self._scales
 
@@ -198,7 +198,7 @@ class KnownPoint(Known):
         return _farthest(nearer, ATTRACTOR.first_distance)
 
 
-class KnownCycle(Known):
+class CycleRegion(AttractorRegion):
     """A cycle of an autonomous model, with distances measured across it."""
 
     def __init__(self, model: Model, orbit: PeriodicOrbit, attractor: Attractor) -> None:
@@ -210,17 +210,17 @@ class KnownCycle(Known):
             max(np.log(ATTRACTOR.decay) / np.log(rate), ATTRACTOR.fewest), ATTRACTOR.max_rounds
         )
         self._intervals = int(np.ceil(rounds * orbit.duration / model.values["duration"]))
-        self._reach = self._found_reach(model)
+        self._radius = self._find_radius(model)
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
         """Whether the last state lies in the region."""
-        return np.asarray(self.distance(strobes[:, -1]) < self._reach)
+        return np.asarray(self.distance(strobes[:, -1]) < self._radius)
 
     def distance(self, states: Array) -> Array:
         """Return the distance from its line."""
         return self._line.distance(states)
 
-    def _found_reach(self, model: Model) -> float:
+    def _find_radius(self, model: Model) -> float:
         directions, samples = self._directions(), self._line.samples
         beside = samples[:: len(samples) // ATTRACTOR.probes][: ATTRACTOR.probes]
         # Farther away there may be another attractor inside, which few directions would meet.
@@ -236,7 +236,7 @@ class KnownCycle(Known):
         return _farthest(nearer, 10 * ATTRACTOR.first_distance)
 
 
-class KnownCloud(Known):
+class CloudRegion(AttractorRegion):
     """A torus or chaos, represented by the states of one trajectory on it."""
 
     def __init__(self, model: Model, attractor: Attractor) -> None:
@@ -249,17 +249,17 @@ class KnownCloud(Known):
         self._tree = KDTree(self._embedded(self.points))
         half = len(self.points) // 2
         others = KDTree(self._embedded(self.points[:half]))
-        self._reach = 3.0 * float(
+        self._radius = 3.0 * float(
             np.quantile(others.query(self._embedded(self.points[half:]))[0], ATTRACTOR.inside)
         )
 
     def catches(self, strobes: Array) -> NDArray[np.bool_]:
         """Whether nearly all states of a trajectory lie on it."""
-        return np.asarray((self.distance(strobes) < self._reach).mean(axis=1) >= ATTRACTOR.inside)
+        return np.asarray((self.distance(strobes) < self._radius).mean(axis=1) >= ATTRACTOR.inside)
 
-    def holds(self, other: KnownCloud) -> bool:
+    def holds(self, other: CloudRegion) -> bool:
         """Whether another cloud is the same attractor."""
-        return bool((self.distance(other.points) < self._reach).mean() > 0.5)
+        return bool((self.distance(other.points) < self._radius).mean() > 0.5)
 
     def distance(self, states: Array) -> Array:
         """Return the distance from the nearest of its states."""
@@ -315,15 +315,15 @@ def _metric(matrix: Array) -> Array:
     return np.asarray(np.linalg.cholesky(0.5 * (products + products.T)).T)
 
 
-class Verified:
+class AttractorSet:
     """The attractors found so far, and the search for others."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.known: list[Known] = []
+        self.known: list[AttractorRegion] = []
         self._slips = may_slip(model)  # else each orbit turns, sticking or not
 
-    def settling(self, states: Array, sticks: bool) -> Known | None:
+    def attractor_near(self, states: Array, sticks: bool) -> AttractorRegion | None:
         """Return a new attractor that the last states of a trajectory converge to, if there is one.
 
         Shapes: states (m, n).
@@ -339,7 +339,7 @@ class Verified:
                 return known
         return None
 
-    def measured(self, state: Array, sticks: bool) -> Known | None:
+    def classified(self, state: Array, sticks: bool) -> AttractorRegion | None:
         """Return the torus or chaos that a trajectory is on by its exponents, new or known.
 
         If the exponents show a periodic trajectory, return its orbit if that is new. Shapes: state
@@ -353,8 +353,8 @@ class Verified:
             if result.verdict.kind == "periodic" and result.verdict.period is not None:
                 return self._orbit(result.state, result.verdict.period, sticks)
             if result.verdict.kind in ("torus", "chaos"):
-                cloud = KnownCloud(result.model, of_exponents(result, self._next))
-                clouds = [known for known in self.known if isinstance(known, KnownCloud)]
+                cloud = CloudRegion(result.model, of_exponents(result, self._next))
+                clouds = [known for known in self.known if isinstance(known, CloudRegion)]
                 return next((known for known in clouds if known.holds(cloud)), cloud)
         return None
 
@@ -368,7 +368,7 @@ class Verified:
         apart = wrap_angles(states[-1] - before, self.model.angle_periods)
         return np.asarray(np.abs(apart / self.model.state_scales()).max(axis=1))
 
-    def _orbit(self, state: Array, period: int, sticks: bool) -> Known | None:
+    def _orbit(self, state: Array, period: int, sticks: bool) -> AttractorRegion | None:
         if not sticks and self._slips:
             (nodes,) = orbits_from(self.model, period, state[None])
             if nodes is None:
@@ -386,17 +386,17 @@ class Verified:
                 return self._orbit(orbit.state, shorter, sticks)
         if not _attracts(orbit) or self._is_known(orbit.state, ATTRACTOR.same):
             return None
-        return KnownPoint(orbit.model, of_orbit(orbit, self._next))
+        return PointRegion(orbit.model, of_orbit(orbit, self._next))
 
-    def _at_rest(self, state: Array) -> Known | None:
+    def _at_rest(self, state: Array) -> AttractorRegion | None:
         rest = equilibrium_near(self.model, state)
         if rest is None or rest.growth >= 0 or rest.distance >= ATTRACTOR.nearly:
             return None
         if self._is_known(rest.state, ATTRACTOR.same):
             return None
-        return KnownPoint(self.model, at_rest(self.model, rest.state, self._next))
+        return PointRegion(self.model, at_rest(self.model, rest.state, self._next))
 
-    def _cycle(self, states: Array, sticks: bool) -> Known | None:
+    def _cycle(self, states: Array, sticks: bool) -> AttractorRegion | None:
         state = states[-1]
         duration = None if sticks else self._round(states)  # one that sticks is simulated on
         if (duration is None and not sticks) or self._is_known(state, ATTRACTOR.near_cycle):
@@ -412,7 +412,7 @@ class Verified:
             or self._is_known(orbit.state, ATTRACTOR.near_cycle)
         ):
             return None
-        return KnownCycle(self.model, orbit, of_orbit(orbit, self._next))
+        return CycleRegion(self.model, orbit, of_orbit(orbit, self._next))
 
     def _round(self, states: Array) -> float | None:
         """Return the seconds after which the end of a trajectory nearly returns, if it does."""
@@ -438,7 +438,7 @@ class Verified:
         return (nearest + 1) * constants.period / ATTRACTOR.samples
 
     def _is_known(self, state: Array, reach: float) -> bool:
-        points = [known for known in self.known if not isinstance(known, KnownCloud)]
+        points = [known for known in self.known if not isinstance(known, CloudRegion)]
         return any(float(known.distance(state)) < reach for known in points)
 
 

@@ -114,7 +114,7 @@ class Collocation(MeshDiscretization):
         """Return the mismatch and the derivatives of the intervals' ends, all in scaled states."""
         scaled, field = nodes / self.scales, self._field(constants)
         solved = self._solved(scaled, constants)
-        pulled, along = solved.answered(field.pulls(solved.stages, solved.phases))
+        pulled, along = solved.answered(field.parameter_slopes(solved.stages, solved.phases))
         self._slopes = solved, pulled
         mismatch = self.apart(solved.ends, scaled[self._following])
         return mismatch, solved.matrices, along * (self.units / np.sqrt(self.segments))
@@ -172,7 +172,7 @@ class Collocation(MeshDiscretization):
         weights = (self.lengths[:, None] * self.points.weights)[..., None]
         by_states = weights * sum(bent[..., i, :] for i, (bent, _) in enumerate(turned))
         by_free = weights * sum(mixed[..., i, :] for i, (_, mixed) in enumerate(turned))
-        pulled = solved.answered(field.pulls(stages, phases))[0]
+        pulled = solved.answered(field.parameter_slopes(stages, phases))[0]
         by_nodes = np.einsum("jka,jkab->jb", by_states, solved.moved)
         free = by_free.sum(axis=(0, 1)) + np.einsum("jka,jkaf->f", by_states, pulled)
         return by_nodes, free * self.units
@@ -240,7 +240,7 @@ class Collocation(MeshDiscretization):
         """Return the derivatives of ``blocks @ vectors``, all in scaled states."""
         field = self._field(constants)
         solved = self._solved(nodes / self.scales, constants)
-        pulled = solved.answered(field.pulls(solved.stages, solved.phases))[0]
+        pulled = solved.answered(field.parameter_slopes(solved.stages, solved.phases))[0]
         n, bent, mixed = nodes.shape[1], list[Array](), list[Array]()
         for vector in vectors:
             along = solved.equations.along(vector)
@@ -286,7 +286,7 @@ class Collocation(MeshDiscretization):
     ) -> tuple[Places, Array, Array, Array]:
         """Return the states at any phases, from which node each is reached, and derivatives."""
         part, which = self._ended(nodes, constants, phases)
-        pulls = part.answered(self._field(constants).pulls(part.stages, part.phases))[1]
+        pulls = part.answered(self._field(constants).parameter_slopes(part.stages, part.phases))[1]
         return (
             which,
             part.ends * self.scales,

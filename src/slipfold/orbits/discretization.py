@@ -325,7 +325,7 @@ class Discretization(ABC):
         at, flow = self.start[: len(nodes)], self.flow_at(nodes, constants)
         rates = flow.rates(nodes, at, constants) / self.scales
         slopes = flow.jacobians(nodes, at, constants) * self.ratios
-        pulls = flow.pulls(nodes, at, constants, constants.rates[:, self.indices])
+        pulls = flow.parameter_slopes(nodes, at, constants, constants.rates[:, self.indices])
         return rates, slopes, pulls * self.pull_units
 
     def changed(

@@ -21,7 +21,7 @@ from slipfold.flow.modes import (
     Status,
     SwitchingEvent,
     UndeterminedMode,
-    shown,
+    reported_mode,
 )
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
@@ -144,7 +144,7 @@ def _grazings(
     """
     state = start
     for part, _ in passed:
-        mode = shown(part.mode)
+        mode = reported_mode(part.mode)
         if not part.released and part.end > part.begin:
             for event in flow.mode(mode).events:
                 if event.ending in GRAZED[kind]:
@@ -153,8 +153,8 @@ def _grazings(
         state = part.state
     # What was met for a short time, after which contacts continue as before.
     for place, ((before, _), (part, after)) in enumerate(pairwise(passed), start=1):
-        mode, met = shown(before.mode), before.event
-        returns = met is not None and shown(after) == mode != shown(part.mode)
+        mode, met = reported_mode(before.mode), before.event
+        returns = met is not None and reported_mode(after) == mode != reported_mode(part.mode)
         if not returns or part.end - part.begin > SHORT or not 1 < place < len(passed) - 1:
             continue
         assert met is not None
@@ -195,7 +195,7 @@ def _stops(
         size = sum(value for _, value in left.values()) / 2
         event, value = left[back]
         reach = CLEAR * min(part.end - part.begin, end - part.end, 2 * LONGEST)
-        modes = shown(part.mode), shown(after), shown(held)
+        modes = reported_mode(part.mode), reported_mode(after), reported_mode(held)
         what = "MEET" if sticks else "STICK"
         yield (
             abs(value) / size,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Indices
 from slipfold.flow import batches
 from slipfold.flow.equations import power_of_two
-from slipfold.flow.explicit_steps import EXPLICIT, Carried, LinearizedSteps
+from slipfold.flow.explicit_steps import EXPLICIT, LinearizedSteps, PropagatedStates
 from slipfold.flow.flow import flow_of
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -318,7 +318,9 @@ class OrbitBatch:
     def _limits(self) -> int:
         return len(self.model.limits)
 
-    def _carried(self, nodes: Array, parameters: Array, scales: Array, tolerance: float) -> Carried:
+    def _carried(
+        self, nodes: Array, parameters: Array, scales: Array, tolerance: float
+    ) -> PropagatedStates:
         """Carry all segments to their ends: in explicit steps, or by the flow."""
         (k, m, n), quick = nodes.shape, self.steps is not None and tolerance > EXACTLY
         constants = self.flow.constants(parameters, None if quick else power_of_two(scales))
@@ -329,7 +331,7 @@ class OrbitBatch:
             values = np.repeat(constants.values, m, axis=0)
             wide = np.repeat(scales, m, axis=0)
             given = flat, start, self._length, values, wide, change
-            return self.steps.carry(*given, tolerance)
+            return self.steps.propagate(*given, tolerance)
         # The same segment of all orbits in one batch: lanes take about as many steps each.
         order = np.arange(k * m).reshape(k, m).T.ravel()
         each, start = constants.rows(order // m), start[order]
@@ -338,7 +340,7 @@ class OrbitBatch:
         )
         ends, matrices, vectors = (part[order.argsort()] for part in found)
         unseen = np.full((k * m, self._limits), -np.inf)  # limits are not examined
-        return Carried(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
+        return PropagatedStates(ends, matrices, vectors[..., 0], unseen, -unseen, unseen)
 
     def solve(self, part: Part, rows: Array, right: Array) -> tuple[Array, Array, Array]:
         """Return Newton's steps, unit tangents, and the equations for the first node alone.

@@ -15,7 +15,7 @@ from slipfold.flow.contact_trajectory import Samples, sample_hybrid
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import first_mode
-from slipfold.flow.modes import Mode, shown
+from slipfold.flow.modes import Mode, reported_mode
 from slipfold.flow.trajectory import LastRound, StickTime, round_with_stick
 from slipfold.models.angles import count_revolutions, revolutions_by_name, wrap_angles
 from slipfold.models.model import Model
@@ -346,7 +346,7 @@ class StickSlipOrbit(PeriodicOrbit):
     @cached_property
     def first_mode(self) -> Mode:
         """What its contacts do at phase zero."""
-        return shown(first_mode(hybrid_system(self.model, self.state), self.state))
+        return reported_mode(first_mode(hybrid_system(self.model, self.state), self.state))
 
     def _samples(self, phases: Array) -> Samples:
         return sample_hybrid(self.model, self.state, self.first_mode, phases)

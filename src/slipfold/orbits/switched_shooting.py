@@ -12,8 +12,8 @@ from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.flow.hybrid_flow import SmoothPhase, hybrid_flow_of
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
-from slipfold.flow.linearized_trajectory import left_to_grazing, linearized_trajectory
-from slipfold.flow.modes import Ending, Mode, Status, UndeterminedMode, shown
+from slipfold.flow.linearized_trajectory import grazing_distances, linearized_trajectory
+from slipfold.flow.modes import Ending, Mode, Status, UndeterminedMode, reported_mode
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
@@ -78,7 +78,7 @@ class SwitchedShooting(Shooting):
         """
         found = list[tuple[float, float, Mode]]()
         for part, _ in self.round(nodes, constants):
-            mode = shown(part.mode)
+            mode = reported_mode(part.mode)
             if found and found[-1][2] == mode:
                 found[-1] = (found[-1][0], part.end, mode)
             else:
@@ -95,7 +95,7 @@ class SwitchedShooting(Shooting):
         where no slip is slow. Shapes: nodes (m, n).
         """
         system = self.switched.system(nodes[0], constants)
-        return min(left_to_grazing(system, nodes[0], self.round(nodes, constants)), default=None)
+        return min(grazing_distances(system, nodes[0], self.round(nodes, constants)), default=None)
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
         """Return how fast, at least, what friction lacks to hold a contact grows where it lets go.
@@ -107,7 +107,7 @@ class SwitchedShooting(Shooting):
         for part, _ in self.round(nodes, constants):
             event = part.event
             if event is not None and event.ending is Ending.YIELDS and not event.scaled:
-                mode = self.switched.mode(shown(part.mode))
+                mode = self.switched.mode(reported_mode(part.mode))
                 slopes, which = mode.slopes_of(event)
                 size = slopes.values(before[None], np.array([part.begin]), constants)[0, which]
                 rates = mode.flow.rates(part.state[None], np.array([part.end]), constants)[0]
@@ -164,7 +164,7 @@ class SwitchedShooting(Shooting):
     def flow_at(self, nodes: Array, constants: Constants) -> Flow:
         """Return the flow of what contacts do at the node. Shapes: nodes (1, n)."""
         system = self.switched.system(nodes[0], constants)
-        return self.switched.of(shown(first_mode(system, nodes[0], float(self.start[0]))))
+        return self.switched.of(reported_mode(first_mode(system, nodes[0], float(self.start[0]))))
 
     def curvatures(self, nodes: Array, constants: Constants, vectors: Array) -> tuple[Array, Array]:
         """Return the derivatives of ``blocks @ vectors``, all in scaled states: by differences."""

@@ -16,7 +16,7 @@ from slipfold.errors import InputError
 from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory
 from slipfold.flow.modes import Status
 from slipfold.flow.trajectory import Trajectory
-from slipfold.long_term.contacts import ShownContacts, find_contacts
+from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.plots.style import axes_or_new, palette
@@ -74,7 +74,7 @@ def line(ax: Axes, x: Array, y: Array, status: Status, color: str) -> None:
         ax.plot(x, y, color=color, linewidth=1.0, linestyle=":" if status is Status.OPEN else "-")
 
 
-def legend(ax: Axes, shown: ShownContacts, names: Mapping[str, str]) -> None:
+def legend(ax: Axes, shown: ContactRounds, names: Mapping[str, str]) -> None:
     """Say below the axes what lines mean: names by color, if there are several, and thick ones."""
     handles = []
     if len(names) > 1:
@@ -89,7 +89,7 @@ def legend(ax: Axes, shown: ShownContacts, names: Mapping[str, str]) -> None:
         ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(handles))
 
 
-def with_displacement(shown: ShownContacts) -> ShownContacts:
+def with_displacement(shown: ContactRounds) -> ContactRounds:
     """Return contacts whose displacements are known, or say which is not."""
     for contact in shown.contacts:
         if np.isnan(contact.pieces[0].displacement).any():
@@ -126,7 +126,7 @@ def draw_track(
     return _draw_place(_planar(find_contacts(motion, contact, rounds)), ax, moving=True)
 
 
-def _planar(shown: ShownContacts) -> ShownContacts:
+def _planar(shown: ContactRounds) -> ContactRounds:
     for contact in shown.contacts:
         if contact.directions < 2:
             raise InputError(
@@ -136,7 +136,7 @@ def _planar(shown: ShownContacts) -> ShownContacts:
     return with_displacement(shown)
 
 
-def _draw_place(shown: ShownContacts, ax: Axes | None, *, moving: bool) -> Axes:
+def _draw_place(shown: ContactRounds, ax: Axes | None, *, moving: bool) -> Axes:
     ax = axes_or_new(ax)
     names = [contact.name for contact in shown.contacts]
     colors = dict(zip(names, palette(len(names)), strict=True))
@@ -211,7 +211,7 @@ def draw_friction_force(
 
 
 def _draw_force(
-    shown: ShownContacts,
+    shown: ContactRounds,
     ax: Axes | None,
     word: str,
     unit: str,
@@ -244,7 +244,7 @@ def _draw_force(
     return ax
 
 
-def _lines(shown: ShownContacts) -> Iterator[tuple[str, list[tuple[ContactPhase, int]]]]:
+def _lines(shown: ContactRounds) -> Iterator[tuple[str, list[tuple[ContactPhase, int]]]]:
     """Yield each component of each contact with its name."""
     for contact in shown.contacts:
         own = f"{contact.name}, " if len(shown.contacts) > 1 else ""

@@ -53,7 +53,9 @@ class FieldMap:
     def pull(self) -> Array:
         """Derivative of the rates with respect to the last free parameter, shape (n,)."""
         states = self._state[None]
-        found = self._flow.pulls(states, np.zeros(1), self._constants, self._along)[0, :, 0]
+        found = self._flow.parameter_slopes(states, np.zeros(1), self._constants, self._along)[
+            0, :, 0
+        ]
         return np.asarray(found / self._scales / self._time)
 
     def rescaled(self, monodromy: Array) -> Array:

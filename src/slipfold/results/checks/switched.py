@@ -15,7 +15,7 @@ from slipfold.flow.contact_state import ContactsNow, Instant
 from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, smooth_phases
-from slipfold.flow.modes import Ending, Mode, Status, shown
+from slipfold.flow.modes import Ending, Mode, Status, reported_mode
 from slipfold.flow.release import at_rest
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.multipliers import multiplier_difference
@@ -38,7 +38,7 @@ def integrated_again(
     try:
         for until in (FIRST * end, end):
             for part, after in smooth_phases(system, mode, state, until, begin=begin):
-                state, mode = part.state, shown(after)
+                state, mode = part.state, reported_mode(after)
                 passed += [mode] if mode != passed[-1] else []
             begin = until
     except Broken:
@@ -77,7 +77,7 @@ def compare_phases(system: HybridSystem, parts: Iterable[SmoothPhase], start: Ar
             continue
         nodes, phases, lengths = part.polynomials.nodes(_GAUSS.points)
         states = nodes[..., :n] * scales
-        rates = flow.of(part.seen).rates(states.reshape(-1, n), phases.ravel(), constants)
+        rates = flow.of(part.reported_mode).rates(states.reshape(-1, n), phases.ravel(), constants)
         rates = rates.reshape(states.shape) * lengths[..., None]
         ends = part.polynomials(np.array([part.begin, part.end]))[:, :n]
         change = np.einsum("k,ikn->n", _GAUSS.weights, rates) / scales
@@ -95,7 +95,7 @@ def _forces(system: HybridSystem, part: SmoothPhase) -> float:
     constants, weights = system.constants, system.weights
     phases = np.linspace(part.begin, part.end, 9)
     states = part.polynomials(phases)[:, : len(part.state)] * constants.scales
-    result, mode, count, places = [0.0], part.seen, len(part.mode), system.places
+    result, mode, count, places = [0.0], part.reported_mode, len(part.mode), system.places
     along = system.flow.quantities.along(states, phases, constants)
     for now in along:
         friction = list[float]()
@@ -124,8 +124,10 @@ def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
     if event.ending is Ending.STOPS:
         return math.hypot(*now.slip[place]) * float(weights[which])
     if event.ending is Ending.YIELDS:
-        rest = at_rest(system, part.seen, now)
-        friction = Instant(now, system.places, rest, part.seen).forces(part.seen)[0]
+        rest = at_rest(system, part.reported_mode, now)
+        friction = Instant(now, system.places, rest, part.reported_mode).forces(part.reported_mode)[
+            0
+        ]
         over = math.hypot(*friction[place]) - now.holding[which]
         return abs(over) * float(weights[count + which])
     if event.ending in (Ending.PARTS, Ending.MEETS):
