@@ -45,6 +45,36 @@ _QUANTITY = re.compile(
 )
 """The page reads numbers in the same way, without arithmetic: explorer/page/quantities.js."""
 
+_MISSPELLED = {
+    **{unit.lower(): unit for unit in ("Hz", "kHz", "MHz", "rad", "deg", "kg", "kN", "cm", "rev")},
+    **dict.fromkeys(("sec", "secs", "second", "seconds", "ss"), "s"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("radian", "radians", "rads"), "rad"),
+    **dict.fromkeys(("degree", "degrees", "degs"), "deg"),
+    "hertz": "Hz",
+    "kilogram": "kg",
+    "kilograms": "kg",
+    "kgs": "kg",
+}
+"""The unit that is meant by a word in small letters."""
+
+
+def check_unit(unit: str) -> str:
+    """Return the unit of an entry, or refuse one that is misspelled; other words may be units.
+
+    >>> check_unit("N s/m"), check_unit("1/yr")
+    ('N s/m', '1/yr')
+    """
+    for word in re.findall(r"[^\W\d_]+", unit):
+        meant = _MISSPELLED.get(word.lower(), word)
+        if meant != word:
+            raise InputError(
+                f"the unit {unit!r} has {word!r}, which is no unit; did you mean {meant}? write "
+                "e.g. m/s, N s/m or 1/s"
+            )
+    return unit
+
 
 def units_of(unit: str) -> dict[str, float]:
     """Return the units in which a quantity may be given, and what each is in its SI unit.

@@ -10,10 +10,10 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Field, StrictInt, TypeAdapter
 
-from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
+from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.tables import validate
 from slipfold.models.formulas.grammar import (
-    LONGEST_FORMULA,
+    BOUNDS,
     Binary,
     FormulaError,
     Name,
@@ -27,9 +27,6 @@ from slipfold.models.formulas.grammar import (
 
 Numbers = Mapping[str, int]
 """Values of indices and sizes by name."""
-
-LARGEST_INDEX = 100_000
-"""A larger index is a typing error: tables hold a thousand entries."""
 
 _ITEM = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
@@ -66,8 +63,8 @@ def written_out(text: str, numbers: Numbers, offset: int = 0) -> str:
         else:
             parts.append(str(numbers.get(match[0], match[0])))
         length += len(parts[-2]) + len(parts[-1])
-        if length > LONGEST_FORMULA:
-            raise FormulaError(f"written out it has more than {LONGEST_FORMULA} characters", 0)
+        if length > BOUNDS.formula:
+            raise FormulaError(f"written out it has more than {BOUNDS.formula} characters", 0)
     return "".join(parts) + text[end:]
 
 
@@ -87,8 +84,8 @@ def _written_sum(text: str, numbers: Numbers, offset: int) -> str:
     for value in values:
         terms.append(_written_sum(term, {**numbers, name: value}, after))
         length += len(terms[-1])
-        if length > LONGEST_FORMULA:
-            raise FormulaError(f"written out it has more than {LONGEST_FORMULA} characters", 0)
+        if length > BOUNDS.formula:
+            raise FormulaError(f"written out it has more than {BOUNDS.formula} characters", 0)
     return " + ".join(terms) or "0"
 
 
@@ -155,9 +152,9 @@ def whole_number(text: str, numbers: Numbers, offset: int = 0) -> int:
         number = fold(parse_formula(text), combine)
     except FormulaError as error:
         raise FormulaError(error.message, error.place + offset, error.length) from None
-    if not 0 <= number <= LARGEST_INDEX:
+    if not 0 <= number <= BOUNDS.index:
         raise FormulaError(
-            f"the index {text.strip()[:40]} is {number}; give one from 0 to {LARGEST_INDEX}", offset
+            f"the index {text.strip()[:40]} is {number}; give one from 0 to {BOUNDS.index}", offset
         )
     return number
 
@@ -170,9 +167,9 @@ def index_range(text: str, numbers: Numbers, offset: int = 0) -> tuple[str, rang
     first, last = (
         whole_number(match[part], numbers, offset + match.start(part)) for part in (2, 3)
     )
-    if last - first >= MOST_ENTRIES:
+    if last - first >= BOUNDS.entries:
         raise FormulaError(
-            f"{match[1]} takes {last - first + 1} values, more than {MOST_ENTRIES}",
+            f"{match[1]} takes {last - first + 1} values, more than {BOUNDS.entries}",
             offset,
             len(text),
         )
@@ -194,7 +191,7 @@ LABEL = {
 _SIZES: TypeAdapter[dict[str, int]] = TypeAdapter(
     dict[
         Annotated[str, Field(pattern=r"^[A-Za-z_]\w*$")],
-        Annotated[StrictInt, Field(ge=0, le=LARGEST_INDEX)],
+        Annotated[StrictInt, Field(ge=0, le=BOUNDS.index)],
     ]
 )
 
@@ -257,8 +254,8 @@ def _table(
             for part in ((), *((key,) for key in FORMULA_KEYS)):
                 if places is not None and (*path, *part) in places:
                     places[(name, single, *part)] = places[(*path, *part)]
-        if len(result) > MOST_ENTRIES:
-            raise source.error((name,), f"[{name}] has more than {MOST_ENTRIES} entries")
+        if len(result) > BOUNDS.entries:
+            raise source.error((name,), f"[{name}] has more than {BOUNDS.entries} entries")
     return result
 
 
@@ -282,8 +279,8 @@ def _elements(source: Source, path: Keys, parts: list[str], base: _Element) -> l
                 )
                 for place, number in enumerate(values)
             ]
-            if len(longer) > MOST_ENTRIES:
-                raise source.error(path[:1], f"[{path[0]}] has more than {MOST_ENTRIES} entries")
+            if len(longer) > BOUNDS.entries:
+                raise source.error(path[:1], f"[{path[0]}] has more than {BOUNDS.entries} entries")
         elements = longer
     return elements
 

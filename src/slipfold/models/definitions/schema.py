@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from slipfold.models.definitions.tables import WrongEntry, check_keys, type_name
-from slipfold.models.units import parse_quantity
+from slipfold.models.units import check_unit, parse_quantity
 
 
 class Table(BaseModel):
@@ -86,6 +86,7 @@ def _formula(given: Any) -> Any:
 
 
 Line = Annotated[StrictStr, AfterValidator(_one_line)]
+Unit = Annotated[Line, AfterValidator(check_unit)]
 Number = Annotated[float, BeforeValidator(_number)]
 """A number, or a text with a unit; the unit of the table, if it has one, is declared before."""
 Formula = Annotated[StrictStr, BeforeValidator(_formula)]

@@ -12,20 +12,11 @@ from typing import Any, TypeVar
 
 from slipfold.errors import InputError
 from slipfold.models.definitions.tables import WrongEntry
-from slipfold.models.formulas.grammar import FormulaError
+from slipfold.models.formulas.grammar import BOUNDS, FormulaError
 
 T = TypeVar("T")
 
 Keys = tuple[str, ...]
-
-LONGEST_FILE = 300_000
-"""Characters of the longest file."""
-
-MOST_ENTRIES = 1000
-"""Entries of a table, elements of an array or terms of a sum: each is compiled."""
-
-WIDTH = 88
-"""Characters of a line that a message shows."""
 
 _TOKEN = re.compile(
     r"(?P<space>[ \t\r]+|#[^\n]*)"
@@ -173,8 +164,9 @@ class Source:
 
 def _excerpt(line: str, column: int, length: int, margin: str) -> str:
     """Return a line, or the part of it around a column, with carets below."""
-    first = max(0, min(column - WIDTH // 2, len(line) - WIDTH))
-    shown = "".join(c if c.isprintable() else " " for c in line[first : first + WIDTH])
+    width = 88
+    first = max(0, min(column - width // 2, len(line) - width))
+    shown = "".join(c if c.isprintable() else " " for c in line[first : first + width])
     carets = "^" * max(1, min(length, len(shown) - (column - first)))
     return f"{margin}{shown}\n{' ' * len(margin)}{' ' * (column - first)}{carets}"
 
@@ -197,9 +189,9 @@ def source_of_text(text: str, label: str = "") -> Source:
     >>> source_of_text('[states]\nq = "-q"').tables
     {'states': {'q': '-q'}}
     """
-    if len(text) > LONGEST_FILE:
+    if len(text) > BOUNDS.file:
         raise InputError(
-            f"{label or 'the text'} has {len(text)} characters, more than {LONGEST_FILE}; a system "
+            f"{label or 'the text'} has {len(text)} characters, more than {BOUNDS.file}; a system "
             "of equations is shorter, give its file"
         )
     # Some editors begin a file with a byte order mark.

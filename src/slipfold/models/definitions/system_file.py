@@ -22,10 +22,11 @@ from pydantic import (
 )
 
 from slipfold.errors import InputError, suggest
-from slipfold.models.definitions.schema import Formula, Line, Number, Table
-from slipfold.models.definitions.source import MOST_ENTRIES, Keys, Source
+from slipfold.models.definitions.schema import Formula, Line, Number, Table, Unit
+from slipfold.models.definitions.source import Keys, Source
 from slipfold.models.definitions.tables import WrongEntry, type_name, validate
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME
+from slipfold.models.formulas.grammar import BOUNDS
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import friction_laws, law_record
 from slipfold.models.model import Model
@@ -88,15 +89,17 @@ def _reason(text: str) -> str:
 
 
 T = TypeVar("T")
-Named = Annotated[dict[Annotated[str, AfterValidator(_name)], T], Field(max_length=MOST_ENTRIES)]
-Titled = Annotated[dict[Annotated[str, AfterValidator(_title)], T], Field(max_length=MOST_ENTRIES)]
+Named = Annotated[dict[Annotated[str, AfterValidator(_name)], T], Field(max_length=BOUNDS.entries)]
+Titled = Annotated[
+    dict[Annotated[str, AfterValidator(_title)], T], Field(max_length=BOUNDS.entries)
+]
 
 
 class ParameterTable(Table):
     """A parameter, or its value alone."""
 
     sole: ClassVar[str] = "value"
-    unit: Line = ""
+    unit: Unit = ""
     doc: Line = ""
     value: Number = Field(examples=["value = 1.0"])
     min: Number = -math.inf
@@ -137,7 +140,7 @@ class StateTable(Table):
     """A state, or the formula of its rate alone."""
 
     sole: ClassVar[str] = "rate"
-    unit: Line = ""
+    unit: Unit = ""
     doc: Line = ""
     label: Line = ""
     rate: Formula = Field(examples=['rate = "2*q"'])  # time derivative, per second
@@ -244,7 +247,7 @@ class OutputTable(Table):
     """A quantity of interest, or its formula alone."""
 
     sole: ClassVar[str] = "formula"
-    unit: Line = ""
+    unit: Unit = ""
     doc: Line = ""
     label: Line = ""
     formula: Formula = Field(examples=['formula = "2*q"'])  # in states, parameters and the time

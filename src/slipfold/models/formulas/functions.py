@@ -13,13 +13,6 @@ import numpy as np
 from slipfold.errors import not_supported, suggest
 from slipfold.models.quantities import Expression
 
-NEAR = 2.0
-"""Argument from which `exprel` is a quotient: no Taylor step from there passes zero, and nothing
-cancels in its numerator."""
-
-NODES = 10
-"""Nodes of Gauss's quadrature, exact to rounding up to x = 5; a step from `NEAR` ends before."""
-
 
 def exprel(x: Expression) -> Expression:
     """Return ``(exp(x) - 1)/x`` with all derivatives exact to rounding, also near zero.
@@ -28,10 +21,12 @@ def exprel(x: Expression) -> Expression:
     exponentials, and so are its derivatives. The branch that is not selected stays finite, since
     derivatives multiply it by zero.
     """
-    is_near = hy.lt(x * x, hy.expression(NEAR**2))
+    bound = 2.0  # no Taylor step from there passes zero, and nothing cancels in the quotient
+    is_near = hy.lt(x * x, hy.expression(bound**2))
     near = hy.select(is_near, x, hy.expression(0.0))
-    far = hy.select(is_near, hy.expression(NEAR), x)
-    places, weights = np.polynomial.legendre.leggauss(NODES)
+    far = hy.select(is_near, hy.expression(bound), x)
+    # Exact to rounding up to x = 5; a step from the bound ends before
+    places, weights = np.polynomial.legendre.leggauss(10)
     nodes = zip(places, weights, strict=True)
     integral = hy.sum([w / 2 * hy.exp((1 + s) / 2 * near) for s, w in nodes])
     return hy.select(is_near, integral, (hy.exp(x) - 1.0) / far)

@@ -22,8 +22,21 @@ from typing import Any, NamedTuple, TypeVar
 
 from slipfold.models.formulas.functions import FUNCTIONS, explain_unknown_function
 
-LONGEST_FORMULA = 10_000
-"""Maximum number of characters of a formula; longer ones are accidents."""
+
+@dataclass(frozen=True)
+class TextBounds:
+    """How large texts of models may be: larger ones are accidents, or take minutes to compile."""
+
+    file: int = 300_000  # characters of a file
+    entries: int = 1000  # entries of a table, elements of an array or terms of a sum
+    formula: int = 10_000  # characters of a formula
+    depth: int = 60  # nested parentheses, signs and powers; formulas have fewer than ten
+    power: int = 1000  # whole exponent, up to which powers are products
+    index: int = 100_000  # index of an element
+    rows: int = 1_000_000  # rows of a matrix: more do not fit into memory with their modes
+
+
+BOUNDS = TextBounds()
 
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
@@ -83,9 +96,9 @@ def split_formula(text: str) -> list[Token]:
     >>> [token.text for token in split_formula("F*cos(W*t)")]
     ['F', '*', 'cos', '(', 'W', '*', 't', ')', '']
     """
-    if len(text) > LONGEST_FORMULA:
+    if len(text) > BOUNDS.formula:
         raise FormulaError(
-            f"the formula has {len(text)} characters, more than {LONGEST_FORMULA}; split it "
+            f"the formula has {len(text)} characters, more than {BOUNDS.formula}; split it "
             "over the table [formulas]",
             0,
         )
@@ -263,10 +276,6 @@ def _enclosed(part: tuple[str, int], minimum: int) -> str:
     return text if binding >= minimum else f"({text})"
 
 
-DEEPEST = 60
-"""Maximum number of nested parentheses, signs and powers; formulas have fewer than ten."""
-
-
 def parse_formula(text: str) -> Tree:
     """Read a formula.
 
@@ -304,10 +313,10 @@ class _Parser:
     def formula(self, minimum: int) -> Tree:
         """Read operands and the operators that bind at least as tightly as `minimum`."""
         self._depth += 1
-        if self._depth > DEEPEST:
+        if self._depth > BOUNDS.depth:
             raise FormulaError(
-                f"the formula is nested more than {DEEPEST} deep here; name parts of it in the "
-                "table [formulas]",
+                f"the formula is nested more than {BOUNDS.depth} deep here; name parts of it in "
+                "the table [formulas]",
                 self.next.place,
             )
         tree = self._operand()

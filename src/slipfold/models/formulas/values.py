@@ -22,6 +22,7 @@ import heyoka as hy
 
 from slipfold.models.formulas.functions import CONSTANTS, FUNCTIONS, TIME, whole_power
 from slipfold.models.formulas.grammar import (
+    BOUNDS,
     Binary,
     Call,
     FormulaError,
@@ -101,9 +102,6 @@ def _offset(tree: Tree) -> tuple[float, Tree] | None:
     return None
 
 
-LARGEST_POWER = 1000
-"""Maximum whole exponent, up to which powers are products."""
-
 _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
     "+": operator.add,
     "-": operator.sub,
@@ -148,7 +146,7 @@ def _power(base: Expression, exponent: Expression) -> Expression:
         return as_symbol(base) ** exponent
     if not isinstance(base, hy.expression):
         return math.pow(base, exponent)
-    if exponent.is_integer() and abs(exponent) <= LARGEST_POWER:
+    if exponent.is_integer() and abs(exponent) <= BOUNDS.power:
         # The series of a power divides by its base, those of products work at zero as well.
         product = whole_power(base, abs(int(exponent)))
         return product if exponent >= 0 else 1.0 / product
@@ -262,9 +260,9 @@ class CoefficientFinder:
 
     def _check_exponent(self, node: Binary, exponent: _Product) -> None:
         tree = None if exponent.varying is not None else self._whole(exponent)
-        if isinstance(tree, Number) and abs(tree.value) > LARGEST_POWER:
+        if isinstance(tree, Number) and abs(tree.value) > BOUNDS.power:
             raise FormulaError(
-                f"the exponent {tree.value:g} is beyond {LARGEST_POWER}; give a smaller one",
+                f"the exponent {tree.value:g} is beyond {BOUNDS.power}; give a smaller one",
                 node.place,
             )
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo
 
 from slipfold.models.definitions.schema import Line, Table
-from slipfold.models.definitions.source import MOST_ENTRIES, Source
+from slipfold.models.definitions.source import Source
 from slipfold.models.definitions.tables import (
     WrongEntry,
     check_keys,
@@ -20,6 +20,7 @@ from slipfold.models.definitions.tables import (
     type_name,
     validate,
 )
+from slipfold.models.formulas.grammar import BOUNDS
 from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
 from slipfold.models.structures.component import Direction
@@ -33,9 +34,6 @@ FORM = (
     "give rows such as [[2, -1], [-1, 1]], { diagonal = [1, 1] }, or the name of a .npz, .npy, "
     ".mat or Matrix Market file in the same folder"
 )
-
-LARGEST = 1_000_000
-"""Rows of the largest matrix: more do not fit into memory with their modes."""
 
 
 def _matrix(given: Any, info: ValidationInfo) -> Any:
@@ -90,7 +88,7 @@ def _from_entries(given: Mapping[str, Any]) -> Any:
     keys = ("size", "rows", "columns", "entries")
     check_keys(given, keys, dict.fromkeys(keys, ""))
     size = given["size"]
-    if not isinstance(size, int) or isinstance(size, bool) or not 0 < size <= LARGEST:
+    if not isinstance(size, int) or isinstance(size, bool) or not 0 < size <= BOUNDS.rows:
         raise WrongEntry("is not the number of rows of a matrix", path=["size"])
     rows, columns, entries = (np.array(_row(given[key], key)) for key in keys[1:])
     if not len(rows) == len(columns) == len(entries):
@@ -138,10 +136,7 @@ def _one_of(*classes: type) -> BeforeValidator:
     return BeforeValidator(read)
 
 
-Elements, Contacts, Forcing = (
-    Annotated[list[Annotated[Any, _one_of(*classes)]], Field(max_length=MOST_ENTRIES)]
-    for classes in COMPONENTS.values()
-)
+ELEMENTS, CONTACTS, FORCING = (_one_of(*classes) for classes in COMPONENTS.values())
 MatrixEntry = Annotated[Any, BeforeValidator(_matrix)]
 
 
@@ -164,15 +159,9 @@ class StructureFile(Table):
     structure: MatricesTable = Field(examples=["a table [structure] with its matrices M and K"])
     damping: Annotated[Any, _one_of(ProportionalDamping, ModalDamping)] = None
     reduction: Annotated[Any, _one_of(ModalReduction, CraigBampton)] = None
-    elements: list[Annotated[Any, _one_of(*COMPONENTS["elements"])]] = Field(
-        [], max_length=MOST_ENTRIES
-    )
-    contacts: list[Annotated[Any, _one_of(*COMPONENTS["contacts"])]] = Field(
-        [], max_length=MOST_ENTRIES
-    )
-    forcing: list[Annotated[Any, _one_of(*COMPONENTS["forcing"])]] = Field(
-        [], max_length=MOST_ENTRIES
-    )
+    elements: list[Annotated[Any, ELEMENTS]] = Field([], max_length=BOUNDS.entries)
+    contacts: list[Annotated[Any, CONTACTS]] = Field([], max_length=BOUNDS.entries)
+    forcing: list[Annotated[Any, FORCING]] = Field([], max_length=BOUNDS.entries)
     watch: dict[str, Any] | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
 

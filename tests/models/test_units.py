@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipfold import InputError
+from slipfold import InputError, System
 from slipfold.models.units import parse_quantity
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
@@ -92,3 +92,20 @@ def test_a_unit_may_begin_with_one_over_after_a_blank():
 def test_message_names_the_units_that_fit():
     with pytest.raises(InputError, match=r"alpha = '60mm' has the unit 'mm'; .* deg, rad"):
         parse_quantity("60mm", "rad", "alpha")
+
+
+@pytest.mark.parametrize(
+    ("unit", "meant"), [("rad/sec", "s"), ("hz", "Hz"), ("KG", "kg"), ("Newton/m", "N")]
+)
+def test_a_misspelled_unit_is_refused(unit, meant):
+    text = f'[parameters]\nc = {{ value = 1.0, unit = "{unit}" }}\n[states]\nq = "-c*q"\n'
+    with pytest.raises(InputError, match=rf"line 2, .*did you mean {meant}\?"):
+        System.from_toml(text)
+
+
+@pytest.mark.parametrize(
+    "unit", ["", "m", "rad/s", "N s/m", "kN/mm", "mS/cm^2", "1/yr", "bird", "°"]
+)
+def test_other_units_are_taken(unit):
+    system = System(parameters={"c": {"value": 1.0, "unit": unit}}, states={"q": "-c*q"})
+    assert system.parameter("c").unit == unit
