@@ -87,39 +87,28 @@ def test_directory_and_entries_are_private(folder):
     assert stat.S_IMODE(only_entry(folder).stat().st_mode) == 0o600
 
 
-def damage_nothing_left(content):
-    return b""
+SEALED = len(compiled_code._MAGIC) + 64
 
 
-def damage_cut(content):
-    return content[:-3]
+def flipped(content, place):
+    return content[:place] + bytes([content[place] ^ 1]) + content[place:][1:]
 
 
-def damage_flip(content):
-    return content[:-5] + bytes([content[-5] ^ 1]) + content[-4:]
+DAMAGES = {
+    "empty": lambda content: b"",
+    "cut": lambda content: content[:-3],
+    "changed": lambda content: flipped(content, len(content) - 5),
+    "changed digest": lambda content: flipped(content, SEALED + 3),
+    "longer": lambda content: content + b"x",
+    "text": lambda content: b"this is no entry",
+}
 
 
-def damage_seal(content):
-    position = len(compiled_code._MAGIC) + 64 + 3
-    return content[:position] + bytes([content[position] ^ 1]) + content[position + 1 :]
-
-
-def damage_longer(content):
-    return content + b"x"
-
-
-def damage_text(content):
-    return b"this is no entry"
-
-
-@pytest.mark.parametrize(
-    "damage",
-    [damage_nothing_left, damage_cut, damage_flip, damage_seal, damage_longer, damage_text],
-)
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_damaged_entry_is_rebuilt(folder, damage):
     fetch("a", Builder())
     entry = only_entry(folder)
-    entry.write_bytes(damage(entry.read_bytes()))
+    entry.write_bytes(DAMAGES[damage](entry.read_bytes()))
     again = Builder("rebuilt")
     assert fetch("a", again) == "rebuilt"
     assert fetch("a", Builder("third")) == "rebuilt"
@@ -135,67 +124,66 @@ def test_entry_of_another_key_is_not_taken(folder):
     assert fetch("b", Builder("rebuilt")) == "rebuilt"
 
 
-def test_entry_with_a_wrong_digest_is_never_opened(folder, tmp_path):
-    fetch("a", Builder())
-    entry = only_entry(folder)
-    payload = pickle.dumps(Trap(tmp_path / "sprung"))
-    content = entry.read_bytes()
-    head = len(compiled_code._MAGIC) + 64 + 32
-    entry.write_bytes(content[:head] + payload)
-    assert fetch("a", Builder("rebuilt")) == "rebuilt"
-    assert not (tmp_path / "sprung").exists()
+def unsealed(entry, payload):
+    entry.write_bytes(entry.read_bytes()[: SEALED + 32] + payload)
+
+
+def writable(mode):
+    def spoil(entry, payload):
+        seal(entry, payload)
+        entry.chmod(mode)
+
+    return spoil
+
+
+def linked(entry, payload):
+    elsewhere = entry.parent.parent / entry.name
+    seal(elsewhere, payload)
+    entry.unlink()
+    entry.symlink_to(elsewhere)
+
+
+def foreign(entry, payload):
+    if not hasattr(os, "getuid") or os.getuid() != 0:
+        pytest.skip("needs root")
+    seal(entry, payload)
+    os.chown(entry, 12345, -1)
+
+
+SPOILT = {
+    "wrong digest": unsealed,
+    **{f"mode {mode:o}": writable(mode) for mode in (0o666, 0o620, 0o602)},
+    "link": linked,
+    "foreign owner": foreign,
+}
 
 
 @posix
-@pytest.mark.parametrize("mode", [0o666, 0o620, 0o602])
-def test_entry_others_may_write_is_never_opened(folder, tmp_path, mode):
+@pytest.mark.parametrize("spoil", SPOILT)
+def test_entry_that_others_may_have_made_is_never_opened(folder, tmp_path, spoil):
     fetch("a", Builder())
-    entry = only_entry(folder)
-    seal(entry, pickle.dumps(Trap(tmp_path / "sprung")))
-    entry.chmod(mode)
+    SPOILT[spoil](only_entry(folder), pickle.dumps(Trap(tmp_path / "sprung")))
     assert fetch("a", Builder("rebuilt")) == "rebuilt"
     assert not (tmp_path / "sprung").exists()
+    assert not only_entry(folder).is_symlink()
     assert stat.S_IMODE(only_entry(folder).stat().st_mode) == 0o600
 
 
 @posix
-@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702, None])
 def test_directory_others_may_write_is_not_used(folder, tmp_path, mode):
     fetch("a", Builder())
     seal(only_entry(folder), pickle.dumps(Trap(tmp_path / "sprung")))
-    folder.chmod(mode)
+    if mode is not None:
+        folder.chmod(mode)
+    elif hasattr(os, "getuid") and os.getuid() == 0:
+        os.chown(folder, 12345, -1)
+    else:
+        pytest.skip("needs root")
     assert fetch("a", Builder("rebuilt")) == "rebuilt"
     assert fetch("b", Builder("two")) == "two"
     assert len(list(folder.iterdir())) == 1
     assert not (tmp_path / "sprung").exists()
-
-
-@posix
-def test_entry_that_is_a_link_is_not_followed(folder, tmp_path):
-    fetch("a", Builder())
-    entry = only_entry(folder)
-    elsewhere = tmp_path / entry.name
-    seal(elsewhere, pickle.dumps(Trap(tmp_path / "sprung")))
-    kept = elsewhere.read_bytes()
-    entry.unlink()
-    entry.symlink_to(elsewhere)
-    assert fetch("a", Builder("rebuilt")) == "rebuilt"
-    assert not (tmp_path / "sprung").exists()
-    assert elsewhere.read_bytes() == kept
-    assert not only_entry(folder).is_symlink()
-
-
-@posix
-@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="needs root")
-def test_foreign_owner_is_not_trusted(folder, tmp_path):
-    fetch("a", Builder())
-    entry = only_entry(folder)
-    seal(entry, pickle.dumps(Trap(tmp_path / "sprung")))
-    os.chown(entry, 12345, -1)
-    assert fetch("a", Builder("rebuilt")) == "rebuilt"
-    assert not (tmp_path / "sprung").exists()
-    os.chown(folder, 12345, -1)
-    assert fetch("a", Builder("again")) == "again"
 
 
 def test_unusable_directory_costs_time_only(tmp_path, monkeypatch):

@@ -49,14 +49,6 @@ def test_samples_agree_with_the_dense_output(sliding):
     assert force == pytest.approx(SLIDING.evaluate("Fx", states, times), abs=1e-12)
 
 
-def test_first_periods_agree_with_scipy(sliding):
-    p = {**BASE, **SLIDING.values}
-    state = np.zeros(4)
-    for expected in sliding.strobe[1:4]:
-        state = integrate(state, p)
-        assert state / SCALE == pytest.approx(expected / SCALE, abs=2e-11)
-
-
 def test_settled_state_of_the_reference(sliding):
     expected = [0.34186773524, -0.17677244957, 0.051411204625, 12.166386307]
     assert (sliding.settlement.settled, sliding.settlement.period) == (True, 2)

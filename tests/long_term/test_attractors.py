@@ -1,12 +1,9 @@
 """Attractors of systems with known coexistence: all are found, none is invented."""
 
-import json
-
 import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.command_line import run
 from slipfold.long_term.search import checked_box
 
 MODELS = sf.built_in_models()
@@ -176,40 +173,6 @@ def test_starts_are_the_same_every_time_and_spread_evenly():
     for column, width in ((0, 2), (3, 40)):
         counts = np.histogram(starts[:, column], 8, (-width / 2, width / 2))[0]
         assert counts.tolist() == [8] * 8
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--box", "z=0:1"], ["no state 'z'", "x, y, vx, vy"]),
-        (["--box", "y=0.5"], ["NAME=LOWER:UPPER"]),
-        (["--box", "y=0.5:0.1"], ["empty"]),
-        (["--box", "vx=0:1kg"], ["kg"]),
-        (["--starts", "0"], ["--starts 0", "at least 1"]),
-        (["--seed", "-1"], ["--seed -1", "at least 0"]),
-    ],
-)
-def test_bad_input_is_one_sentence(options, words):
-    done = run("attractors", "sliding", *options)
-    assert done.exit_code == 2
-    assert done.stderr.count("\n") == 1
-    assert all(word in done.stderr for word in words)
-
-
-def test_on_the_command_line_and_back_from_a_file(tmp_path):
-    path, sheet = tmp_path / "found.nc", tmp_path / "starts.csv"
-    options = ["--set", "W=1.2", "--box", "q=-4:4", "--box", "v=-4:4", "--starts", "8"]
-    done = run(
-        "attractors", "duffing", *options, "--json", "-", "--out", str(path), "--csv", str(sheet)
-    )
-    assert done.exit_code == 0
-    record = json.loads(done.stdout)
-    assert record["schema"] == "slipfold.attractors/1"
-    assert sum(item["starts"] for item in record["attractors"]) == 8
-    back = sf.load(path)
-    assert back.to_json() == record
-    assert len(sheet.read_text().splitlines()) == 9
-    assert "period 1" in back.summary()
 
 
 def test_an_interrupt_keeps_what_was_found():

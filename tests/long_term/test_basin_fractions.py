@@ -1,13 +1,11 @@
 """Fractions of starts that each attractor wins along a parameter."""
 
-import json
 from math import sqrt
 
 import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.command_line import run
 
 # Rest wins inside the circle of radius r, else the cycle of radius 2.
 HARD = """
@@ -103,39 +101,3 @@ def test_an_interruption_keeps_the_values_that_are_finished(tmp_path):
     assert "2 values not finished" in found.summary()
     found.save(tmp_path / "f.nc")
     assert sf.load(tmp_path / "f.nc").to_json() == found.to_json()
-
-
-def test_on_the_command_line_and_back_from_a_file(tmp_path):
-    path, sheet, figure = (str(tmp_path / name) for name in ("f.nc", "f.csv", "f.png"))
-    options = ["--vary", "W=1:1.4", "--box", "q=-3:3", "--box", "v=-3:3", "--points", "3"]
-    files = ["--json", "-", "--out", path, "--csv", sheet]
-    done = run("basin-fractions", "duffing", *options, "--starts", "64", *files)
-    assert done.exit_code == 0
-    record = json.loads(done.stdout)
-    assert record["schema"] == "slipfold.basin_fractions/1"
-    assert [item["value"] for item in record["attractors"]] == [1, 1.2, 1.2, 1.4]
-    back = sf.load(path)
-    assert back.to_json() == record
-    assert "W 1 to 1.4" in back.summary()
-    with open(sheet) as file:
-        rows = file.read().splitlines()
-    assert rows[0] == "W (rad/s),attractor,what,value,low,high"
-    assert len(rows) == 5
-    assert run("plot", path, "--out", figure).exit_code == 0
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--vary", "W=1:1"], "is empty"),
-        (["--vary", "W=1:2", "--set", "W=1"], "is varied"),
-        (["--vary", "W=1:2", "--box", "z=0:1"], "no state 'z'"),
-        (["--vary", "W=1:2", "--starts", "0"], "at least 1"),
-        (["--vary", "W=1:2", "--points", "1"], "at least 2"),
-    ],
-)
-def test_bad_input_is_one_sentence(options, words):
-    done = run("basin-fractions", "duffing", *options)
-    assert done.exit_code == 2
-    assert done.stderr.count("\n") == 1
-    assert words in done.stderr

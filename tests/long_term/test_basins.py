@@ -1,6 +1,5 @@
 """Basins of attraction on a plane of initial states."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.command_line import run
 from helpers.dry_friction import den_hartog
 from slipfold.flow.ensembles import released
 from slipfold.flow.flow import flow_of
@@ -129,40 +127,6 @@ def test_the_picture_has_a_color_for_each_and_its_share(circle):
     left, right, bottom, top = image.get_extent()
     assert (left, right) == pytest.approx((-2 - 2 / 39, 2 + 2 / 39))
     assert (bottom, top) == pytest.approx((-1 - 1 / 19, 1 + 1 / 19))
-
-
-def test_on_the_command_line_and_back_from_a_file(tmp_path):
-    path, sheet, figure = (str(tmp_path / name) for name in ("b.nc", "b.csv", "b.png"))
-    options = ["--set", "W=1.2", "--plane", "q=-4:4", "--plane", "v=-4:4", "--points", "6x4"]
-    done = run("basins", "duffing", *options, "--json", "-", "--out", path, "--csv", sheet)
-    assert done.exit_code == 0
-    record = json.loads(done.stdout)
-    assert record["schema"] == "slipfold.basins/1"
-    assert np.shape(record["labels"]) == (4, 6)
-    back = sf.load(path)
-    assert back.to_json() == record
-    assert "6 x 4 starts: q -4 to 4, v -4 to 4" in back.summary()
-    with open(sheet) as file:
-        rows = file.read().splitlines()
-    assert rows[0] == "q,v,reached,uncertain"
-    assert len(rows) == 25
-    assert run("plot", path, "--out", figure).exit_code == 0
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--plane", "x=0:1"], "does not name two states: it has x; give two"),
-        (["--plane", "x=0:1", "--plane", "z=0:1"], "no state 'z'"),
-        (["--plane", "x=0:1", "--plane", "y=0:1", "--points", "1"], "at least 2"),
-        (["--plane", "x=0:1", "--plane", "y=0:1", "--start", "q=1"], "no state 'q'"),
-    ],
-)
-def test_bad_input_is_one_sentence(options, words):
-    done = run("basins", "sliding", *options)
-    assert done.exit_code == 2
-    assert done.stderr.count("\n") == 1
-    assert words in done.stderr
 
 
 SHIFTED = """

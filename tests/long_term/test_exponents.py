@@ -1,13 +1,11 @@
 """Lyapunov exponents against multipliers, closed forms, published and independent values."""
 
-import json
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.command_line import run
 from slipfold.flow.flow import flow_of
 from slipfold.flow.settlement import Settlement
 from slipfold.long_term.exponents import average, rotation_of, verdict_of
@@ -19,9 +17,6 @@ def rates_of(orbit):
     """Return logarithms of the multipliers, the largest first, a forcing period each."""
     found = np.log(np.abs(orbit.multipliers)) / orbit.period
     return np.sort(found)[::-1]
-
-
-# -- averages ------------------------------------------------------------------------------------
 
 
 # -- periodic motions ----------------------------------------------------------------------------
@@ -165,33 +160,7 @@ def test_verdicts(exponents, error, seconds, kind):
     assert verdict_of(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
 
 
-# -- files and commands --------------------------------------------------------------------------
-
-
-def test_command():
-    result = run("lyapunov", "sliding", "--set", "Nd=0.02", "--start", "y=0.1", "--json", "-")
-    assert result.exit_code == 0
-    record = json.loads(result.stdout)
-    assert record["schema"] == "slipfold.lyapunov/1"
-    assert record["per"] == "forcing period"
-    assert record["initial_state"] == [0, 0.1, 0, 0]
-    assert len(record["exponents"]) == len(record["errors"]) == 4
-    assert (record["verdict"], record["period"]) == ("periodic", 1)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["--start", "z=1"], "sliding has no state 'z'; it has x, y, vx, vy"),
-        (["--periods", "0"], "0"),
-        (["--tolerance", "-1"], "tolerance = -1"),
-    ],
-)
-def test_bad_input(arguments, sentence):
-    result = run("lyapunov", "sliding", *arguments)
-    assert result.exit_code == 2
-    assert sentence in result.stderr
-    assert result.stderr.count("\n") == 1
+# -- interruption ---------------------------------------------------------------------------------
 
 
 def test_an_interrupted_one_keeps_what_it_knows():

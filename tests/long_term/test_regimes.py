@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from helpers.command_line import run
 from slipfold import InputError
 from slipfold.flow.ensembles import models_with
 from slipfold.long_term.classification import classify_open
@@ -242,18 +241,3 @@ def test_an_interrupt_keeps_what_is_known():
 def test_wrong_input_is_one_sentence(vary, options, message):
     with pytest.raises(InputError, match=message):
         sf.regimes(OSCILLATOR, vary, **options)
-
-
-def test_the_command_line_maps_and_draws(tmp_path):
-    path = str(tmp_path / "map.nc")
-    done = run(
-        "regimes", "sliding", "--vary", "f=12.2:12.3", "--vary", "Nd=0:0.02", "--points", "2x2",
-        "--transient", "200", "--out", path,
-    )  # fmt: skip
-    assert done.exit_code == 0, done.stderr
-    assert "period 1" in done.stdout
-    assert run("plot", path).exit_code == 0
-    once = run("regimes", "sliding", "--vary", "f=12:13")
-    assert "--vary is given once; give it twice" in once.stderr
-    refused = run("regimes", "sliding", "--vary", "f=12:13", "--vary", "Nd=0:0.1", "--points", "x9")
-    assert refused.exit_code == 2

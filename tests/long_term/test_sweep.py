@@ -1,12 +1,9 @@
 """Sweeps show hysteresis where branches have it, and dots lie on the branches."""
 
-import json
-
 import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.command_line import run
 from helpers.dry_friction import den_hartog
 from slipfold import InputError
 from slipfold.long_term.classification import repeats_of
@@ -113,22 +110,6 @@ def test_wrong_input_is_one_sentence(options, message):
     given = {"model": OSCILLATOR, "vary": "Nd", "span": (0.0, 0.1), **options}
     with pytest.raises(InputError, match=message):
         sf.sweep(**given)
-
-
-def test_the_command_line_sweeps_and_draws(tmp_path):
-    path = tmp_path / "sweep.nc"
-    done = run(
-        "sweep", "sliding", "--vary", "Nd=0.06:0.16", "--set", "f=12.2", "--points", "3",
-        "--starts", "0", "--transient", "200", "--json", "-", "--out", str(path),
-    )  # fmt: skip
-    assert done.exit_code == 0, done.stderr
-    assert json.loads(done.stdout)["repeats"][0] == [1, 1, 2]
-    drawn = run(
-        "plot", str(path), "--kind", "section", "--at", "0.16", "--out", str(tmp_path / "a.png")
-    )
-    assert drawn.exit_code == 0, drawn.stderr
-    refused = run("sweep", "sliding", "--vary", "Nd=0:0.1", "--runs", "sideways")
-    assert (refused.exit_code, refused.stdout) == (2, "")
 
 
 def test_motions_on_a_floor_at_rest_are_swept():
