@@ -28,9 +28,15 @@ LAST = 3
 """Orbits at the end of a branch that are corrected again before a limit is located: near a
 singularity explicit steps are too inexact to show on which side of the limit they lie."""
 
-BEYOND = 1.5, 1.1
-"""Steps beyond a limit, over its estimated distance; the second if there is no orbit at the first,
-so near to a singularity."""
+BEYOND = 1.5
+"""Step beyond a limit, over its estimated distance; less if there is no orbit at its end, so near
+to a singularity."""
+
+SHORTER = 0.7
+"""Ratio of such a step to one before it that met no orbit."""
+
+ATTEMPTS = 12
+"""Maximum number of such steps; one is enough where margins fall in proportion to arclengths."""
 
 MAX_DISTANCE = 5.0
 """Maximum of such a step, over the distance of the last two orbits: explicit steps may break the
@@ -199,19 +205,21 @@ def _limit_bracket(
     if not (margins[-2] > 0).all():
         z, tangents, arclengths = z[:-1], tangents[:-1], arclengths[:-1]
         margins = margins[:-1]
-    elif (margins[-1] > 0).all():
+    own, factor = np.array([case]), BEYOND
+    maximum = MAX_DISTANCE * (arclengths[-1] - arclengths[-2])
+    for _ in range(ATTEMPTS):
+        if not (margins[-1] > 0).all():
+            break
         length = arclengths[-1] - arclengths[-2]
         falls = np.maximum(margins[-2] - margins[-1], 1e-300)
-        estimate = float((margins[-1] / falls * length).min())
-        if not BEYOND[0] * estimate < MAX_DISTANCE * length:
+        further, row = factor * float((margins[-1] / falls * length).min()), tangents[-1:]
+        if not further < maximum:
             return None
-        own, row = np.array([case]), tangents[-1:]
-        for factor in BEYOND:
-            further = factor * estimate
-            guess = z[-1:] + further * row
-            now = orbits.correct(own, guess, row, LAST_STEP, further)
-            if now.found[0]:
-                break
+        now = orbits.correct(own, z[-1:] + further * row, row, LAST_STEP, further)
+        if not now.found[0]:
+            factor *= SHORTER
+            continue
+        factor = BEYOND
         z, tangents = np.concatenate([z, now.z]), np.concatenate([tangents, now.tangents])
         arclengths = np.append(arclengths, arclengths[-1] + further)
         margins = np.concatenate([margins, orbits.margins(own, now.z)])

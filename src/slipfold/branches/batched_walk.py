@@ -8,8 +8,8 @@ happens on it but folds, period doublings and tori.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,30 +17,14 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.closed_branches import AROUND
 from slipfold.branches.stops import ONE
-from slipfold.continuation.curve import Curve
 from slipfold.continuation.end import End
 from slipfold.continuation.follow import BIRTH, FIRST
-from slipfold.continuation.interpolation import POINTS, arcs, hermite_each, polynomial_weights
-from slipfold.continuation.search import (
-    KNOTS,
-    Interpolated,
-    arclengths_between,
-    interpolation_weights,
-)
-from slipfold.continuation.settings import Steps
-from slipfold.continuation.step_length import (
-    HARDER,
-    LONGER,
-    REACH,
-    Measures,
-    arclength_of_bound,
-    drift,
-    lengthened,
-    shortened,
-    shortened_after_failure,
-)
+from slipfold.continuation.interpolation import POINTS, lengths_of
+from slipfold.continuation.search import Interpolated, arclengths_between, interpolation_weights
+from slipfold.continuation.settings import Stepping, Steps
+from slipfold.continuation.step_length import REACH
 from slipfold.continuation.traced_curve import Found
-from slipfold.continuation.walk import EDGE
+from slipfold.continuation.walk import Front, FrontEquations, Trial
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -124,7 +108,7 @@ class Located:
     arclength: float
 
 
-class Walk:
+class Walk(FrontEquations):
     """Follows branches to their ends, and brackets what is to be located on them.
 
     The last point of a branch that ends at a limit is the first orbit that breaks it. If `to_loss`,
@@ -139,28 +123,25 @@ class Walk:
         steps: Steps,
         to_loss: bool = False,
     ) -> None:
-        self._to_loss = to_loss
-        k, u = len(branches), orbits.size + 1
-        self._orbits, self._branches, self._steps = orbits, branches, steps
+        k = len(branches)
+        self._orbits, self._branches, self._to_loss = orbits, branches, to_loss
         self._cases = np.array([branch.case for branch in branches])
         self._low, self._high = (value / orbits.width for value in (min(span), max(span)))
         model = orbits.model
         self._bounds = np.array([limit.bound for limit in model.limits])
         sticking = {name for contact in contacts_of(model) for name in contact.limits}
         self._sticking = np.array([limit.name in sticking for limit in model.limits], bool)
-        # The last points of each, the newest last
-        self._z, self._tangents = np.zeros((2, k, KNOTS, u))
-        self._arclengths, self._tests = np.zeros((k, KNOTS)), np.zeros((k, KNOTS, len(TESTS)))
-        self._count, self._unstable = np.ones(k, int), np.zeros(k, int)
-        self._signs = np.zeros(k)
-        self._step, self._growth = np.full(k, FIRST), np.full(k, LONGER)
-        self._held = np.zeros(k, bool)  # whether the next step leads to a bound
+        self._unstable, self._signs = np.zeros(k, int), np.zeros(k)
         self._departs = np.array([branch.first is not None for branch in branches])
-        self._z[:, -1] = [branch.steps[0][0] for branch in branches]
-        self._tangents[:, -1] = [branch.steps[0][1] for branch in branches]
         self._active: Mask = np.ones(k, bool)
-        self._correct_first_orbits()
-        self._choose_first_steps()
+        z, tangents = (np.array([branch.steps[0][i] for branch in branches]) for i in (0, 1))
+        tests, step = np.zeros((k, len(TESTS))), np.full(k, FIRST)
+        self._correct_first_orbits(z, tangents, tests)
+        self._choose_first_steps(z, tangents, step)
+        start = z[:, None], tangents[:, None], tests[:, None], np.zeros((k, 1))
+        settings = Stepping(steps=replace(steps, smallest=SMALLEST / 4))
+        self._front = Front(self, *start, step, [(-1, self._low, self._high)], settings)
+        self._points = steps.points
         for branch in branches:
             branch.steps.clear()
         self._store_points(np.arange(k))
@@ -180,44 +161,56 @@ class Walk:
             report(fraction)
         self._stop(np.flatnonzero(self._active), "points")
 
+    def correct(
+        self, rows: Indices, guesses: Array, normals: Array, arclengths: Array
+    ) -> Corrected:
+        """Return the orbits nearest guesses, those on an end of the span exactly on it."""
+        given = self._cases[rows], guesses, normals
+        result = self._orbits.correct(*given, CLOSE, REACH, ROUGHLY)
+        at_end = np.abs(normals[:, -1]) == 1
+        result.z[at_end, -1] = guesses[at_end, -1]
+        return result
+
     @property
     def _fraction(self) -> float:
         """How far they have come through the span, on average; those that ended are through."""
         first = np.array([branch.steps[0][0][-1] for branch in self._branches])
-        come = np.abs(self._z[:, -1, -1] - first) / (self._high - self._low)
+        come = np.abs(self._front.z[:, -1, -1] - first) / (self._high - self._low)
         return float(np.where(self._active, np.minimum(come, 1.0), 1.0).mean())
 
     # -- where branches begin --------------------------------------------------------------------
 
-    def _correct_first_orbits(self) -> None:
+    def _correct_first_orbits(self, z: Array, tangents: Array, tests: Array) -> None:
+        """Correct the first orbits of branches that begin on no other. Shapes: (k, ...)."""
         rows = np.flatnonzero(~self._departs)
         if not len(rows):
             return
-        z, normals = self._z[rows, -1], self._tangents[rows, -1]
-        result = self._orbits.correct(self._cases[rows], z, normals, CLOSE, np.inf, ROUGHLY)
-        self._z[rows, -1], self._tangents[rows, -1] = result.z, result.tangents
-        self._tests[rows, -1], self._signs[rows] = result.tests, result.signs
-        self._unstable[rows] = _unstable(result)
+        given = self._cases[rows], z[rows], tangents[rows]
+        result = self._orbits.correct(*given, CLOSE, np.inf, ROUGHLY)
+        z[rows], tangents[rows], tests[rows] = result.z, result.tangents, result.tests
+        self._signs[rows], self._unstable[rows] = result.signs, _unstable(result)
         for row, count in zip(rows.tolist(), self._unstable[rows], strict=True):
             self._branches[row].stable = bool(count == 0)
         clear = result.found & (result.seen.above > self._bounds).all(axis=1)
         self._stop(rows[~clear], "first orbit")
 
-    def _choose_first_steps(self) -> None:
+    def _choose_first_steps(self, z: Array, tangents: Array, step: Array) -> None:
         """Leave another branch by a step so short that nothing else can happen within it."""
         active = np.flatnonzero(self._departs)
         firsts = [branch.first for branch in self._branches if branch.first is not None]
         others = [np.delete(p.multipliers, np.abs(p.multipliers - 1).argmin()) for p in firsts]
         outside = np.array([np.count_nonzero(np.abs(item) > 1) for item in others])
-        self._step[active] = BIRTH
+        step[active] = BIRTH
         for _ in range(6):
             if not len(active):
                 return
-            z, tangents, step = self._z[active, -1], self._tangents[active, -1], self._step[active]
-            given = CLOSE, REACH, ROUGHLY
+            along = step[active, None] * tangents[active]
             result, nearer = (
                 self._orbits.correct(
-                    self._cases[active], z + fraction * step[:, None] * tangents, tangents, *given
+                    self._cases[active],
+                    z[active] + fraction * along,
+                    tangents[active],
+                    *(CLOSE, REACH, ROUGHLY),
                 )
                 for fraction in (1.0, 0.25)
             )
@@ -226,128 +219,54 @@ class Walk:
                 good = result.found & nearer.found & ((more == 0) | (more == 1))
                 good &= result.tests[:, LP] * nearer.tests[:, LP] > 0
             active, outside = active[~good], outside[~good]
-            self._step[active] /= 4
+            step[active] /= 4
         self._stop(active, "birth")
 
     # -- a step of each --------------------------------------------------------------------------
 
     def _take_steps(self, active: Indices) -> None:
+        front = self._front
         if self._orbits.period % 2 == 0:
-            apart = 0.9 * _length(self._halves(self._z[active, -1]))
-            self._step[active] = np.minimum(self._step[active], np.maximum(BIRTH, apart))
-        guess, rows, held = self._predicted(active)
-        result = self._orbits.correct(self._cases[active], guess, rows, CLOSE, REACH, ROUGHLY)
-        result.z[held, -1] = guess[held, -1]
-        beyond = result.found & ~held & self._is_beyond(result.z[:, -1], 0.0)
-        self._held[active] = beyond
-        last = self._tangents[active, -1]
-        length, turn = arcs(result.z - self._z[active, -1], last, result.tangents)
-        measures = self._measured(active, result, guess, length, turn)
-        fits = measures.fits & result.found & ~beyond
-        tests, ambiguous = self._examined(active, result, length, fits)
-        accepted = fits & ~ambiguous
-        # One that leads beyond a bound is taken again, to the bound.
-        step, growth = self._step[active], self._growth[active]
-        longer = lengthened(step, measures, growth, self._steps.largest)
-        shorter = np.where(fits, 0.5 * step, shortened(step, measures))
-        shorter = np.where(result.found, shorter, shortened_after_failure(step, result.moved))
-        self._step[active] = np.where(accepted, longer, np.where(beyond, step, shorter))
-        self._growth[active] = np.where(accepted, LONGER, np.where(beyond, growth, HARDER))
-        self._stop(active[~accepted & (self._step[active] < SMALLEST)], "steps")
+            apart = 0.9 * lengths_of(self._halves(front.z[active, -1]))
+            front.step[active] = np.minimum(front.step[active], np.maximum(BIRTH, apart))
+        trial = front.take(active)
+        tests, ambiguous = self._examined(trial)
+        accepted = trial.fits & ~ambiguous
+        front.shorten(active[trial.fits & ambiguous], 0.5)
+        self._stop(active[~accepted & (front.step[active] < SMALLEST)], "steps")
         for row in np.flatnonzero(accepted & (tests >= 0)).tolist():
-            self._add_bracket(int(active[row]), result, length, row, int(tests[row]))
-        self._accept(active[accepted], result, np.flatnonzero(accepted), length)
-        if self._to_loss:
-            lost = [row for row in active.tolist() if self._branches[row].loses_stability]
-            self._stop(np.array(lost, dtype=int), "loss")
-
-    def _predicted(self, active: Indices) -> tuple[Array, Array, Mask]:
-        """Return guesses, rows of their hyperplanes, and which hold the parameter on a bound."""
-        target = self._arclengths[active, -1] + self._step[active]
-        guess, rows = self._hermite(active, target)
-        held = self._held[active] | self._is_beyond(guess[:, -1], EDGE)
-        which = np.flatnonzero(held)
-        if not len(which):
-            return guess, rows, held
-        here, forward = active[which], rows[which, -1] > 0
-        bound = np.where(forward, self._high, self._low)
-
-        def component(arclengths: Array) -> Array:
-            return self._hermite(here, arclengths)[0][:, -1]
-
-        far = arclength_of_bound(
-            component, self._arclengths[here, -1], target[which], bound, forward
-        )
-        guess[which] = self._hermite(here, far)[0]
-        guess[which, -1] = bound
-        rows[which] = 0.0
-        rows[which, -1] = np.where(forward, 1.0, -1.0)
-        return guess, rows, held
-
-    def _hermite(self, active: Indices, target: Array) -> tuple[Array, Array]:
-        guess, rows = np.empty((2, len(active), self._z.shape[2]))
-        for count, which in self._by_count(active, POINTS):
-            here, last = active[which], slice(-count, None)
-            given = self._arclengths[here, last], self._z[here, last], self._tangents[here, last]
-            guess[which], rows[which] = hermite_each(*given, target[which])
-        return guess, rows
-
-    def _by_count(self, active: Indices, maximum: int) -> Iterator[tuple[int, Indices]]:
-        """Yield how many points are interpolated, and which branches have so many."""
-        counts = np.minimum(self._count[active], maximum)
-        for count in np.unique(counts).tolist():
-            yield count, np.flatnonzero(counts == count)
-
-    def _is_beyond(self, values: Array, tolerance: float) -> Mask:
-        return np.asarray((values < self._low - tolerance) | (values > self._high + tolerance))
-
-    def _measured(
-        self, active: Indices, result: Corrected, guess: Array, length: Array, turn: Array
-    ) -> Measures:
-        """Measure how well steps fitted."""
-        drifted = np.zeros(len(active))
-        for count, which in self._by_count(active, POINTS):
-            if count == 1:  # nothing is extrapolated from one point
-                continue
-            here = active[which]
-            values, actual = self._tests[here, -count:], result.tests[which]
-            target = self._arclengths[here, -1] + length[which]
-            weights = polynomial_weights(self._arclengths[here, -count:], target[:, None])
-            errors = np.abs(actual - (weights @ values)[:, 0])
-            drifted[which] = drift(errors, values, actual, Curve.noise)
-        return Measures.of(_length(result.z - guess), turn, drifted, self._steps.turn)
+            self._add_bracket(trial, row, int(tests[row]))
+        self._accept(trial, np.flatnonzero(accepted))
 
     # -- what lies between two points ------------------------------------------------------------
 
-    def _examined(
-        self, active: Indices, result: Corrected, length: Array, fits: Mask
-    ) -> tuple[Indices, Mask]:
+    def _examined(self, trial: Trial) -> tuple[Indices, Mask]:
         """Return which test function has a zero, -1 where none has, and which steps are ambiguous.
 
         A step is ambiguous if zeros may hide in it, or if changes of sign do not explain how the
         number of unstable multipliers changes.
         """
-        departs = self._departs[active] & (self._count[active] == 1)
+        front, active, result, fits = self._front, trial.rows, trial.result, trial.fits
+        regular = self._is_regular(active)
         ambiguous = np.zeros(len(active), bool)
-        for count, same in self._by_count(active, KNOTS - 1):
-            which = same[(fits & ~departs)[same]]
+        for count, same in front.by_count(active):
+            which = same[(fits & regular)[same]]
             here = active[which]
             if not len(which):
                 continue
-            last = self._arclengths[here, -1]
-            new = last + length[which]
+            last = front.arclengths[here, -1]
+            new = last + trial.length[which]
             # The nearest first; their two ends are the points of number 1 and 0.
-            where = np.column_stack([new, self._arclengths[here, : -count - 1 : -1]])
-            history = self._tests[here, : -count - 1 : -1]
+            where = np.column_stack([new, front.arclengths[here, : -count - 1 : -1]])
+            history = front.tests[here, : -count - 1 : -1]
             values = np.concatenate([result.tests[which, None], history], axis=1)
             grid = arclengths_between(last, new)
             weights = interpolation_weights(where, grid, (last, new), (1, 0))
             tests_between = Interpolated.from_values(weights @ values, values[:, 1::-1])
             ambiguous[which] = tests_between.ambiguous.any(axis=1)
-        changed = (self._tests[active, -1] > 0) != (result.tests > 0)
-        changed &= ~departs[:, None]
-        change = np.abs(_unstable(result) - self._unstable[active])
-        change[departs] = 0
+        changed = (front.tests[active, -1] > 0) != (result.tests > 0)
+        changed &= regular[:, None]
+        change = np.where(regular, np.abs(_unstable(result) - self._unstable[active]), 0)
         tests, alone = np.full(len(active), -1), changed.sum(axis=1) == 1
         tests[changed[:, PD] & alone & (change == 1)] = PD
         tests[changed[:, NS] & alone & ((change == 2) | (change == 0))] = NS
@@ -359,37 +278,31 @@ class Walk:
         self._stop(active[fits & ~ambiguous & changed[:, FOLD] & ~changed[:, LP]], "crossing")
         return tests, np.asarray(ambiguous | ~(uneventful | (tests >= 0)))
 
-    def _add_bracket(
-        self, number: int, result: Corrected, length: Array, row: int, test: int
-    ) -> None:
-        branch, last = self._branches[number], self._arclengths[number, -1]
+    def _is_regular(self, rows: Indices) -> Mask:
+        """Whether the last point of each branch is not one of another branch, too."""
+        return np.asarray(~(self._departs[rows] & (self._front.count[rows] == 1)))
+
+    def _add_bracket(self, trial: Trial, row: int, test: int) -> None:
+        number, front, result = int(trial.rows[row]), self._front, trial.result
+        branch, last = self._branches[number], front.arclengths[number, -1]
         bracket = Bracket(
             branch.case,
             TESTS[test],
-            np.array([self._z[number, -1], result.z[row]]),
-            np.array([self._tangents[number, -1], result.tangents[row]]),
-            np.array([last, last + length[row]]),
-            np.array([self._tests[number, -1, test], result.tests[row, test]]),
+            np.array([front.z[number, -1], result.z[row]]),
+            np.array([front.tangents[number, -1], result.tangents[row]]),
+            np.array([last, last + trial.length[row]]),
+            np.array([front.tests[number, -1, test], result.tests[row, test]]),
             (int(self._unstable[number]), int(_unstable(result)[row])),
         )
         branch.brackets.append(bracket)
 
-    def _accept(self, active: Indices, result: Corrected, rows: Indices, length: Array) -> None:
+    def _accept(self, trial: Trial, rows: Indices) -> None:
         """Add points, and stop branches that end there or are left."""
-        regular = ~(self._departs[active] & (self._count[active] == 1))
-        before, signs = self._z[active, -1].copy(), self._signs[active]
+        front, result, active = self._front, trial.result, trial.rows[rows]
+        regular, before, signs = self._is_regular(active), front.z[active, -1], self._signs[active]
         crosses = (result.signs[rows] != signs) & (signs != 0)
         self._stop(active[regular & crosses], "crossing")
-        new = self._arclengths[active, -1] + length[rows]
-        for history, values in (
-            (self._z, result.z[rows]),
-            (self._tangents, result.tangents[rows]),
-            (self._tests, result.tests[rows]),
-            (self._arclengths, new),
-        ):
-            history[active, :-1] = history[active, 1:]
-            history[active, -1] = values
-        self._count[active] += 1
+        front.accept(trial, rows)
         self._store_points(active)
         self._signs[active], self._unstable[active] = result.signs[rows], _unstable(result)[rows]
         multipliers = result.multipliers[rows]
@@ -398,33 +311,34 @@ class Walk:
         self._stop(active[regular & undetermined], "undetermined")
         self._stop(active[np.abs(multipliers).max(axis=1) > AMPLIFIED], "growth")
         if self._orbits.period % 2 == 0:
-            here, there = self._halves(before), self._halves(self._z[active, -1])
-            near = _length(there) < np.minimum(0.1 * BIRTH, _length(here))
+            here, there = self._halves(before), self._halves(front.z[active, -1])
+            near = lengths_of(there) < np.minimum(0.1 * BIRTH, lengths_of(here))
             self._stop(active[regular & (((here * there).sum(axis=1) < 0) | near)], "copy")
         # Where it turned back it may come to its beginning.
-        away = ~self._departs[active] & (self._count[active] > KNOTS)
+        away = ~self._departs[active] & (front.count[active] > POINTS + 1)
         starts = [self._branches[number].steps[0][0] for number in active.tolist()]
         first = np.array(starts).reshape(before.shape)
-        ahead = ((first - before) * self._tangents[active, -2]).sum(axis=1) > 0
-        near = _length(first - before) <= AROUND * length[rows]
+        ahead = ((first - before) * front.tangents[active, -2]).sum(axis=1) > 0
+        near = lengths_of(first - before) <= AROUND * trial.length[rows]
         self._stop(active[away & ahead & near], "returns")
         self._stop_at_bounds(active, result.seen.lowest[rows], result.seen.above[rows])
 
     def _stop_at_bounds(self, active: Indices, lowest: Array, above: Array) -> None:
         """End branches at limits and bounds. Shapes: lowest, above (k, n_limits)."""
-        broken = lowest <= self._bounds
+        front, broken = self._front, np.asarray(lowest <= self._bounds)
         unsure = np.flatnonzero((above <= self._bounds).any(axis=1) & ~broken.any(axis=1))
         here = active[unsure]
-        broken[unsure] = ~(self._orbits.margins(self._cases[here], self._z[here, -1]) > 0)
+        broken[unsure] = ~(self._orbits.margins(self._cases[here], front.z[here, -1]) > 0)
         self._stop(active[(broken & self._sticking).any(axis=1)], "stick")
-        at_end = (self._z[active, -1, -1] == self._low) | (self._z[active, -1, -1] == self._high)
+        at_end = (front.z[active, -1, -1] == self._low) | (front.z[active, -1, -1] == self._high)
         self._stop(active[broken.any(axis=1)], "limit")
         self._stop(active[at_end], "span")
-        self._stop(active[self._count[active] >= self._steps.points], "points")
+        self._stop(active[front.count[active] >= self._points], "points")
 
     def _store_points(self, active: Indices) -> None:
-        z, tangents = self._z[active, -1], self._tangents[active, -1]
-        arclengths = self._arclengths[active, -1].tolist()
+        front = self._front
+        z, tangents = front.z[active, -1], front.tangents[active, -1]
+        arclengths = front.arclengths[active, -1].tolist()
         for number, *step in zip(active.tolist(), z, tangents, arclengths, strict=True):
             self._branches[number].steps.append((step[0], step[1], step[2]))
 
@@ -444,7 +358,3 @@ def _unstable(result: Corrected) -> Indices:
     """Return how many multipliers of each orbit lie outside the unit circle."""
     with np.errstate(invalid="ignore"):
         return np.asarray(np.count_nonzero(np.abs(result.multipliers) > 1, axis=1))
-
-
-def _length(vectors: Array) -> Array:
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
-from typing import Generic
+from typing import Any, Generic
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from slipfold.arrays import Array, Mask
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
 from slipfold.continuation.locate import ALONG, insert, locate, point_at
-from slipfold.continuation.step_length import Number
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
 
 DEPTH = 7
@@ -176,14 +175,14 @@ DIP = 0.15
 """A test function that falls between two points to this fraction of its values is examined."""
 
 
-def arclengths_between(first: Number, last: Number) -> Array:
+def arclengths_between(first: float | Array, last: float | Array) -> Array:
     """Return arclengths between two points, shape (t,); or of each of many curves, shape (k, t)."""
     spacing = np.asarray((last - first) / (GRID + 1))[..., None]
     return np.arange(1, GRID + 1) * spacing + np.asarray(first)[..., None]
 
 
 def interpolation_weights(
-    where: Array, grid: Array, ends: tuple[Number, Number], numbers: tuple[int, int]
+    where: Array, grid: Array, ends: tuple[Any, Any], numbers: tuple[int, int]
 ) -> Array:
     """Return the weights of points in interpolations, those of one arclength in a row.
 

@@ -1,20 +1,13 @@
-"""Acceptance and length of steps: the same rules for one curve and for many.
-
-Numbers are those of one curve, or arrays with one of each of many that are followed together.
-"""
+"""Acceptance and length of steps of each of k curves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
-from slipfold.arrays import Array
-
-Number = Any
-"""A float, or an array of shape (k,)."""
+from slipfold.arrays import Array, Mask
 
 ERROR = 3e-3
 """Distance between predicted and corrected point that the steps aim at, in scaled variables."""
@@ -48,116 +41,58 @@ converge, and to one without a correction."""
 HARDER = 0.8
 """Maximum ratio of the next step to one that was shortened: the curve is getting harder."""
 
-GUESSES = 12
-"""Bisections for the arclength at which a prediction reaches a bound: it is corrected anyway."""
-
 
 @dataclass(frozen=True, eq=False)
 class Measures:
     """Errors of steps: error and drift relative to their aims, turn to its maximum."""
 
-    error: Number
-    turn: Number
-    drift: Number
-
-    @staticmethod
-    def of(
-        distance: Number, angle: Number, drifted: Number, turn: float, coarse: float = 1.0
-    ) -> Measures:
-        """Measure distances from predictions, angles of tangents, and drifts."""
-        return Measures(_maximum(distance, 1e-12) / (ERROR * coarse), angle / turn, drifted)
+    error: Array
+    turn: Array
+    drift: Array
 
     @property
-    def fits(self) -> Any:
-        """Whether a step is accepted."""
-        return (self.turn <= 1) & (self.error <= REJECT) & (self.drift <= REJECT)
+    def fits(self) -> Mask:
+        """Whether each step is accepted."""
+        fits = (self.turn <= 1) & (self.error <= REJECT) & (self.drift <= REJECT)
+        return np.asarray(fits)
 
-    @property
-    def follows_tests(self) -> bool:
-        """Whether the test functions limit the next step of one curve."""
-        error, turn, drifted = self._lengths
-        return bool(drifted < min(error, turn, LONGER))
+    @cached_property
+    def factor(self) -> Array:
+        """Ratio of the next step to this one.
 
-    @property
-    def _lengths(self) -> tuple[Number, Number, Number]:
-        """Ratio of the next step to this one that each of them allows.
-
-        The turn grows with the first power of the step, the drift with the second to third.
+        The turn grows with the first power of the step, the drift with the second to third. At a
+        singular point there is no tangent, and the turn is not a number.
         """
-        return (
-            self.error**-POWER,
-            0.9 / _maximum(self.turn, 1e-3),
-            _maximum(self.drift, 1e-6) ** -0.4,
-        )
-
-    @property
-    def factor(self) -> Number:
-        """Ratio of the next step to this one."""
-        return _minimum(_maximum(0.9 * _minimum(*self._lengths), MINIMUM), LONGER)
+        allowed = np.minimum(ratio_by_geometry(self.error, self.turn), ratio_by_tests(self.drift))
+        return np.asarray(np.minimum(np.maximum(0.9 * allowed, MINIMUM), LONGER))
 
 
-def drift(errors: Array, values: Array, actual: Array, noise: float, coarse: float = 1.0) -> Number:
+def ratio_by_geometry(error: Array, turn: Array) -> Array:
+    """Return the ratio of the next step to this one that prediction and tangent allow."""
+    return np.asarray(np.fmin(error**-POWER, 0.9 / np.maximum(turn, 1e-3)))
+
+
+def ratio_by_tests(drifted: Array) -> Array:
+    """Return the ratio that the test functions allow."""
+    return np.asarray(np.maximum(drifted, 1e-6) ** -0.4)
+
+
+def drift(errors: Array, values: Array, actual: Array, noise: float, coarse: float) -> Array:
     """Return the largest relative error of extrapolated test functions, over its aim.
 
-    Shapes: errors, actual (..., f); values at the points before (..., c, f); returns (...).
+    Shapes: errors, actual (k, f); values at the points before (k, c, f); returns (k,).
     """
     scales = np.maximum(np.maximum(np.abs(values).max(axis=-2), np.abs(actual)), noise)
     # A function may not be defined everywhere.
-    return np.nan_to_num(errors / scales).max(axis=-1, initial=0.0) / (DRIFT * coarse)
+    largest = np.fmax(errors / scales, 0.0).max(axis=-1, initial=0.0)
+    return np.asarray(largest / (DRIFT * coarse))
 
 
-def lengthened(step: Number, measures: Measures, growth: Number, largest: Number) -> Number:
-    """Return the step to try after one that was accepted."""
-    return _minimum(step * _minimum(measures.factor, growth), largest)
-
-
-def shortened(step: Number, measures: Measures) -> Number:
-    """Return the step to try instead of one that was rejected."""
-    return step * _minimum(measures.factor, REJECTED)
-
-
-def shortened_after_failure(step: Number, moved: Number) -> Number:
-    """Return the step to try instead of one after which Newton's method failed.
+def shortened_after_failure(moved: Array) -> Array:
+    """Return the ratio of the next step to one after which Newton's method failed.
 
     `moved` is the length of its last correction, infinite where there was none.
     """
+    factor = (np.maximum(ERROR, moved) / ERROR) ** -POWER
     diverged = (moved > ERROR) & (moved < np.inf)
-    factor = (_maximum(ERROR, moved) / ERROR) ** -POWER
-    return step * _choose(diverged, _minimum(_maximum(factor, MINIMUM), DIVERGED), FAILED)
-
-
-def arclength_of_bound(
-    component: Callable[[Number], Number], near: Number, far: Number, bound: Number, rising: Any
-) -> Number:
-    """Bisect for the arclength at which a component of a prediction reaches a bound.
-
-    `rising` says whether it reaches the bound from below.
-    """
-    for _ in range(GUESSES):
-        middle = 0.5 * (near + far)
-        passed = (component(middle) > bound) == rising
-        near, far = _choose(passed, near, middle), _choose(passed, middle, far)
-    return far
-
-
-# -- numbers or arrays of them: those of NumPy take ten times as long for a number -----------------
-
-
-def _minimum(first: Number, *others: Number) -> Number:
-    if isinstance(first, float):
-        return min(first, *others)
-    for other in others:
-        first = np.minimum(first, other)
-    return first
-
-
-def _maximum(first: Number, other: Number) -> Number:
-    if isinstance(first, float) and isinstance(other, float):
-        return max(first, other)
-    return np.maximum(first, other)
-
-
-def _choose(condition: Any, first: Number, other: Number) -> Number:
-    if isinstance(condition, bool | np.bool_):
-        return first if condition else other
-    return np.where(condition, first, other)
+    return np.where(diverged, np.minimum(np.maximum(factor, MINIMUM), DIVERGED), FAILED)

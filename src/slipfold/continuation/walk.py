@@ -1,35 +1,38 @@
-"""Pseudo-arclength continuation: one point after the other, with adapted steps."""
+"""Pseudo-arclength continuation of one curve or of many at the same time, with adapted steps."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic
+from typing import Any, Generic, Protocol
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Indices, Mask
 from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.interpolation import (
     POINTS,
-    angle_between,
     arc_between,
+    arcs,
     derivatives,
-    hermite,
-    lagrange,
+    hermite_each,
+    lengths_of,
+    polynomial_weights,
 )
-from slipfold.continuation.newton import TOO_SHARP, Correction, correct, length_of
+from slipfold.continuation.newton import TOO_SHARP, correct
 from slipfold.continuation.search import contraction_drift
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
+    ERROR,
     HARDER,
     LONGER,
     REACH,
+    REJECTED,
     Measures,
-    arclength_of_bound,
     drift,
-    lengthened,
-    shortened,
+    ratio_by_geometry,
+    ratio_by_tests,
     shortened_after_failure,
 )
 from slipfold.errors import BREAKDOWNS, breakdown
@@ -53,6 +56,280 @@ LARGE = 10.0
 """Length of an unknown above which steps may be longer in proportion: at a resonance orbits are
 many times as large as the state scales."""
 
+BISECTIONS = 12
+"""Bisections for the arclength at which a prediction reaches a bound: it is corrected anyway."""
+
+
+class Corrected(Protocol):
+    """Solutions nearest guesses, a row each; NaN where Newton's method failed."""
+
+    z: Array  # unknowns, shape (k, u)
+    tangents: Array  # unit tangents, shape (k, u)
+    moved: Array  # length of the last correction, infinite where there was none, shape (k,)
+
+    @property
+    def found(self) -> Mask:
+        """Whether each has a solution, shape (k,)."""
+
+    @property
+    def tests(self) -> Array:
+        """Test functions, shape (k, f)."""
+
+
+class FrontEquations(ABC):
+    """The equations of the curves of a front."""
+
+    noise = Curve.noise
+
+    @abstractmethod
+    def correct(self, rows: Indices, guesses: Array, normals: Array, arclengths: Array) -> Any:
+        """Return the `Corrected` solutions nearest guesses, each in the hyperplane through its own.
+
+        Shapes: rows, arclengths (k,); guesses, normals (k, u).
+        """
+
+    def aligned(self, rows: Indices, guesses: Array) -> Array:
+        """Return the guesses nearest to the last points of those that symmetry makes equivalent."""
+        return guesses
+
+    def leaves(self, rows: Indices, result: Any) -> Mask:
+        """Return whether each solution lies on another smooth piece than the last point."""
+        return np.zeros(len(rows), bool)
+
+    def extrapolated(self, row: int, weights: Array) -> Array | None:
+        """Return test functions from extrapolated derivatives, shape (f,); None where unknown."""
+        return None
+
+    def contraction_drift(self, row: int) -> float:
+        """Return the error of the bound of multipliers, infinite where it excludes no zeros."""
+        return np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A step tried on each of a few curves."""
+
+    rows: Indices  # the numbers of the curves
+    result: Any  # what was corrected
+    length: Array  # arclength from the last point
+    measures: Measures
+    fits: Mask  # whether the step may be accepted
+
+
+class Front:
+    """Curves that are followed at the same time: the last points of each, and its next step.
+
+    Histories have the newest point last.
+    """
+
+    def __init__(
+        self,
+        equations: FrontEquations,
+        z: Array,
+        tangents: Array,
+        tests: Array,
+        arclengths: Array,
+        step: Array,
+        bounds: Sequence[Bound],
+        settings: Stepping,
+    ) -> None:
+        """Begin with c points of each.
+
+        Shapes: z, tangents (k, c, u); tests (k, c, f); arclengths (k, c); step (k,).
+        """
+        self._equations, self._settings = equations, settings
+        k, count = arclengths.shape
+        missing = ((0, 0), (POINTS - count, 0))
+        self.z, self.tangents, self.tests = (
+            np.pad(item, (*missing, (0, 0))) for item in (z, tangents, tests)
+        )
+        self.arclengths = np.pad(arclengths, missing)
+        self.count = np.full(k, count)
+        self.step = np.minimum(step, settings.steps.largest)
+        self._growth = np.full(k, LONGER)
+        # Each bound is two walls, beyond which the component has the sign of the direction.
+        self._components = np.repeat([index for index, _, _ in bounds], 2).astype(np.int64)
+        self._walls = np.array([value for _, low, high in bounds for value in (low, high)])
+        self._directions = np.tile([-1.0, 1.0], len(bounds))
+        self._held = np.full(k, -1)  # the wall that the next step leads to, -1 if to none
+        self._holds = np.zeros(k, int)
+
+    def take(self, rows: Indices) -> Trial:
+        """Try a step of each of some curves; where it does not fit, the next one is shorter."""
+        smallest, step = self._settings.steps.smallest, self.step[rows]
+        target = self.arclengths[rows, -1] + step
+        guesses, normals = self._predicted(rows, target)
+        result = self._equations.correct(rows, guesses, normals, target)
+        beyond = self._first_wall(rows, result.z, target, 0.0)
+        # In a corner of the window, a point on one wall may lie beyond another.
+        beyond[self._holds[rows] >= len(self._walls) // 2] = -1
+        found, beyond_any = result.found, beyond >= 0
+        difference, last = result.z - self.z[rows, -1], self.tangents[rows, -1]
+        length, turn = arcs(difference, last, result.tangents)
+        measures = self._measured(rows, result, lengths_of(result.z - guesses), length, turn)
+        # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
+        fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)
+        fits &= found & ~beyond_any
+        rejected = np.flatnonzero(~fits & ~beyond_any)
+        if len(rejected):
+            ratio = np.where(
+                found,
+                np.minimum(measures.factor, REJECTED),
+                shortened_after_failure(result.moved),
+            )
+            self.shorten(rows[rejected], ratio[rejected])
+        self._held[rows] = beyond
+        self._holds[rows] += beyond_any
+        return Trial(rows, result, length, measures, fits)
+
+    def shorten(self, rows: Indices, ratio: Array | float) -> None:
+        """Shorten the next steps of some curves."""
+        self.step[rows] *= ratio
+        self._growth[rows], self._held[rows], self._holds[rows] = HARDER, -1, 0
+
+    def accept(self, trial: Trial, which: Indices) -> None:
+        """Add points of a trial, by their numbers in it."""
+        rows, result = trial.rows[which], trial.result
+        factor = np.minimum(trial.measures.factor[which], self._growth[rows])
+        large = np.maximum(1.0, lengths_of(self.z[rows, -1]) / LARGE)
+        self.step[rows] = np.minimum(self.step[rows] * factor, self._settings.steps.largest * large)
+        new = self.arclengths[rows, -1] + trial.length[which]
+        for history, values in (
+            (self.z, result.z[which]),
+            (self.tangents, result.tangents[which]),
+            (self.tests, result.tests[which]),
+            (self.arclengths, new),
+        ):
+            history[rows, :-1] = history[rows, 1:]
+            history[rows, -1] = values
+        self.count[rows] += 1
+        self._growth[rows], self._held[rows], self._holds[rows] = LONGER, -1, 0
+
+    def by_count(self, rows: Indices) -> Iterator[tuple[int, Indices]]:
+        """Yield how many points are known, and which of some curves have so many."""
+        counts = np.minimum(self.count[rows], POINTS)
+        if (counts == counts[0]).all():
+            yield int(counts[0]), np.arange(len(rows))
+            return
+        for count in np.unique(counts).tolist():
+            yield count, np.flatnonzero(counts == count)
+
+    # -- predictions -------------------------------------------------------------------------------
+
+    def _predicted(self, rows: Indices, target: Array) -> tuple[Array, Array]:
+        """Return guesses and the normals of their hyperplanes; a guess beyond a wall lies on it."""
+        guesses, normals = self._extrapolated(rows, target)
+        guesses, held = self._equations.aligned(rows, guesses), self._held[rows]
+        free = held < 0
+        if free.any():
+            held[free] = self._first_wall(rows, guesses, target, EDGE)[free]
+        for i in np.flatnonzero(held >= 0).tolist():
+            wall, row = int(held[i]), rows[i : i + 1]
+            index, value = self._components[wall], self._walls[wall]
+            arclength = self._arclength_at(int(row[0]), wall, target[i])
+            guesses[i] = self._equations.aligned(row, self._extrapolated(row, arclength)[0])[0]
+            guesses[i, index] = value
+            normals[i] = 0.0
+            normals[i, index] = np.sign(value - self.z[row[0], -1, index]) or 1.0
+        return guesses, normals
+
+    def _extrapolated(self, rows: Indices, target: Array) -> tuple[Array, Array]:
+        guesses, normals = np.empty((2, len(rows), self.z.shape[2]))
+        for count, which in self.by_count(rows):
+            here, last = rows[which], slice(-count, None)
+            given = self.arclengths[here, last], self.z[here, last], self.tangents[here, last]
+            guesses[which], normals[which] = hermite_each(*given, target[which])
+        return guesses, normals
+
+    def _first_wall(self, rows: Indices, z: Array, target: Array, tolerance: float) -> Indices:
+        """Return the wall that each curve passes first before an unknown, -1 if none."""
+        first = np.full(len(rows), -1)
+        beyond = self._directions * (z[:, self._components] - self._walls) > tolerance
+        for i in np.flatnonzero(beyond.any(axis=1)).tolist():
+            walls = np.flatnonzero(beyond[i]).tolist()
+            reached = [self._arclength_at(int(rows[i]), wall, target[i])[0] for wall in walls]
+            first[i] = min(zip(reached, walls, strict=True))[1]
+        return first
+
+    def _arclength_at(self, row: int, wall: int, beyond: float) -> Array:
+        """Bisect for the arclength at which the prediction of a curve reaches a wall."""
+        index, value, rows = self._components[wall], self._walls[wall], np.array([row])
+
+        def component(arclength: Array) -> float:
+            return float(self._extrapolated(rows, arclength)[0][0, index])
+
+        near, far = self.arclengths[rows, -1], np.array([beyond])
+        rising = component(far) > value
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (near + far)
+            if (component(middle) > value) == rising:
+                far = middle
+            else:
+                near = middle
+        return far
+
+    # -- how well steps fit ------------------------------------------------------------------------
+
+    def _measured(
+        self, rows: Indices, result: Corrected, distance: Array, length: Array, turn: Array
+    ) -> Measures:
+        coarse = self._settings.coarse
+        error = np.maximum(distance, 1e-12) / (ERROR * coarse)
+        turn = turn / self._settings.steps.turn
+        drifted = np.zeros(len(rows))
+        for count, which in self.by_count(rows):
+            if count > 1:  # nothing is extrapolated from one point
+                given = error[which], turn[which], length[which]
+                drifted[which] = self._drift(rows[which], count, result.tests[which], *given)
+        return Measures(error, turn, drifted)
+
+    def _drift(
+        self, rows: Indices, count: int, actual: Array, error: Array, turn: Array, length: Array
+    ) -> Array:
+        """Return the errors of extrapolated test functions, as far as they limit the steps."""
+        noise, coarse = self._equations.noise, self._settings.coarse
+        values, known = self.tests[rows, -count:], self.arclengths[rows, -count:]
+        weights = polynomial_weights(known, (known[:, -1] + length)[:, None])
+        errors = np.abs(actual - (weights @ values)[:, 0])
+        drifted = drift(errors, values, actual, noise, coarse)
+        allowed = np.minimum(ratio_by_geometry(error, turn), LONGER)
+        limiting = ratio_by_tests(drifted) < allowed
+        jumping = np.flatnonzero(limiting & (error < STRAIGHT))
+        if len(jumping):
+            own = values[jumping], actual[jumping]
+            errors[jumping] = _without_jumps(errors[jumping], *own)
+            others = drift(errors[jumping], *own, noise, coarse)
+            limiting[jumping] = ratio_by_tests(others) < allowed[jumping]
+            drifted[jumping] = np.where(limiting[jumping], drifted[jumping], others)
+        # Better predictions, and whether they matter, take longer to compute.
+        for i in np.flatnonzero(limiting).tolist():
+            row = int(rows[i])
+            extrapolated = self._equations.extrapolated(row, weights[i])
+            if extrapolated is not None:
+                better = np.fmin(errors[i], np.abs(actual[i] - extrapolated))
+                lines = LINES * min(1.0, error[i] / STRAIGHT) * drifted[i]
+                drifted[i] = max(drift(better, values[i], actual[i], noise, coarse), lines)
+            drifted[i] = min(drifted[i], self._equations.contraction_drift(row) / coarse)
+        return drifted
+
+
+def _without_jumps(errors: Array, values: Array, actual: Array) -> Array:
+    """Return the errors of extrapolated test functions, zero for those that jump.
+
+    Where the curve is nearly straight, but multipliers pass the unit circle within a small part of
+    a step, no shorter step predicts that. The jump is located anyway, as all changes of sign are;
+    the values before it say nothing about those after it.
+
+    Shapes: errors, actual (k, f); values (k, c, f).
+    """
+    last = values[:, -1]
+    jumped = ((values > 0) != (last[:, None] > 0)).any(axis=1)
+    errors = np.where(jumped, np.abs(actual - last), errors)
+    return np.where((last > 0) != (actual > 0), 0.0, errors)
+
+
+# -- a curve alone ---------------------------------------------------------------------------------
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -60,6 +337,10 @@ class Failure:
 
     kind: str  # ``"failed"`` or ``"points"``
     reason: str  # a sentence
+
+
+ONLY: Indices = np.zeros(1, dtype=np.int64)
+"""The number of a curve alone."""
 
 
 def walk(
@@ -72,25 +353,20 @@ def walk(
     taken: int = 0,
 ) -> Iterator[P | Failure]:
     """Follow a curve on which steps were taken until a parameter leaves its bounds."""
-    recent = list(start)[-POINTS:]
-    step = min(first_step, settings.steps.largest)
+    equations = _OneCurve(curve, start, first_step, bounds, settings)
     for _ in range(taken, settings.steps.points):
         if cap is not None:
-            step = min(step, cap(recent[-1]))
-        point, step = _Step(curve, recent, bounds, settings).take(step)
-        if isinstance(point, Failure):
-            yield point
-            return
+            equations.front.step = np.minimum(equations.front.step, cap(equations.recent[-1]))
+        point = equations.next_point()
         yield point
-        if reaches(point, bounds):
+        if isinstance(point, Failure) or reaches(point, bounds):
             return
-        recent = [*recent, point][-POINTS:]
     yield Failure("points", f"{settings.steps.points} points were not enough; allow more points")
 
 
 def first_point(curve: Curve[P], start: P, step: float, settings: Stepping) -> P | Failure:
     """Return the point a step beyond another, whatever the bounds."""
-    return _Step(curve, [start], (), settings).take(min(step, settings.steps.largest))[0]
+    return _OneCurve(curve, [start], step, (), settings).next_point()
 
 
 def reaches(point: P, bounds: Sequence[Bound]) -> bool:
@@ -98,131 +374,105 @@ def reaches(point: P, bounds: Sequence[Bound]) -> bool:
     return any(point.z[index] in (low, high) for index, low, high in bounds)
 
 
-class _Step(Generic[P]):
-    """A step from the last of a few points."""
+@dataclass(frozen=True, eq=False)
+class _Solution(Generic[P]):
+    """The only row of a correction."""
+
+    z: Array
+    moved: Array
+    point: P | None = None
+
+    @property
+    def found(self) -> Mask:
+        return np.array([self.point is not None])
+
+    @property
+    def tangents(self) -> Array:
+        return np.full_like(self.z, np.nan) if self.point is None else self.point.tangent[None]
+
+    @property
+    def tests(self) -> Array:
+        return np.full((1, 1), np.nan) if self.point is None else self.point.values[None]
+
+
+class _OneCurve(FrontEquations, Generic[P]):
+    """A curve that is followed alone: its corrections use the derivatives at its last points."""
 
     def __init__(
-        self, curve: Curve[P], recent: list[P], bounds: Sequence[Bound], settings: Stepping
+        self,
+        curve: Curve[P],
+        start: Sequence[P],
+        step: float,
+        bounds: Sequence[Bound],
+        settings: Stepping,
     ) -> None:
-        self._curve, self._recent, self._last = curve, recent, recent[-1]
-        self._bounds, self._settings = bounds, settings
+        self.recent = list(start)[-POINTS:]
+        self.noise = curve.noise
+        self._curve, self._settings = curve, settings
+        self._reason = TOO_SHARP
+        self._corrected: P | None = None
+        self.front = Front(
+            self,
+            np.array([[point.z for point in self.recent]]),
+            np.array([[point.tangent for point in self.recent]]),
+            np.array([[point.values for point in self.recent]]),
+            np.array([[point.arclength for point in self.recent]]),
+            np.array([step]),
+            bounds,
+            settings,
+        )
 
-    def take(self, step: float) -> tuple[P | Failure, float]:
-        """Take the step, shortening it until it is accepted; return the next one as well."""
-        steps = self._settings.steps
-        largest = steps.largest * max(1.0, length_of(self._last.z) / LARGE)
-        reason, growth = TOO_SHARP, LONGER
-        while step >= steps.smallest:
-            try:
-                correction, point = self._try(step)
-            except BREAKDOWNS as error:
-                reason, growth = breakdown(error), HARDER
-                step = shortened_after_failure(step, np.inf)
-                continue
-            if point is not None:
-                measures = self._measure(point, correction)
-                # No extrapolation holds from one smooth piece to the next; a monitor locates its
-                # end.
-                leaves = point.piece != self._last.piece
-                if measures.fits or leaves or step <= 4 * steps.smallest:
-                    return point, lengthened(step, measures, growth, largest)
-                step = shortened(step, measures)
-                reason = TOO_SHARP
-            else:
-                reason = correction.failure
-                step = shortened_after_failure(step, correction.moved)
-            growth = HARDER
-        return Failure("failed", f"the step fell below {steps.smallest:g}: {reason}"), step
+    def next_point(self) -> P | Failure:
+        """Take a step, shortening it until it is accepted."""
+        front, smallest = self.front, self._settings.steps.smallest
+        self._reason = TOO_SHARP
+        while front.step[0] >= smallest:
+            trial = front.take(ONLY)
+            if trial.fits[0]:
+                front.accept(trial, ONLY)
+                self.recent = [*self.recent, trial.result.point][-POINTS:]
+                return self.recent[-1]
+        return Failure("failed", f"the step fell below {smallest:g}: {self._reason}")
 
-    def _try(self, step: float) -> tuple[Correction, P | None]:
-        """Predict and correct; a point beyond a bound is corrected on the bound."""
-        target = self._last.arclength + step
-        guess, row = hermite(self._recent, target)
-        held = self._first_bound_beyond(guess, target, EDGE)
-        if held is None:
-            correction = self._correct(self._curve.aligned(guess, self._last.z), row, target)
-            if not correction.converged:
-                return correction, None
-            held = self._first_bound_beyond(correction.z, target)
-        # In a corner of the window, holding one bound may lead beyond another.
-        for _ in self._bounds:
-            if held is None:
-                break
-            index, bound = held
-            arclength = self._arclength_at(index, bound, target)
-            guess = self._curve.aligned(hermite(self._recent, arclength)[0], self._last.z)
-            guess[index] = bound
-            row = np.zeros_like(row)
-            row[index] = np.sign(bound - self._last.z[index]) or 1.0
-            correction = self._correct(guess, row, arclength)
-            if not correction.converged:
-                return correction, None
-            correction.z[index] = bound  # exactly, whatever rounding did
-            held = self._first_bound_beyond(correction.z, target)
-        point = self._curve.point(correction, target)
-        arclength = self._last.arclength + arc_between(self._last, point)
-        return correction, replace(point, arclength=arclength)
-
-    def _correct(self, guess: Array, row: Array, arclength: float) -> Correction:
+    def correct(
+        self, rows: Indices, guesses: Array, normals: Array, arclengths: Array
+    ) -> _Solution[P]:
+        """Return the solution nearest the guess."""
+        guess, row, arclength = guesses[0], normals[0], float(arclengths[0])
         newton, reach = self._settings.newton, REACH * self._settings.coarse
-        expected = derivatives(self._curve, self._recent, arclength)
-        given = newton.tolerance, newton.iterations, reach, expected
-        return correct(self._curve, guess, row, *given)
+        moved, self._corrected = np.inf, None
+        try:
+            expected = derivatives(self._curve, self.recent, arclength)
+            given = newton.tolerance, newton.iterations, reach, expected
+            correction = correct(self._curve, guess, row, *given)
+            moved, self._reason = correction.moved, correction.failure or TOO_SHARP
+            if correction.converged:
+                # On a wall exactly, whatever rounding did.
+                correction.z[np.abs(row) == 1] = guess[np.abs(row) == 1]
+                point, last = self._curve.point(correction, arclength), self.recent[-1]
+                arclength = last.arclength + arc_between(last, point)
+                self._corrected = replace(point, arclength=arclength)
+        except BREAKDOWNS as error:
+            moved, self._reason = np.inf, breakdown(error)
+        result = self._corrected
+        z = np.full_like(guesses, np.nan) if result is None else result.z[None]
+        return _Solution(z, np.array([moved]), result)
 
-    def _first_bound_beyond(
-        self, z: Array, target: float, tolerance: float = 0.0
-    ) -> tuple[int, float] | None:
-        """Return the component and the bound that the curve passes first before z, if any."""
-        passed = [
-            (index, low if z[index] < low else high)
-            for index, low, high in self._bounds
-            if not low - tolerance <= z[index] <= high + tolerance
-        ]
-        reached = [(self._arclength_at(*item, target), item) for item in passed]
-        return min(reached)[1] if reached else None
+    def aligned(self, rows: Indices, guesses: Array) -> Array:
+        """Return the guess nearest to the last point of those that symmetry makes equivalent."""
+        return self._curve.aligned(guesses[0], self.recent[-1].z)[None]
 
-    def _arclength_at(self, index: int, bound: float, beyond: float) -> float:
-        """Return the arclength at which a component of the prediction reaches a bound."""
+    def leaves(self, rows: Indices, result: _Solution[P]) -> Mask:
+        """Return whether the solution lies on another smooth piece than the last point."""
+        point = result.point
+        return np.array([point is not None and point.piece != self.recent[-1].piece])
 
-        def component(arclength: float) -> float:
-            return float(hermite(self._recent, arclength)[0][index])
+    def extrapolated(self, row: int, weights: Array) -> Array | None:
+        """Return test functions from extrapolated derivatives, shape (f,); None where unknown."""
+        found = self._curve.extrapolated(self.recent, weights)
+        return None if found is None else found[0]
 
-        rising, near = component(beyond) > bound, self._last.arclength
-        return float(arclength_of_bound(component, near, beyond, bound, rising))
-
-    def _measure(self, point: P, correction: Correction) -> Measures:
-        recent, curve, coarse = self._recent, self._curve, self._settings.coarse
-        values = np.array([item.values for item in recent])
-        weights = lagrange([item.arclength for item in recent], point.arclength)
-        errors = np.abs(point.values - weights @ values)
-        angle = angle_between(self._last.tangent, point.tangent)
-        given = values, point.values, curve.noise, coarse
-        # Nothing is extrapolated from one point.
-        drifted = 0.0 if len(recent) == 1 else float(drift(errors, *given))
-        turn = self._settings.steps.turn
-        measures = Measures.of(correction.distance, angle, drifted, turn, coarse)
-        if measures.follows_tests and measures.error < STRAIGHT:
-            errors = _without_jumps(errors, values, point.values)
-            measures = replace(measures, drift=float(drift(errors, *given)))
-        if not measures.follows_tests:
-            return measures
-        # Better predictions, and whether they matter, take longer to compute.
-        extrapolated = curve.extrapolated(recent, weights[None])
-        if extrapolated is not None:
-            errors = np.fmin(errors, np.abs(point.values - extrapolated[0]))
-            lines = LINES * min(1.0, measures.error / STRAIGHT)
-            drifted = max(float(drift(errors, *given)), lines * drifted)
-        return replace(measures, drift=min(drifted, contraction_drift(recent, point) / coarse))
-
-
-def _without_jumps(errors: Array, values: Array, actual: Array) -> Array:
-    """Return the errors of extrapolated test functions, zero for those that jump.
-
-    Where the curve is nearly straight, but multipliers pass the unit circle within a small part of
-    a step, no shorter step predicts that. The jump is located anyway, as all changes of sign are;
-    the values before it say nothing about those after it.
-    """
-    last = values[-1]
-    jumped = ((values > 0) != (last > 0)).any(axis=0)
-    errors = np.where(jumped, np.abs(actual - last), errors)
-    return np.where((last > 0) != (actual > 0), 0.0, errors)
+    def contraction_drift(self, row: int) -> float:
+        """Return the error of the bound of multipliers, infinite where it excludes no zeros."""
+        assert self._corrected is not None
+        return contraction_drift(self.recent, self._corrected)
