@@ -20,9 +20,6 @@ def wrap_angles(difference: Array, periods: Array) -> Array:
     """Reduce differences of angles to less than half a revolution.
 
     Shapes: difference (..., n); periods (n,), a revolution of each angle and zero for other states.
-
-    >>> wrap_angles(np.array([6.0, 6.0]), np.array([6.5, 0.0]))
-    array([-0.5,  6. ])
     """
     if not periods.any():
         return difference
@@ -33,9 +30,6 @@ def mean_state(states: Array, periods: Array) -> Array:
     """Return the mean of states, with angles next to those of the last state.
 
     Shapes: states (m, n); periods (n,).
-
-    >>> mean_state(np.array([[3.0, 1.0], [-3.0, 3.0]]), np.array([6.5, 0.0]))
-    array([-3.25,  2.  ])
     """
     last = states[-1]
     return np.asarray(last + wrap_angles(states - last, periods).mean(axis=0))

@@ -14,14 +14,7 @@ from slipfold.newton import solve_each
 
 
 def check_followed(model: Model) -> None:
-    """Refuse parameter values at which nothing slides steadily.
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> check_followed(SlidingOscillator(Vd=0))
-    Traceback (most recent call last):
-    ...
-    slipfold.errors.InputError: Vd = 0 is outside its bounds; Vd must be > 0 m/s but to simulate
-    """
+    """Refuse parameter values at which nothing slides steadily."""
     for item in model.variable_parameters:
         try:
             item.check(model.values[item.name])
@@ -52,11 +45,6 @@ def damped_newton(
     `rounding` a step is taken in full, since the rates may no longer shrink.
 
     Shapes: linear (a, n) -> (a, n), (a, n, n); starts (k, n); scales (n,); returns (k, n).
-
-    >>> import numpy as np
-    >>> starts = np.array([[1.0], [-5.0]])
-    >>> damped_newton(lambda x: (x**2 - 2, 2 * x[:, None]), starts, np.ones(1)).round(9).ravel()
-    array([ 1.41421356, -1.41421356])
     """
     states, roots = starts.copy(), np.full_like(starts, np.nan)
     rates, jacobians = linear(states)
@@ -111,10 +99,6 @@ def find_static_point(model: Model) -> Array:
     """Find the static point that is reached from the model's start, with the forcing off.
 
     Returns shape (n_states,).
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> [round(float(value), 6) for value in find_static_point(SlidingOscillator())[:2]]
-    [0.117403, 0.061107]
     """
     check_followed(model)
     amplitude = model.forcing_amplitude
@@ -145,11 +129,6 @@ def search_equilibrium(model: Model, start: Array) -> Array | None:
     same ones every time, nearby ones first; the nearest equilibrium from one distance is taken.
 
     Shapes: start (n_states,).
-
-    >>> from slipfold.models.system import System
-    >>> fold = System(parameters={"a": -1.0}, states={"x": "a + x^2"})
-    >>> float(abs(search_equilibrium(fold, fold.start)[0]))
-    1.0
     """
     linear, scales = evaluation_of(model).linear_of(model), model.state_scales()
     root = damped_newton(linear, start[None], scales)[0]

@@ -81,11 +81,6 @@ def find_modes(jacobian: Array, names: tuple[str, ...]) -> Modes:
     """Find the modes of a first-order system of displacements and their rates.
 
     Shapes: jacobian (2 n, 2 n).
-
-    >>> import numpy as np
-    >>> modes = find_modes(np.array([[0.0, 1.0], [-1.0, -0.02]]), ("x",))
-    >>> [round(float(value), 12) for value in modes.damping_ratio]
-    [0.01]
     """
     values, vectors = np.linalg.eig(jacobian)
     upper = np.flatnonzero(values.imag >= 0)

@@ -135,12 +135,7 @@ class Evaluation:
 
 
 def evaluation_of(model: Model) -> Evaluation:
-    """Return the compiled functions of a model; models of one kind share them.
-
-    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
-    >>> evaluation_of(SlidingOscillator()).period(SlidingOscillator(f=10))
-    0.1
-    """
+    """Return the compiled functions of a model; models of one kind share them."""
     return _shared_evaluation(model.kind)
 
 

@@ -41,11 +41,7 @@ def built_in_models() -> dict[str, Callable[..., Model]]:
 
 
 def built_in_text(name: str) -> str:
-    """Return the TOML text of a built-in system of equations or structure.
-
-    >>> print(built_in_text("duffing").splitlines()[0])
-    # Duffing's oscillator: q'' + d q' + k q + g q^3 = F cos(W t).
-    """
+    """Return the TOML text of a built-in system of equations or structure."""
     _check(name)
     if name not in _files():
         raise InputError(
@@ -56,11 +52,7 @@ def built_in_text(name: str) -> str:
 
 
 def model_named(name: str, **values: Any) -> Model:
-    """Make a built-in model.
-
-    >>> model_named("sliding", f=12.2)
-    SlidingOscillator(f=12.2)
-    """
+    """Make a built-in model."""
     _check(name)
     return built_in_models()[name](**values)
 

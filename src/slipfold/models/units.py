@@ -77,21 +77,13 @@ def check_unit(unit: str) -> str:
 
 
 def units_of(unit: str) -> dict[str, float]:
-    """Return the units in which a quantity may be given, and what each is in its SI unit.
-
-    >>> units_of("N")
-    {'N': 1.0, 'kN': 1000.0, 'mN': 0.001}
-    """
+    """Return the units in which a quantity may be given, and what each is in its SI unit."""
     known = {text: factor for text, (kind, factor) in sorted(_FACTORS.items()) if kind == unit}
     return known if unit in known or not unit else {unit: 1.0, **known}
 
 
 def wanted_text(unit: str) -> str:
-    """Return the end of a sentence that says how a quantity may be given.
-
-    >>> wanted_text("m")
-    'a number, or a number with one of the units cm, m, mm, um'
-    """
+    """Return the end of a sentence that says how a quantity may be given."""
     return (
         f"a number, or a number with one of the units {', '.join(units_of(unit))}"
         if unit
@@ -100,11 +92,7 @@ def wanted_text(unit: str) -> str:
 
 
 def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
-    """Convert a number or arithmetic of numbers, with an optional unit, to the SI value.
-
-    >>> parse_quantity("5mm", "m"), parse_quantity("9/4 kN", "N")
-    (0.005, 2250.0)
-    """
+    """Convert a number or arithmetic of numbers, with an optional unit, to the SI value."""
     if isinstance(text, bool):
         raise InputError(f"{name} = {text} is not a number; give a number")
     if not isinstance(text, str):

@@ -115,21 +115,13 @@ def _split(text: str, numbers: Numbers, offset: int) -> Iterator[tuple[str, Numb
 
 
 def element_name(base: str, indices: tuple[int, ...]) -> str:
-    """Return the name of an element, e.g. ``x12`` of x[12] and ``u1_2`` of u[1, 2].
-
-    >>> element_name("x", (12,)), element_name("k1", (2,))
-    ('x12', 'k1_2')
-    """
+    """Return the name of an element, e.g. ``x12`` of x[12] and ``u1_2`` of u[1, 2]."""
     between = "_" if base[-1].isdigit() else ""
     return base + between + "_".join(map(str, indices))
 
 
 def whole_number(text: str, numbers: Numbers, offset: int = 0) -> int:
-    """Return the value of an index: whole numbers, indices and sizes, + - * and parentheses.
-
-    >>> whole_number("2*(n - i)", {"n": 5, "i": 4})
-    2
-    """
+    """Return the value of an index: whole numbers, indices and sizes, + - * and parentheses."""
 
     def combine(node: Tree, values: tuple[int, ...]) -> int:
         if isinstance(node, Number) and node.value.is_integer():

@@ -184,11 +184,7 @@ def source_of_file(path: Path, wanted: str = "the path of a TOML file") -> Sourc
 
 
 def source_of_text(text: str, label: str = "") -> Source:
-    r"""Read a TOML text.
-
-    >>> source_of_text('[states]\nq = "-q"').tables
-    {'states': {'q': '-q'}}
-    """
+    r"""Read a TOML text."""
     if len(text) > BOUNDS.file:
         raise InputError(
             f"{label or 'the text'} has {len(text)} characters, more than {BOUNDS.file}; a system "

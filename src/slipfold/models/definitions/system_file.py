@@ -430,11 +430,7 @@ def _key(name: str) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Write a value as TOML, tables and arrays in one line.
-
-    >>> toml_value({"law": "Stribeck", "vs": 0.25})
-    '{ law = "Stribeck", vs = 0.25 }'
-    """
+    """Write a value as TOML, tables and arrays in one line."""
     if isinstance(value, Mapping):
         entries = ", ".join(f"{_key(key)} = {toml_value(item)}" for key, item in value.items())
         return f"{{ {entries} }}"

@@ -125,11 +125,7 @@ def _shown(value: object) -> str:
 
 
 def entry_name(path: Sequence[str]) -> str:
-    """Return what a message calls an entry.
-
-    >>> entry_name(["elements", "0", "k"])
-    'elements[0].k'
-    """
+    """Return what a message calls an entry."""
     plain = re.compile(r"[\w-]+", re.ASCII)
     parts = (
         f"[{key}]" if key.isdigit() else f".{key}" if plain.fullmatch(key) else f'."{key[:60]}"'
@@ -139,11 +135,7 @@ def entry_name(path: Sequence[str]) -> str:
 
 
 def type_name(value: object) -> str:
-    """Return what a value is, in the words of TOML.
-
-    >>> type_name([1, 2]), type_name(True)
-    ('an array', 'true or false')
-    """
+    """Return what a value is, in the words of TOML."""
     if isinstance(value, bool):
         return "true or false"
     for kind, words in (

@@ -33,11 +33,7 @@ def exprel(x: Expression) -> Expression:
 
 
 def exprel_value(x: float) -> float:
-    """Return `exprel` of a number.
-
-    >>> exprel_value(0.0), exprel_value(-700.0) * 700
-    (1.0, 1.0)
-    """
+    """Return `exprel` of a number."""
     return math.expm1(x) / x if x else 1.0
 
 
@@ -162,11 +158,7 @@ _INSTEAD = {
 
 
 def explain_unknown_function(name: str) -> str:
-    """Return the sentence about a function that formulas do not have.
-
-    >>> explain_unknown_function("ln")
-    "there is no function 'ln'; write log(x)"
-    """
+    """Return the sentence about a function that formulas do not have."""
     if name in _NOT_SMOOTH:
         return f"{name} {_CORNER}{_DRY if name in ('sign', 'sgn') else ''}"
     if name in _INSTEAD:

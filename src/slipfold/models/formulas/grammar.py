@@ -91,11 +91,7 @@ class Token(NamedTuple):
 
 
 def split_formula(text: str) -> list[Token]:
-    """Split a formula into its words.
-
-    >>> [token.text for token in split_formula("F*cos(W*t)")]
-    ['F', '*', 'cos', '(', 'W', '*', 't', ')', '']
-    """
+    """Split a formula into its words."""
     if len(text) > BOUNDS.formula:
         raise FormulaError(
             f"the formula has {len(text)} characters, more than {BOUNDS.formula}; split it "
@@ -188,9 +184,6 @@ def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
     """Combine the values of all nodes, from the leaves to the root.
 
     It has a stack of its own: the tree of a sum of thousands of terms is too deep for recursion.
-
-    >>> fold(Binary("+", Name("q"), Number(1.0)), lambda node, values: 1 + sum(values))
-    3
     """
     waiting: list[tuple[Tree, bool]] = [(tree, False)]
     values: list[T] = []
@@ -227,11 +220,7 @@ def _children(node: Tree) -> tuple[Tree, ...]:
 
 
 def names_in(tree: Tree) -> dict[str, int]:
-    """Return the names that a formula uses, each with its first place.
-
-    >>> names_in(Binary("+", Name("q", 0), Name("v", 4)))
-    {'q': 0, 'v': 4}
-    """
+    """Return the names that a formula uses, each with its first place."""
     found: dict[str, int] = {}
 
     def note(node: Tree, values: tuple[None, ...]) -> None:
@@ -243,11 +232,7 @@ def names_in(tree: Tree) -> dict[str, int]:
 
 
 def format_tree(tree: Tree) -> str:
-    """Write a tree as a formula with as few parentheses as give the same tree again.
-
-    >>> format_tree(Negative(Binary("^", Binary("+", Name("a"), Number(1.0)), Number(2.0))))
-    '-(a + 1)^2'
-    """
+    """Write a tree as a formula with as few parentheses as give the same tree again."""
     return fold(tree, _written)[0]
 
 
@@ -277,12 +262,7 @@ def _enclosed(part: tuple[str, int], minimum: int) -> str:
 
 
 def parse_formula(text: str) -> Tree:
-    """Read a formula.
-
-    >>> from slipfold.models.formulas.grammar import format_tree
-    >>> format_tree(parse_formula("-(q)^2 + 2 * (a*b)"))
-    '-q^2 + 2*(a*b)'
-    """
+    """Read a formula."""
     parser = _Parser(split_formula(text))
     if parser.next.kind == "end":
         raise FormulaError("the formula is empty; give at least a number, e.g. 0", 0)

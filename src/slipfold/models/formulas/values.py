@@ -39,13 +39,7 @@ from slipfold.models.quantities import Expression
 
 
 def without_overflow(node: Tree, parts: tuple[Tree, ...]) -> Tree:
-    """Rewrite a node, whose children are rewritten already, without overflow.
-
-    >>> from slipfold.models.formulas.grammar import parse_formula
-    >>> from slipfold.models.formulas.grammar import fold, format_tree
-    >>> format_tree(fold(parse_formula("exp(v)/(1 + exp(v)) + sinh(v)/cosh(v)"), without_overflow))
-    'sigmoid(v) + tanh(v)'
-    """
+    """Rewrite a node, whose children are rewritten already, without overflow."""
     bounded = None
     match node, parts:
         case Binary("/"), (left, right):
@@ -111,12 +105,7 @@ _ARITHMETIC: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def value_of(tree: Tree, names: Mapping[str, Expression]) -> Expression:
-    """Evaluate a tree with values or symbols for its names.
-
-    >>> from slipfold.models.formulas.grammar import parse_formula
-    >>> value_of(parse_formula("-q^2/4"), {"q": 6.0})
-    -9.0
-    """
+    """Evaluate a tree with values or symbols for its names."""
 
     def combine(node: Tree, values: tuple[Expression, ...]) -> Expression:
         if isinstance(node, Number):
@@ -164,11 +153,7 @@ def _called(node: Call, values: tuple[Expression, ...]) -> Expression:
 
 
 def as_symbol(value: Expression) -> Expression:
-    """Return a symbolic expression: the value itself, or a constant if it is a float.
-
-    >>> as_symbol(2.0)
-    2.0000000000000000
-    """
+    """Return a symbolic expression: the value itself, or a constant if it is a float."""
     return value if isinstance(value, hy.expression) else hy.expression(float(value))
 
 

@@ -36,21 +36,12 @@ _LAWS: tuple[type[FrictionLaw], ...] = (
 
 
 def friction_laws() -> dict[str, type[FrictionLaw]]:
-    """Return the friction laws that come with the package, by the names of their classes.
-
-    >>> friction_laws()["Stribeck"](vs=0.2).vs
-    0.2
-    """
+    """Return the friction laws that come with the package, by the names of their classes."""
     return {law.__name__: law for law in _LAWS}
 
 
 def law_record(law: FrictionLaw) -> dict[str, Any]:
-    """Return a law as plain data for JSON.
-
-    >>> from slipfold import RationalStribeck
-    >>> law_record(RationalStribeck(mu_s=0.5, d=2.0))
-    {'law': 'RationalStribeck', 'mu_s': 0.5, 'd': 2.0}
-    """
+    """Return a law as plain data for JSON."""
     if type(law) not in _LAWS:
         raise InputError(
             f"{type(law).__name__} is not among the friction laws of the package, so it cannot be "
@@ -60,11 +51,7 @@ def law_record(law: FrictionLaw) -> dict[str, Any]:
 
 
 def law_from_record(record: Mapping[str, Any]) -> FrictionLaw:
-    """Make a law from what `law_record` made of one.
-
-    >>> law_from_record({"law": "RationalStribeck", "mu_s": 0.5, "d": 2.0})
-    RationalStribeck(mu_s=0.5, d=2.0)
-    """
+    """Make a law from what `law_record` made of one."""
     return Source({}).read(read_law, record, ("friction",))
 
 
@@ -75,11 +62,7 @@ def _plain(value: Any) -> Any:
 
 
 def read_law(given: Any) -> FrictionLaw:
-    """Make a friction law of what stands in a file; raise `WrongEntry` if it cannot be.
-
-    >>> read_law({"law": "Regularized", "of": "Coulomb", "e": "1 mm/s"}).law
-    Coulomb(mu_s=0.5, mu_k=0.5)
-    """
+    """Make a friction law of what stands in a file; raise `WrongEntry` if it cannot be."""
     return read_part(given, friction_laws(), "law", {"of": read_law, "elements": _laws})
 
 

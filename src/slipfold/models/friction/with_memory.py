@@ -44,33 +44,25 @@ class _Bristles(MemoryLaw):
     """Common part: ``z' = v - s0 |v| z/g(|v|)`` with |v| rounded off at rest."""
 
     @abstractmethod
-    def level(self, square: Expression, p: Symbols) -> Expression:
-        """Coefficient g to which steady slip bends the bristles.
-
-        Parameters
-        ----------
-        square
-            Square of the slip speed.
-        p
-            The parameters by name.
-        """
+    def _level(self, square: Expression, p: Symbols) -> Expression:
+        """Return the coefficient g to which steady slip bends the bristles."""
 
     @property
     def memory_scale(self) -> float:
         """Deflection under the largest friction, in m."""
         p = self.values
-        return max(float(self.level(0.0, p)), 1e-3) / p["s0"]
+        return max(float(self._level(0.0, p)), 1e-3) / p["s0"]
 
     def memory_rates(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``v - s0 |v| z/g(|v|)``."""
         square = contact.square
-        fading = p["s0"] * _rounded(square, p) / self.level(square, p)
+        fading = p["s0"] * _rounded(square, p) / self._level(square, p)
         return tuple(v - fading * z for v, z in zip(contact.slip, contact.memory, strict=True))
 
     def steady_deflection(self, speed: float) -> float:
         """``g v/(s0 sqrt(v^2 + e^2))``, in m."""
         p, square = self.values, speed * speed
-        return float(self.level(square, p) * speed / (p["s0"] * _rounded(square, p)))
+        return float(self._level(square, p) * speed / (p["s0"] * _rounded(square, p)))
 
 
 @dataclass(frozen=True)
@@ -105,8 +97,7 @@ class Dahl(_Bristles):
     s0: float = described(BRISTLE_STIFFNESS)
     e: float = described(REST_SPEED)
 
-    def level(self, square: Expression, p: Symbols) -> Expression:
-        """``mu_k``."""
+    def _level(self, square: Expression, p: Symbols) -> Expression:
         return p["mu_k"]
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
@@ -162,15 +153,14 @@ class LuGre(_Bristles):
     s2: float = described(VISCOUS)
     e: float = described(REST_SPEED)
 
-    def level(self, square: Expression, p: Symbols) -> Expression:
-        """``mu_k + (mu_s - mu_k) exp(-(v/vs)^2)``."""
+    def _level(self, square: Expression, p: Symbols) -> Expression:
         ratio = square / (p["vs"] * p["vs"])
         return p["mu_k"] + (p["mu_s"] - p["mu_k"]) * exp(-ratio)
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``g(v) v/sqrt(v^2 + e^2) + s2 v``."""
         square = speed * speed
-        return speed * (self.level(square, p) / _rounded(square, p) + p["s2"])
+        return speed * (self._level(square, p) / _rounded(square, p) + p["s2"])
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """``N (s0 z + s1 z' + s2 v)``."""

@@ -78,7 +78,7 @@ class Assembly:
         self.amplitudes = tuple(
             item.component._full_name(name)
             for item in self.placed
-            for name in item.component.amplitudes
+            for name in item.component._amplitudes
         )
         self.forced = bool(self.amplitudes)
         self.scaled = len(self.amplitudes) > 1  # whether the level scales all of them
@@ -109,7 +109,7 @@ class Assembly:
         return ((None, basis.T @ np.asarray(damping.array() @ basis)),)
 
     def _rows(self, component: Component) -> Array:
-        rows = [self._row(item, component.inertial) for item in component.directions]
+        rows = [self._row(item, component.inertial) for item in component._directions]
         return np.array(rows).reshape(len(rows), self.size)
 
     def _row(self, direction: Direction | None, inertial: bool = False) -> Array:
@@ -183,7 +183,7 @@ class Assembly:
         measured = [
             item.component._full_name(measure.name)
             for item in self.placed
-            for measure in item.component.measures()
+            for measure in item.component._measures()
         ]
         groups = {
             "a state": [item.name for item in self.states],
@@ -209,7 +209,7 @@ class Assembly:
         """Return a component's parameters by their own names, amplitudes times the level."""
         own = item.component._own(p)
         if self.scaled:
-            own |= {name: p[LEVEL.name] * own[name] for name in item.component.amplitudes}
+            own |= {name: p[LEVEL.name] * own[name] for name in item.component._amplitudes}
         return own
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
@@ -340,7 +340,7 @@ class Assembly:
             for name, row in self.watched
         ]
         for item in self.placed:
-            outputs += [self._measured(item, measure) for measure in item.component.measures()]
+            outputs += [self._measured(item, measure) for measure in item.component._measures()]
         first = len(self.definition.elements)
         end = first + len(self.definition.contacts)
         energy, *powers = GENERAL

@@ -156,7 +156,7 @@ def _checked_name(name: Any, title: str) -> str:
 class Component(Parametric, ABC):
     """A part of a structure that exerts forces on it.
 
-    A subclass gives `directions` and `forces`. The parameters of a component with a name end in
+    A subclass gives `_directions` and `_forces`. The parameters of a component with a name end in
     ``_name``; without a name they have the names in its formula, which works for one of its kind.
     Of several components without a name each is named by where it acts.
     """
@@ -177,7 +177,7 @@ class Component(Parametric, ABC):
 
     @property
     @abstractmethod
-    def directions(self) -> tuple[Direction | None, ...]:
+    def _directions(self) -> tuple[Direction | None, ...]:
         """Where the component acts; None stands for all degrees of freedom with the weight 1."""
 
     @abstractmethod
@@ -189,7 +189,7 @@ class Component(Parametric, ABC):
         return {parameter.name: p[parameter.name] for parameter in self.parameters}
 
     @property
-    def amplitudes(self) -> tuple[str, ...]:
+    def _amplitudes(self) -> tuple[str, ...]:
         """Names of the parameters that switch off what is periodic in time."""
         return ()
 
@@ -205,7 +205,7 @@ class Component(Parametric, ABC):
         """Return the power that an element dissipates, in W."""
         return hy.expression(0.0)
 
-    def measures(self) -> tuple[Output, ...]:
+    def _measures(self) -> tuple[Output, ...]:
         """Return quantities of interest; their expressions take a `LocalState` for the states."""
         return ()
 
@@ -230,13 +230,13 @@ class Component(Parametric, ABC):
     @property
     def public_names(self) -> list[str]:
         """Names of the parameters, states and measures of the component in the structure."""
-        own: tuple[Any, ...] = (*self.parameters, *self.memory(), *self.measures())
+        own: tuple[Any, ...] = (*self.parameters, *self.memory(), *self._measures())
         return [self._full_name(item.name) for item in own]
 
     @property
     def location(self) -> str:
         """The degrees of freedom on which the component acts, as a name; empty for all of them."""
-        weights = [item.weights for item in self.directions if item is not None]
+        weights = [item.weights for item in self._directions if item is not None]
         joined = "_".join(name for pairs in weights for name, _ in pairs)
         return joined if NAME.fullmatch(joined) else ""
 
@@ -266,7 +266,7 @@ class OneDirection(Component):
     )
 
     @property
-    def directions(self) -> tuple[Direction | None, ...]:
+    def _directions(self) -> tuple[Direction | None, ...]:
         """The one direction."""
         return (self.at,)
 

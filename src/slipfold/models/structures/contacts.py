@@ -276,20 +276,18 @@ class FrictionContact(Component):
         return self.name or "contact"
 
     @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """Where it slides, then where it is pressed."""
+    def _directions(self) -> tuple[Direction | None, ...]:
         normal = self.load.normal
         return tuple(self.along) if normal is None else (*self.along, normal)
 
     @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """Those of the load."""
+    def _amplitudes(self) -> tuple[str, ...]:
         return tuple(self.load.amplitudes)
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Parameters of load and law, and the velocity of the moving surface."""
         result = {item.name: p[item.name] for item in self.parameters if item.name != "alpha"}
-        if self.memory() and self.amplitudes:
+        if self.memory() and self._amplitudes:
             result["f"] = p["f"]
         if self.planar:
             result |= {"plate_x": p["Vd"] * cos(p["alpha"]), "plate_y": p["Vd"] * sin(p["alpha"])}
@@ -338,8 +336,7 @@ class FrictionContact(Component):
 
     # -- outputs and limits --------------------------------------------------------------------
 
-    def measures(self) -> tuple[Output, ...]:
-        """Return normal force, slip speed, friction force and powers."""
+    def _measures(self) -> tuple[Output, ...]:
         outputs = contact_outputs(self._contact, self.law, len(self.along))
         return tuple(
             output for name, output in outputs.items() if name != "Vrel_ratio" or self.law.sticks

@@ -44,8 +44,7 @@ class PeriodicForce(Component):
     """Name of the parameter that switches it off."""
 
     @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """The amplitude."""
+    def _amplitudes(self) -> tuple[str, ...]:
         return (self.amplitude,)
 
     def _forces(self, local: LocalState) -> Forces:
@@ -148,8 +147,7 @@ class MultiHarmonicForce(PeriodicForce, OneDirection):
         return replace(self, harmonics=tuple((h, 0.0, 0.0) for h, _, _ in self.harmonics))
 
     @property
-    def amplitudes(self) -> tuple[str, ...]:
-        """All but the mean."""
+    def _amplitudes(self) -> tuple[str, ...]:
         return tuple(f"F{h}" for h, _, _ in self.harmonics if h)
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:
@@ -188,8 +186,7 @@ class BaseMotion(PeriodicForce):
     harmonic: int = structural(_PERIODS, 1, checked_harmonic)
 
     @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The one direction."""
+    def _directions(self) -> tuple[Direction | None, ...]:
         return (self.along,)
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:

@@ -118,11 +118,7 @@ MATRICES = MatrixSettings()
 
 @dataclass(frozen=True)
 class Matrix:
-    """A square matrix by its entries that are not zero; immutable, hashed by content.
-
-    >>> as_matrix([[2, -1], [-1, 1]], "K")
-    Matrix(2 x 2, 4 entries)
-    """
+    """A square matrix by its entries that are not zero; immutable, hashed by content."""
 
     size: int  # number of rows n
     # Places of the entries, row by row, shape (nonzeros,)

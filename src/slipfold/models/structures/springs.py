@@ -279,8 +279,7 @@ class GeometricSpring(Component):
         object.__setattr__(self, "axis", tuple(axis))
 
     @property
-    def directions(self) -> tuple[Direction | None, ...]:
-        """The directions in which the point moves."""
+    def _directions(self) -> tuple[Direction | None, ...]:
         return tuple(self.at)
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:
@@ -312,8 +311,7 @@ class GeometricSpring(Component):
         change = self._length(local) - 1.0
         return 0.5 * local.c["force"] * local.c["L"] * change * change
 
-    def measures(self) -> tuple[Output, ...]:
-        """Return the length."""
+    def _measures(self) -> tuple[Output, ...]:
         return (Output("l", self._length, "", "length of a spring over L", "$l/L$"),)
 
     def limits(self) -> tuple[Limit, ...]:
