@@ -6,11 +6,10 @@ commands and the schema of study files follow from them.
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from textwrap import fill
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, TypeVar, get_args
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
+
+from slipfold.declarations import Option
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -23,18 +22,11 @@ if TYPE_CHECKING:
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
     from slipfold.parameter_space.measurement import Measurement
 
-Function = TypeVar("Function", bound=Callable[..., Any])
-
 Interval = tuple[float | str, float | str]
 """Two values of a quantity: numbers in SI units, or text with a unit."""
 
 Number = float | str
 """A number in the SI unit, or text with a unit."""
-
-Kind = Literal[
-    "text", "texts", "flag", "whole", "wholes", "number", "numbers", "pair", "grid",
-    "intervals", "values", "spans",
-]  # fmt: skip
 
 
 class HasPoint(Protocol):
@@ -43,35 +35,6 @@ class HasPoint(Protocol):
     @property
     def point(self) -> SpecialPoint:
         """The special point."""
-
-
-@dataclass(frozen=True)
-class Option:
-    """What is said of a parameter wherever it can be given, and how a command reads it."""
-
-    help: str
-    kind: Kind = "text"
-    metavar: str | None = None
-    minimum: int = 1  # of a whole number
-    maximum: int | None = None
-    flags: tuple[str, ...] = ()  # names on the command line, if not that of the parameter
-    command_help: str = ""  # what a command says instead
-    choices: Mapping[str, Any] | None = None  # values by the words of a command
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
-        """Give numbers in a file their bounds: tolerances are positive."""
-        from pydantic import Field
-
-        if self.kind not in ("whole", "number"):
-            return handler(source)
-        whole = self.kind == "whole"
-        bounds = Field(ge=self.minimum, le=self.maximum) if whole else Field(gt=0)
-        return handler(Annotated[source, bounds])
-
-
-def flags_of(name: str, option: Option) -> tuple[str, ...]:
-    """Return the names of a parameter on the command line."""
-    return option.flags or (f"--{name.replace('_', '-')}",)
 
 
 # -- where solutions start ---------------------------------------------------------------------
@@ -531,68 +494,3 @@ Resume = Annotated[
     ),
 ]
 RetryFailed = Annotated[bool, Option("Compute failed cases again, too; implies `resume`.", "flag")]
-
-# -- documentation -----------------------------------------------------------------------------
-
-USUAL = {
-    "model": "The model, e.g. ``SlidingOscillator()``.",
-    "settings": "Options of continuation; the defaults of `slipfold.Settings` if None.",
-    "events": "Values of outputs or of the parameter to locate.",
-    "on_progress": "Receives a `slipfold.Progress` now and then. If it raises "
-    "`KeyboardInterrupt`, or the user does, finished results are returned.",
-    "**parameters": "Parameters of the model to change first: numbers in SI units, or text with a "
-    "unit.",
-}
-"""What is said of parameters that mean the same in every computation."""
-
-
-def documented(function: Function) -> Function:
-    """Write the section on parameters into a docstring, from the types of the parameters.
-
-    >>> @documented
-    ... def demo(model: Any, seed: Seed = 0):
-    ...     '''Show it.
-    ...
-    ...     Returns
-    ...     -------
-    ...     int
-    ...     '''
-    >>> "Seed of random starts, samples or noise." in demo.__doc__
-    True
-    """
-    lines = ["Parameters", "----------"]
-    for item in resolved(function).parameters.values():
-        name = "**" * (item.kind is item.VAR_KEYWORD) + item.name
-        option = declared(item.annotation)
-        text = USUAL[name] if option is None else option.help
-        lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
-    before, after = inspect.cleandoc(function.__doc__ or "").split("\nReturns\n", 1)
-    function.__doc__ = "\n".join([before.rstrip("\n"), "", *lines, "", "Returns", after])
-    return function
-
-
-def resolved(function: Callable[..., Any]) -> inspect.Signature:
-    """Return a signature with the types that its annotations name, where they are imported."""
-    names, signature = inspect.unwrap(function).__globals__, inspect.signature(function)
-    parameters = [
-        item.replace(annotation=names.get(item.annotation, item.annotation))
-        if isinstance(item.annotation, str)
-        else item
-        for item in signature.parameters.values()
-    ]
-    return signature.replace(parameters=parameters)
-
-
-def default_of(function: Callable[..., Any], name: str) -> Any:
-    """Return the default of a parameter.
-
-    >>> def demo(seed: int = 7): ...
-    >>> default_of(demo, "seed")
-    7
-    """
-    return inspect.signature(function).parameters[name].default
-
-
-def declared(annotation: Any) -> Option | None:
-    """Return the declaration of a parameter by its type, None if there is none."""
-    return next((item for item in get_args(annotation) if isinstance(item, Option)), None)

@@ -1,13 +1,14 @@
 """A parameter means the same in Python and on the command line, and has the same default."""
 
 import inspect
+import re
 
 import pytest
 from typer.main import get_command
 
 import slipfold
 from slipfold.cli.app import COMMANDS, app
-from slipfold.options import declared, resolved
+from slipfold.declarations import declared, resolved
 from slipfold.studies.works import AttractorsWork, LyapunovWork, SimulationWork
 
 FUNCTIONS = {
@@ -70,3 +71,24 @@ def test_the_declaration_is_in_the_docstring(name):
         option = declared(item.annotation)
         if option is not None:
             assert " ".join(option.help.split()) in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({"settled": "no"}, "settled = 'no' is not True or False; give one of them"),
+        ({"setled": True}, "response takes no setled; did you mean settled?"),
+        ({"events": "x=1"}, "'x=1' is not an event"),
+    ],
+)
+def test_arguments_of_python_are_checked_by_their_declarations(arguments, sentence):
+    with pytest.raises(slipfold.InputError, match=re.escape(sentence)):
+        slipfold.response(slipfold.SlidingOscillator(), "Nd", (0, 0.1), **arguments)
+
+
+def test_a_number_given_as_text_is_refused():
+    model = slipfold.SlidingOscillator()
+    with pytest.raises(slipfold.InputError, match="points = '20' is not a whole number of at l"):
+        slipfold.sweep(model, "Nd", (0, 0.1), points="20")
+    with pytest.raises(slipfold.InputError, match="tolerance = 0 is not a positive number"):
+        slipfold.simulate(model, tolerance=0)

@@ -27,8 +27,9 @@ from slipfold.cli.reading import (
     parse_whole,
 )
 from slipfold.cli.running import Outputs, exit_statuses
+from slipfold.declarations import Option, declared, flags_of, resolved
 from slipfold.errors import InputError
-from slipfold.options import Box, Option, Search, declared, flags_of, resolved
+from slipfold.options import Box, Search
 from slipfold.progress import Observer
 
 REQUIRED = inspect.Parameter.empty

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 from slipfold.cli.commands import argument, given_text
 from slipfold.cli.reading import equations_file, find_model
 from slipfold.cli.running import note, say
+from slipfold.declarations import Option
 from slipfold.errors import InputError
-from slipfold.options import Option
 
 if TYPE_CHECKING:
     from slipfold.results.study import StudyResult

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from slipfold.cli.commands import FRICTION, SET, Reader, Values, argument, read_varied, vary_option
 from slipfold.cli.reading import find_model, parse_assignments
+from slipfold.declarations import Option
 from slipfold.errors import InputError
-from slipfold.options import Option, Regimes, Regions, Types
+from slipfold.options import Regimes, Regions, Types
 
 if TYPE_CHECKING:
     from slipfold.branches.settings import Settings

@@ -11,7 +11,7 @@ from slipfold.cli.commands import FILES, Reader, argument, optional
 from slipfold.cli.interruption import deferred_interrupts
 from slipfold.cli.reading import parse_whole
 from slipfold.cli.running import DONE, FAILED, INTERRUPTED, Outputs, live_line, note, reporter, say
-from slipfold.options import Option
+from slipfold.declarations import Option
 from slipfold.progress import Progress
 
 

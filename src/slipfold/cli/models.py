@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from slipfold.cli.commands import FILES, FRICTION, argument, given_text
 from slipfold.cli.reading import find_model
 from slipfold.cli.running import say, write_json
+from slipfold.declarations import Option
 from slipfold.errors import InputError
-from slipfold.options import Option
 
 if TYPE_CHECKING:
     from slipfold.models.model import Model

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 
 from slipfold.cli.commands import argument, given_text
 from slipfold.cli.running import note
+from slipfold.declarations import Option
 from slipfold.errors import InputError
-from slipfold.options import Option
 
 FORMATS = ("png", "pdf", "svg")
 

@@ -16,8 +16,9 @@ from slipfold.cli.running import (
     reporter,
     say,
 )
+from slipfold.declarations import Option
 from slipfold.errors import InputError
-from slipfold.options import Option, Resume, RetryFailed
+from slipfold.options import Resume, RetryFailed
 from slipfold.progress import duration_text
 from slipfold.threads import cores
 

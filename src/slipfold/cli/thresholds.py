@@ -20,8 +20,9 @@ from slipfold.cli.commands import (
 )
 from slipfold.cli.locus import select_points
 from slipfold.cli.reading import parse_assignments, parse_whole
+from slipfold.declarations import Option
 from slipfold.errors import InputError
-from slipfold.options import Keep, Option
+from slipfold.options import Keep
 
 if TYPE_CHECKING:
     from slipfold.branches.special_point import SpecialPoint

@@ -55,13 +55,6 @@ def checked_point(given: Any) -> SpecialPoint:
     return point
 
 
-def checked_count(given: Any, name: str, minimum: int = 1) -> int:
-    """Return a whole number of at least `minimum`, or raise."""
-    if isinstance(given, (int, np.integer)) and not isinstance(given, bool) and given >= minimum:
-        return int(given)
-    raise InputError(f"{name} = {given!r} is not a whole number of at least {minimum}; give one")
-
-
 def refuse_varied(names: Iterable[str], parameters: Mapping[str, Any], where: str) -> None:
     """Refuse values of parameters that are varied."""
     for name in names:
@@ -109,22 +102,21 @@ def parse_values(parameter: Parameter, values: Values) -> ArrayLike:
     return values
 
 
-def equidistant(parameter: Parameter, span: Any, count: Any) -> NDArray[np.float64]:
+def equidistant(parameter: Parameter, span: Any, count: int) -> NDArray[np.float64]:
     """Return equidistant values of a parameter, rising, shape (count,), or raise."""
     low, high = sorted(interval(parameter, span))
-    return np.linspace(low, high, checked_count(count, "points", minimum=2))
+    return np.linspace(low, high, count)
 
 
 def checked_starts(
-    model: Model, box: Any, starts: Any, seed: Any, minimum: int = 1
+    model: Model, box: Any, starts: int, seed: int
 ) -> tuple[Box, NDArray[np.float64]]:
     """Return a box, that around the model's start if none is given, and starts in it, or raise.
 
     Shapes: returns the box and (n_starts, n_states).
     """
     where = box_around(model) if box is None else checked_box(model, box)
-    count, first = checked_count(starts, "starts", minimum), checked_count(seed, "seed", minimum=0)
-    return where, where.starts(count, first) if count else np.empty((0, len(model.states)))
+    return where, where.starts(starts, seed) if starts else np.empty((0, len(model.states)))
 
 
 def checked_settings(given: Settings | None) -> Settings:

@@ -12,13 +12,13 @@ import numpy as np
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.computations.arguments import (
-    checked_count,
     checked_model,
     checked_settings,
     interval,
     pair,
     refuse_varied,
 )
+from slipfold.declarations import documented
 from slipfold.errors import InputError
 from slipfold.loci.bifurcation_set import find_bifurcation_set
 from slipfold.loci.follow import follow_loci
@@ -35,7 +35,6 @@ from slipfold.options import (
     Regions,
     Switch,
     Types,
-    documented,
 )
 from slipfold.options import Window as GivenWindow
 from slipfold.orbits.find import may_slip
@@ -250,8 +249,7 @@ def _grid(given: Any, regions: bool) -> tuple[int, int] | None:
         raise InputError(
             f"regimes = {given!r} needs regions; give regions=True (--regions) as well"
         )
-    first, second = pair(given, f"regimes = {given!r} are not two numbers; give e.g. (60, 50)")
-    return checked_count(first, "regimes"), checked_count(second, "regimes")
+    return given
 
 
 def _periods(given: Any) -> tuple[Any, ...]:

@@ -13,7 +13,6 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.computations.arguments import (
-    checked_count,
     checked_forced,
     checked_model,
     checked_starts,
@@ -21,9 +20,10 @@ from slipfold.computations.arguments import (
     pair,
     refuse_varied,
 )
+from slipfold.declarations import documented
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured
-from slipfold.flow.simulate import checked_periods, checked_tolerance, initial_state
+from slipfold.flow.simulate import initial_state
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.options import (
@@ -48,7 +48,6 @@ from slipfold.options import (
     SweepStarts,
     SweepTransient,
     Vary,
-    documented,
 )
 from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
@@ -105,8 +104,8 @@ def simulate(
         settlement=result.settlement,
         stopped=result.stopped,
         sticking=result.sticking,
-        asked=result.periods if periods is None else int(periods),
-        tolerance=float(tolerance),
+        asked=result.periods if periods is None else periods,
+        tolerance=tolerance,
         provenance=provenance(perf_counter() - started),
         checked=_checked(result, watch),
     )
@@ -168,9 +167,7 @@ def lyapunov(
     changed = checked_model(model).replace(**parameters)
     start = initial_state(changed, state)
     started = perf_counter()
-    result = find_exponents(
-        changed, start, checked_periods(periods), checked_tolerance(tolerance), on_progress
-    )
+    result = find_exponents(changed, start, periods, tolerance, on_progress)
     unit = 1.0 if changed.forced else float(result.model.values[DURATION.name])
     return LyapunovExponents(
         model=result.model,
@@ -181,8 +178,8 @@ def lyapunov(
         verdict=result.verdict,
         start=start,
         state=result.state,
-        tolerance=float(tolerance),
-        asked=None if periods is None else int(periods),
+        tolerance=tolerance,
+        asked=periods,
         interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
@@ -231,14 +228,13 @@ def attractors(
 
     changed = measured(checked_model(model).replace(**parameters))
     where, states = checked_starts(changed, box, starts, seed)
-    maximum = checked_periods(periods)
     started = perf_counter()
-    result = search(changed, states, maximum, on_progress)
+    result = search(changed, states, periods, on_progress)
     return Attractors(
         model=changed,
         box=where,
-        seed=int(seed),
-        asked=maximum,
+        seed=seed,
+        asked=periods,
         starts=states,
         labels=result.labels,
         attractors=result.attractors,
@@ -294,16 +290,15 @@ def basin_fractions(
     values = equidistant(changed.variable_parameter(vary), span, points)
     changed = measured(changed.replace(**{vary: 0.5 * (values[0] + values[-1])}))
     where, states = checked_starts(changed, box, starts, seed)
-    maximum = checked_periods(periods)
     started = perf_counter()
-    result = find_fractions(changed, vary, values, states, maximum, on_progress)
+    result = find_fractions(changed, vary, values, states, periods, on_progress)
     return BasinFractions(
         model=changed,
         vary=vary,
         values=values,
         box=where,
-        seed=int(seed),
-        asked=maximum,
+        seed=seed,
+        asked=periods,
         starts=states,
         provenance=provenance(perf_counter() - started),
         **vars(result),
@@ -359,6 +354,7 @@ def basins(
             f"the plane does not name two states: {own}; give two, each with its ends (on the "
             "command line --plane twice)"
         )
+    assert isinstance(points, tuple)  # one number is taken for both axes
     axes = _axes(changed, plane, points)
     known = [item.name for item in changed.states]
 
@@ -371,8 +367,8 @@ def basins(
                 phases = values
         return starts, phases
 
-    maximum, started = checked_periods(periods), perf_counter()
-    result = find_basins(changed, (axes[0], axes[1]), starts_at, maximum, on_progress)
+    started = perf_counter()
+    result = find_basins(changed, (axes[0], axes[1]), starts_at, periods, on_progress)
     return Basins(
         model=changed,
         plane=(names[0], names[1]),
@@ -383,13 +379,13 @@ def basins(
         uncertain=result.uncertain,
         attractors=result.attractors,
         ends=result.searched.ends,
-        asked=maximum,
+        asked=periods,
         interrupted=result.interrupted,
         provenance=provenance(perf_counter() - started),
     )
 
 
-def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int]) -> list[Array]:
+def _axes(model: Model, plane: Mapping[str, Any], points: tuple[int, int]) -> list[Array]:
     """Return the coordinates of starts along both axes; one axis may be the phase."""
     from slipfold.long_term.search import checked_box
     from slipfold.results.attractors import PHASE
@@ -397,17 +393,13 @@ def _axes(model: Model, plane: Mapping[str, Any], points: int | tuple[int, int])
     known = [item.name for item in model.states]
     phase = PHASE.name if PHASE.name in plane and PHASE.name not in known else None
     box = checked_box(model, {name: ends for name, ends in plane.items() if name != phase})
-    counts = pair(
-        points if isinstance(points, tuple) else (points, points),
-        f"points = {points!r} are not one or two numbers; give e.g. (300, 200)",
-    )
     axes = []
-    for (name, ends), count in zip(plane.items(), counts, strict=True):
+    for (name, ends), count in zip(plane.items(), points, strict=True):
         if name == phase:
             low, high = _phases(model, ends)
         else:
             low, high = box.low[known.index(name)], box.high[known.index(name)]
-        axes.append(np.linspace(low, high, checked_count(count, "points", minimum=2)))
+        axes.append(np.linspace(low, high, count))
     return axes
 
 
@@ -474,7 +466,7 @@ def sweep(
     if isinstance(runs, str) or not {UP, DOWN}.issuperset(runs):
         raise InputError(f"runs = {runs!r} are not of up and down; give e.g. ('up', 'down')")
     directions = tuple(name for name in (UP, DOWN) if name in runs)
-    _, states = checked_starts(changed, box, starts, seed, minimum=0)
+    _, states = checked_starts(changed, box, starts, seed)
     if not directions and not len(states):
         raise InputError("neither a sweep nor a start is requested; give runs or starts")
     started = perf_counter()
@@ -485,14 +477,14 @@ def sweep(
         directions,
         initial_state(changed, state),
         states,
-        checked_count(transient, "transient", minimum=0),
-        checked_count(periods, "periods", minimum=2),
+        transient,
+        periods,
         on_progress,
     ).result()
     return Sweep(
         vary=vary,
         values=values,
-        transient=int(transient),
+        transient=transient,
         provenance=provenance(perf_counter() - started),
         **{**vars(result), "reasons": result.reasons.astype(str)},
     )
@@ -548,10 +540,9 @@ def regimes(
         )
     refuse_varied(vary, parameters, "vary")
     checked_forced(changed)
-    counts = pair(points, f"points = {points!r} are not two numbers; give e.g. (60, 50)")
     axes = [
         equidistant(changed.variable_parameter(name), span, count)
-        for (name, span), count in zip(vary.items(), counts, strict=True)
+        for (name, span), count in zip(vary.items(), points, strict=True)
     ]
     one, other = vary
     started = perf_counter()
@@ -560,12 +551,12 @@ def regimes(
         (one, other),
         (axes[0], axes[1]),
         initial_state(changed, state),
-        checked_count(transient, "transient"),
+        transient,
         on_progress,
     )
     return RegimeMap(
         over=dict(zip(vary, axes, strict=True)),
-        transient=int(transient),
+        transient=transient,
         provenance=provenance(perf_counter() - started),
         **{**vars(result), "kinds": result.kinds.astype(str)},
     )

@@ -15,6 +15,7 @@ from slipfold.computations.arguments import (
     interval,
     parse_values,
 )
+from slipfold.declarations import documented
 from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
@@ -28,7 +29,6 @@ from slipfold.options import (
     Seed,
     Sweeping,
     Vary,
-    documented,
 )
 from slipfold.parameter_space.measurement import Measurement, parse_measured
 from slipfold.progress import Observer

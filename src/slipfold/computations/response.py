@@ -27,6 +27,7 @@ from slipfold.computations.arguments import (
     parse_values,
     refuse_varied,
 )
+from slipfold.declarations import documented
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
@@ -45,7 +46,6 @@ from slipfold.options import (
     Start,
     Tori,
     Vary,
-    documented,
 )
 from slipfold.orbits.find import attractor_from, may_slip, orbit_near, periodic_orbit
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit

@@ -7,14 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from slipfold.options import (
-    Resume,
-    RetryFailed,
-    StoreFolder,
-    StudyExecutor,
-    StudyGiven,
-    documented,
-)
+from slipfold.declarations import documented
+from slipfold.options import Resume, RetryFailed, StoreFolder, StudyExecutor, StudyGiven
 from slipfold.progress import Observer
 from slipfold.results.records import provenance, structure_record
 from slipfold.results.study import StudyResult, study_result

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.computations.arguments import (
-    checked_count,
     checked_forced,
     checked_model,
     checked_point,
@@ -20,6 +19,7 @@ from slipfold.computations.arguments import (
     parse_values,
     refuse_varied,
 )
+from slipfold.declarations import documented
 from slipfold.errors import InputError, suggest
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
@@ -45,7 +45,6 @@ from slipfold.options import (
     Span,
     Threshold,
     ThresholdType,
-    documented,
 )
 from slipfold.progress import Observer, Progress
 from slipfold.results.records import provenance
@@ -179,8 +178,7 @@ def uncertainty(
     from slipfold.results.uncertainty import ThresholdUncertainty
 
     point = checked_point(point)
-    model, count = point.model, checked_count(samples, "samples")
-    start = checked_count(seed, "seed", minimum=0)
+    model = point.model
     known = _distributions(point, distributions)
     parameter = model.parameter(point.vary)
     levels = tuple(_load(value, parameter) for value in loads)
@@ -191,8 +189,8 @@ def uncertainty(
         )
     started = perf_counter()
     placed = ParameterizedPoint.at(point, tuple(item.name for item in known))
-    draws = drawn("sobol", count, start, known, correlation=matrix)
-    more = index_design(known, count, start) if indices else np.empty((0, len(known)))
+    draws = drawn("sobol", samples, seed, known, correlation=matrix)
+    more = index_design(known, samples, seed) if indices else np.empty((0, len(known)))
     total = len(draws) + len(more)
 
     def send(done: int, failures: int) -> None:
@@ -200,9 +198,9 @@ def uncertainty(
             on_progress(Progress("samples", done, total, values={"failures": failures}))
 
     result, reasons = thresholds_at(placed, np.concatenate([draws, more]), send)
-    missing, sobol = _missing(reasons[count:]), None
+    missing, sobol = _missing(reasons[samples:]), None
     if indices and not missing:
-        sobol = indices_of(result[count:], names_of(known), start)
+        sobol = indices_of(result[samples:], names_of(known), seed)
     return ThresholdUncertainty(
         model=model,
         type=point.type,
@@ -212,9 +210,9 @@ def uncertainty(
         distributions=known,
         gradient=placed.gradient,
         samples=draws,
-        thresholds=result[:count],
-        reasons=reasons[:count],
-        seed=start,
+        thresholds=result[:samples],
+        reasons=reasons[:samples],
+        seed=seed,
         loads=levels,
         correlation=matrix,
         indices=sobol,

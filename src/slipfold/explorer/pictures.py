@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from slipfold.computations.arguments import checked_forced
 from slipfold.computations.long_term import basins, regimes
+from slipfold.declarations import default_of
 from slipfold.errors import InputError
 from slipfold.explorer.messages import BasinsRequest, PlaneAxis, RegimesRequest
 from slipfold.explorer.plain import Check, Emit, axis_of, now_and_then, number, short
@@ -16,7 +17,6 @@ from slipfold.loci.region_votes import model_exists
 from slipfold.long_term.attractor import Attractor
 from slipfold.long_term.classification import NOT_DONE, PERIODIC, TrajectoryGrid
 from slipfold.models.model import Model
-from slipfold.options import default_of
 from slipfold.progress import Progress
 from slipfold.results.attractors import Basins, in_words
 

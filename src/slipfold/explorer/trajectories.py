@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array
 from slipfold.computations.long_term import lyapunov, simulate
+from slipfold.declarations import default_of
 from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, SimulationRequest, TrajectoryRequest
 from slipfold.explorer.plain import DRAWN, Check, Emit, now_and_then, number, short
@@ -31,7 +32,6 @@ from slipfold.long_term.spectrum import find_spectrum
 from slipfold.models.angles import REVOLUTION
 from slipfold.models.model import Model, evaluation_of
 from slipfold.models.sliding_oscillator import SlidingOscillator
-from slipfold.options import default_of
 from slipfold.orbits.eigenvalues import eigenvalues_of
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.progress import Progress

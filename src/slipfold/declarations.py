@@ -1,0 +1,168 @@
+"""Declarations of parameters: what is said of them, how they are checked and documented."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from numbers import Integral, Real
+from textwrap import fill
+from typing import Annotated, Any, Literal, TypeVar, cast, get_args
+
+from slipfold.errors import InputError
+
+SIMILAR = 0.8
+"""Similarity from which on a word is a misspelled argument."""
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+Kind = Literal[
+    "text", "texts", "flag", "whole", "wholes", "number", "numbers", "pair", "grid",
+    "intervals", "values", "spans",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Option:
+    """What is said of a parameter wherever it can be given, and how a command reads it."""
+
+    help: str
+    kind: Kind = "text"
+    metavar: str | None = None
+    minimum: int = 1  # of a whole number
+    maximum: int | None = None
+    flags: tuple[str, ...] = ()  # names on the command line, if not that of the parameter
+    command_help: str = ""  # what a command says instead
+    choices: Mapping[str, Any] | None = None  # values by the words of a command
+
+    def checked(self, name: str, value: Any) -> Any:
+        """Return the value of an argument, or raise."""
+        if self.kind == "whole":
+            return self._whole(name, value)
+        if self.kind == "grid":
+            pair = value if isinstance(value, tuple | list) else (value, value)
+            if len(pair) != 2:
+                raise InputError(f"{name} = {value!r} are not two numbers; give e.g. (60, 50)")
+            return self._whole(name, pair[0]), self._whole(name, pair[1])
+        if self.kind == "flag" and type(value).__name__ not in ("bool", "bool_", "dict"):
+            raise InputError(f"{name} = {value!r} is not True or False; give one of them")
+        if self.kind == "number":
+            number = isinstance(value, Real) and not isinstance(value, bool)
+            if not (number and 0 < value < float("inf")):
+                raise InputError(f"{name} = {value!r} is not a positive number; give e.g. 1e-9")
+            return float(value)
+        return value
+
+    def _whole(self, name: str, value: Any) -> int:
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if not whole or value < self.minimum or (self.maximum or value) < value:
+            ends = f"of at least {self.minimum}"
+            raise InputError(f"{name} = {value!r} is not a whole number {ends}; give one")
+        return int(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Callable[[Any], Any]) -> Any:
+        """Give numbers in a file their bounds: tolerances are positive."""
+        from pydantic import Field
+
+        if self.kind not in ("whole", "number"):
+            return handler(source)
+        whole = self.kind == "whole"
+        bounds = Field(ge=self.minimum, le=self.maximum) if whole else Field(gt=0)
+        return handler(Annotated[source, bounds])
+
+
+def flags_of(name: str, option: Option) -> tuple[str, ...]:
+    """Return the names of a parameter on the command line."""
+    return option.flags or (f"--{name.replace('_', '-')}",)
+
+
+USUAL = {
+    "model": "The model, e.g. ``SlidingOscillator()``.",
+    "settings": "Options of continuation; the defaults of `slipfold.Settings` if None.",
+    "events": "Values of outputs or of the parameter to locate.",
+    "on_progress": "Receives a `slipfold.Progress` now and then. If it raises "
+    "`KeyboardInterrupt`, or the user does, finished results are returned.",
+    "**parameters": "Parameters of the model to change first: numbers in SI units, or text with a "
+    "unit.",
+}
+"""What is said of parameters that mean the same in every computation."""
+
+
+def documented(function: Function) -> Function:
+    """Write the parameters' section of a docstring, and check arguments, by their types.
+
+    >>> Seed = Annotated[int, Option("Seed of noise.", "whole", minimum=0)]
+    >>> @documented
+    ... def demo(seed: Seed = 0):
+    ...     '''Show it.
+    ...
+    ...     Returns
+    ...     -------
+    ...     int
+    ...     '''
+    >>> "Seed of noise." in demo.__doc__
+    True
+    >>> demo(seed=-1)
+    Traceback (most recent call last):
+    ...
+    slipfold.errors.InputError: seed = -1 is not a whole number of at least 0; give one
+    """
+    lines, options = ["Parameters", "----------"], dict[str, Option]()
+    signature = resolved(function)
+    for item in signature.parameters.values():
+        name = "**" * (item.kind is item.VAR_KEYWORD) + item.name
+        option = declared(item.annotation)
+        if option is not None:
+            options[name] = option
+        text = USUAL[name] if option is None else option.help
+        lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
+    before, after = inspect.cleandoc(function.__doc__ or "").split("\nReturns\n", 1)
+    function.__doc__ = "\n".join([before.rstrip("\n"), "", *lines, "", "Returns", after])
+
+    @wraps(function)
+    def checked(*given: Any, **named: Any) -> Any:
+        bound = signature.bind(*given, **named)
+        for name, value in bound.arguments.items():
+            optional = value is None and signature.parameters[name].default is None
+            if name in options and not optional:
+                bound.arguments[name] = options[name].checked(name, value)
+        for name in bound.arguments.get("parameters", ()):
+            meant = difflib.get_close_matches(name, options, 1, SIMILAR)
+            known = getattr(given[0], "values", {}) if given else {}
+            if meant and name not in known and meant[0] not in known:
+                raise InputError(
+                    f"{function.__name__} takes no {name}; did you mean {meant[0]}? "
+                    f"its arguments are {', '.join(signature.parameters)}"
+                )
+        return function(*bound.args, **bound.kwargs)
+
+    return cast(Function, checked)
+
+
+def resolved(function: Callable[..., Any]) -> inspect.Signature:
+    """Return a signature with the types that its annotations name, where they are imported."""
+    names, signature = inspect.unwrap(function).__globals__, inspect.signature(function)
+    parameters = [
+        item.replace(annotation=names.get(item.annotation, item.annotation))
+        if isinstance(item.annotation, str)
+        else item
+        for item in signature.parameters.values()
+    ]
+    return signature.replace(parameters=parameters)
+
+
+def default_of(function: Callable[..., Any], name: str) -> Any:
+    """Return the default of a parameter.
+
+    >>> def demo(seed: int = 7): ...
+    >>> default_of(demo, "seed")
+    7
+    """
+    return inspect.signature(function).parameters[name].default
+
+
+def declared(annotation: Any) -> Option | None:
+    """Return the declaration of a parameter by its type, None if there is none."""
+    return next((item for item in get_args(annotation) if isinstance(item, Option)), None)
