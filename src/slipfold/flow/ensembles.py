@@ -164,6 +164,29 @@ class SingleTrajectory:
                 result += self._through_stick(result[-1], so_far)
         return np.array(result[1:]).reshape(-1, len(state))
 
+    def to_period_end(self, state: Array, phase: float) -> Array:
+        """Propagate a state from a phase to the end of the period; NaN if it stops before.
+
+        Shapes: state (n,); returns (n,).
+        """
+        if not self._sticks:
+            states, self.stopped, _ = self._flow.to_period_end(state, phase)
+            if self.stopped is None:
+                return np.asarray(states[-1])
+            if not reaches_stick_limit(self.stopped, self.model):
+                return np.full_like(state, np.nan)
+            self.stopped = None
+        system = hybrid_system(self.model, state)
+        mode = first_mode(system, state, phase)
+        state = system.held(reported_mode(mode), state, phase)
+        try:
+            for smooth, _ in smooth_phases(system, mode, state, 1.0, begin=phase):
+                state = smooth.state
+        except Broken as broken:
+            time = (broken.stop.time - phase) * self._constants.period
+            self.stopped, state = replace(broken.stop, time=time), np.full_like(state, np.nan)
+        return state
+
     def _slipping(self, state: Array, periods: int, done: int) -> list[Array]:
         result = list[Array]()
         for piece in self._flow.pieces(state, periods, done):
@@ -201,56 +224,40 @@ def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[in
     """
     result, stops = starts.copy(), dict[int, GuardStop]()
     constants = flow_of(model).constants_of(model)
-    # Without defined limits contacts may stick at any time.
-    sticks = not limits_are_defined(model, starts, constants)
-    for place in np.flatnonzero((phases > 0) & (phases < 1)):
-        state, phase = starts[place], float(phases[place])
-        stop: GuardStop | None = None
-        if not sticks:
-            flow = GuardedFlow(model, constants, state)
-            states, stop, _ = flow.to_period_end(state, phase)
-            if stop is None:
-                result[place] = states[-1]
-                continue
-        if sticks or reaches_stick_limit(stop, model):
-            try:
-                result[place] = _through_stick(model, state, phase)
-                continue
-            except Broken as broken:
-                time = (broken.stop.time - phase) * constants.period
-                stop = replace(broken.stop, time=time)
-        assert stop is not None
-        result[place], stops[int(place)] = np.nan, stop
+    for index in np.flatnonzero((phases > 0) & (phases < 1)).tolist():
+        own = SingleTrajectory(model, constants, starts[index])
+        result[index] = own.to_period_end(starts[index], float(phases[index]))
+        if own.stopped is not None:
+            stops[index] = own.stopped
     return result, stops
 
 
-def _through_stick(model: Model, state: Array, phase: float) -> Array:
-    """Propagate a state to the end of the period, from event to event. Shapes: state (n,)."""
-    system = hybrid_system(model, state)
-    mode = first_mode(system, state, phase)
-    state = system.held(reported_mode(mode), state, phase)
-    for smooth, _ in smooth_phases(system, mode, state, 1.0, begin=phase):
-        state = smooth.state
-    return state
-
-
 class Ensemble:
-    """Trajectories from one forcing period to the next; a context with a pool of threads."""
+    """Trajectories from one forcing period to the next; a context with a pool of threads.
 
-    def __init__(
-        self,
-        models: list[Model],
-        starts: Array,
-        threads: int | None = None,
-    ) -> None:
-        self._groups = [
-            _Batch(
-                models[first : first + EXPLICIT.ensemble_batch],
-                starts[first : first + EXPLICIT.ensemble_batch],
-            )
-            for first in range(0, len(starts), EXPLICIT.ensemble_batch)
-        ]
-        self._pool = ThreadPoolExecutor(min(threads or cores(), len(self._groups)))
+    They take steps in batches while they can, and continue individually where contacts stick.
+    """
+
+    def __init__(self, models: list[Model], starts: Array, threads: int | None = None) -> None:
+        self._models, self._states = models, starts.copy()
+        count, first, flow = len(models), models[0], flow_of(models[0])
+        self._ends: list[GuardStop | None] = [None] * count
+        self.stuck = np.zeros(count, bool)  # whether a contact stuck or was open in the last period
+        self._left = np.zeros(count, bool)
+        self._over = np.zeros(count, bool)  # which have stopped
+        self._scales = flow.constants_of(first).scales
+        parameters = np.array([model.vector for model in models])
+        self._constants = flow.constants(parameters, np.tile(self._scales, (count, 1)))
+        self._own: dict[int, SingleTrajectory] = {}
+        self._done = 0
+        self._batches = list[tuple[slice, BatchSteps | None]]()
+        for begin in range(0, count, EXPLICIT.ensemble_batch):
+            rows = slice(begin, min(begin + EXPLICIT.ensemble_batch, count))
+            constants = self._constants.rows(np.arange(rows.start, rows.stop))
+            # Without defined limits contacts may stick at any time.
+            slips = limits_are_defined(first, starts[rows], constants)
+            self._batches.append((rows, BatchSteps(first, constants) if slips else None))
+        self._pool = ThreadPoolExecutor(min(threads or cores(), len(self._batches)))
 
     def __enter__(self) -> Self:
         return self
@@ -261,96 +268,64 @@ class Ensemble:
     @property
     def states(self) -> Array:
         """Present states, NaN of trajectories that stopped, shape (k, n)."""
-        return np.concatenate([group.states.T for group in self._groups])
-
-    @property
-    def stuck(self) -> NDArray[np.bool_]:
-        """Whether a contact stuck or was open in the last period, shape (k,)."""
-        return np.concatenate([group.stuck for group in self._groups])
+        return self._states.copy()
 
     @property
     def stopped(self) -> tuple[GuardStop | None, ...]:
         """Why and when each trajectory ended early."""
-        return tuple(stop for group in self._groups for stop in group.stopped)
+        return tuple(self._ends)
 
     def advance(self) -> None:
         """Propagate all trajectories over a period."""
-        if len(self._groups) == 1:  # without another thread
-            self._groups[0].advance()
+        if len(self._batches) == 1:  # without another thread
+            self._advance(self._batches[0])
         else:
-            list(self._pool.map(_Batch.advance, self._groups))
+            list(self._pool.map(self._advance, self._batches))
+        self._done += 1
 
     def move(self, states: Array) -> None:
         """Replace states of trajectories; NaN keeps a state. Shapes: states (k, n)."""
-        first = 0
-        for group in self._groups:
-            some = states[first : first + len(group.models)]
-            kept = np.isfinite(some).all(axis=1)
-            group.states[:, kept] = some[kept].T
-            first += len(group.models)
+        moved = np.isfinite(states).all(axis=1)
+        self._states[moved] = states[moved]
 
     def leave(self, which: NDArray[np.bool_]) -> None:
         """Stop some trajectories. Shapes: which (k,)."""
-        first = 0
-        for group in self._groups:
-            group.left |= which[first : first + len(group.models)]
-            first += len(group.models)
+        self._left |= which
 
-
-class _Batch:
-    """Trajectories that take steps in a batch while they can."""
-
-    def __init__(self, models: list[Model], starts: Array) -> None:
-        self.models = models
-        self.states = starts.T.copy()
-        self.stopped: list[GuardStop | None] = [None] * len(models)
-        self.stuck = np.zeros(len(models), bool)
-        self.left = np.zeros(len(models), bool)
-        self._over = np.zeros(len(models), bool)  # which have stopped
-        flow, first = flow_of(models[0]), models[0]
-        parameters = np.array([model.vector for model in models])
-        scales = flow.constants_of(first).scales
-        self._constants = flow.constants(parameters, np.tile(scales, (len(models), 1)))
-        # Without defined limits contacts may stick at any time.
-        slips = limits_are_defined(first, starts, self._constants)
-        self._batch_steps = BatchSteps(first, self._constants) if slips else None
-        self._own: dict[int, SingleTrajectory] = {}
-        self._scales = scales[:, None]
-        self._done = 0
-
-    def advance(self) -> None:
-        """Propagate all trajectories over a period."""
-        before = self.states
-        over = self.left | self._over
+    def _advance(self, batch: tuple[slice, BatchSteps | None]) -> None:
+        """Propagate the trajectories of a batch over a period."""
+        rows, steps = batch
+        before, left = self._states[rows].T, self._left[rows]
+        over = left | self._over[rows]
         if over.all():
             return
-        alone = over | self.stuck
+        alone = over | self.stuck[rows]
         # Trajectories that continue individually keep their rows, filled with another state.
         going = np.flatnonzero(~alone)
         after = np.full_like(before, np.nan)
-        if self._batch_steps is not None and len(going):
-            after = self._batch_steps.period(np.where(alone, before[:, going[:1]], before))
+        if steps is not None and len(going):
+            after = steps.period(np.where(alone, before[:, going[:1]], before))
             after[:, alone] = np.nan
-            after[:, np.abs(after / self._scales).max(axis=0) > LARGEST] = np.nan
-        self.stuck &= np.isnan(after).any(axis=0) | self.left
-        after[:, self.left] = before[:, self.left]
-        for lane in np.flatnonzero(np.isnan(after).any(axis=0) & ~over):
-            after[:, lane] = self._alone(int(lane), before[:, lane])
-        self.states = wrap_angles(after.T, self.models[0].angle_periods).T
-        self._done += 1
+            after[:, np.abs(after / self._scales[:, None]).max(axis=0) > LARGEST] = np.nan
+        missing = np.isnan(after).any(axis=0)
+        self.stuck[rows] &= missing | left
+        after[:, left] = before[:, left]
+        for lane in np.flatnonzero(missing & ~over):
+            after[:, lane] = self._alone(rows.start + int(lane), before[:, lane])
+        self._states[rows] = wrap_angles(after.T, self._models[0].angle_periods)
 
-    def _alone(self, lane: int, state: Array) -> Array:
-        if lane not in self._own:
-            self._own[lane] = SingleTrajectory(self.models[lane], self._constants.rows(lane), state)
-        own, after = self._own[lane], np.full_like(state, np.nan)
+    def _alone(self, row: int, state: Array) -> Array:
+        if row not in self._own:
+            self._own[row] = SingleTrajectory(self._models[row], self._constants.rows(row), state)
+        own, after = self._own[row], np.full_like(state, np.nan)
         for reached in own.advance(state, 1, self._done):
             after = reached
-        size = np.abs(after / self._scales[:, 0]).max()
+        size = np.abs(after / self._scales).max()
         if own.stopped is None and not size <= LARGEST:
-            time = (self._done + 1) * self._constants.rows(lane).period
+            time = (self._done + 1) * self._constants.rows(row).period
             own.stopped, after = unbounded_at(time, size), np.full_like(after, np.nan)
-        self.stopped[lane], self.stuck[lane] = own.stopped, own.stuck
-        self._over[lane] = own.stopped is not None
+        self._ends[row], self.stuck[row] = own.stopped, own.stuck
+        self._over[row] = own.stopped is not None
         return after
 
 

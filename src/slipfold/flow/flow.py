@@ -18,7 +18,6 @@ from slipfold.flow.batches import (
     STEP_LIMIT,
     TOLERANCE,
     arrive,
-    by_lane,
     chunks,
     forget,
     joined,
@@ -321,57 +320,36 @@ class Flow(Evaluated):
 
         Shapes: states (m, N); returns ends (m, N), derivatives (m, N, n + k).
         """
-        (m, size), n, k = states.shape, self.dimension, directions.shape[-1]
-        scales = constants.scales
-        units = _units(scales, k)
+        (m, size), n, (count, k) = states.shape, self.dimension, directions.shape[-2:]
+        scales, units = constants.scales, _units(constants.scales, k)
         if size > n:
             scales = np.concatenate([scales, scales], axis=-1)
             units = np.concatenate([units, units], axis=-2)
-        if n > MAX_TOGETHER:
-            ends, derivatives = self._vary_in_groups(
-                states / scales, start, end, constants, directions
-            )
-            return ends * scales, derivatives * units
-        code, identity = self._code.variations(n, k, tangent=size > n), _identity(size, n, k)
-        finished = list[Array]()
-        for some in chunks(m):
-            batch = self._prepare(code, states, start, constants, some)
-            self._direct(batch, directions, some)
-            batch.state[size:] = identity
-            finished.append(propagated(batch, end[some]))
-        result = joined(finished)
-        return result[:, :size] * scales, result[:, size:].reshape(m, size, n + k) * units
-
-    def _vary_in_groups(
-        self, states: Array, start: Array, end: Array, constants: Constants, directions: Array
-    ) -> tuple[Array, Array]:
-        """Do so with many scaled states, a few columns of derivatives at a time."""
-        (m, size), n, (count, k) = states.shape, self.dimension, directions.shape[-2:]
-        groups = -(-n // COLUMNS)
-        units = np.zeros((size, groups, COLUMNS))
-        units[:n].reshape(n, -1)[:, :n] = np.eye(n)
         known = np.broadcast_to(constants.known, (m, count + n))
         changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
-        result = list[Array]()
-        for along, started, pars in (
-            (0, units.swapaxes(0, 1).reshape(groups, -1), np.empty((m * groups, 0))),
-            (1, np.zeros((k, size)), changes.reshape(m * k, count)),
-        ):
-            repeats = len(started)
-            code = self._code.variations(0 if along else COLUMNS, along, tangent=size > n)
-            whole = np.repeat(states, repeats, axis=0), np.tile(started, (m, 1))
+        # Columns by the start, columns along changes, and in how many groups they are integrated.
+        groups = [(n, k, 1)] if n <= MAX_TOGETHER else [(COLUMNS, 0, -(-n // COLUMNS)), (0, 1, k)]
+        ends, parts = states, list[Array]()
+        for columns, along, repeats in groups:
+            # Trajectory of each lane
+            which = slice(None) if repeats == 1 else np.arange(m * repeats) // repeats
+            pars = changes.reshape(m * repeats, -1) if along else np.empty((m * repeats, 0))
+            started = _started(size, n if columns else 0, columns + along, repeats)
+            started = np.broadcast_to(started, (m, *started.shape)).reshape(m * repeats, -1)
             finished = self._propagated(
-                code,
-                np.concatenate(whole, axis=1),
-                np.repeat(start, repeats),
-                np.repeat(end, repeats),
-                np.concatenate([np.repeat(known, repeats, axis=0), pars], axis=1),
+                self._code.variations(columns, along, tangent=size > n),
+                np.concatenate([(states / scales)[which], started], axis=1),
+                start[which],
+                end[which],
+                np.concatenate([known[which], pars], axis=1),
             )
-            result.append(finished.reshape(m, repeats, -1))
-        ends, columns = result[0][:, 0, :size], result[0][..., size:]
-        columns = columns.reshape(m, groups, size, COLUMNS).swapaxes(1, 2).reshape(m, size, -1)
-        vectors = result[1][..., size:].swapaxes(1, 2)
-        return ends, np.concatenate([columns[..., :n], vectors], axis=2)
+            if columns:
+                ends = finished[::repeats, :size] * scales
+            part = finished[:, size:].reshape(m, repeats, size, columns + along)
+            parts.append(part.swapaxes(1, 2).reshape(m, size, repeats * (columns + along)))
+        if len(parts) == 1:
+            return ends, parts[0] * units
+        return ends, np.concatenate([parts[0][..., :n], parts[1]], axis=2) * units
 
     def _propagated(self, code: Any, state: Array, start: Array, end: Array, pars: Array) -> Array:
         """Propagate complete states of compiled code."""
@@ -555,14 +533,6 @@ class Flow(Evaluated):
         batch.pars[: len(known)] = known
         return batch
 
-    def _direct(self, batch: Any, directions: Array, some: slice) -> None:
-        """Give an integrator the changes of coefficients that it differentiates along."""
-        count, k = directions.shape[-2:]
-        first = count + self.dimension
-        for i in range(k):
-            batch.pars[first : first + count] = by_lane(directions[..., i], some)
-            first += count
-
 
 @shared_by_kind
 def flow_of(model: Model) -> Flow:
@@ -576,11 +546,12 @@ def flow_of(model: Model) -> Flow:
 
 
 @cache
-def _identity(size: int, n: int, k: int) -> Array:
-    """Derivatives at the start, in the order in which the integrator holds them."""
-    rows = np.zeros((size, n + k))
-    rows[:n, :n] = np.eye(n)
-    return np.repeat(rows.reshape(-1, 1), LANES, axis=1)
+def _started(size: int, n: int, columns: int, repeats: int) -> Array:
+    """Return the derivatives at the start, a row for each group of columns."""
+    rows = np.zeros((repeats, size, columns))
+    for column in range(n):
+        rows[column // columns, column, column % columns] = 1.0
+    return rows.reshape(repeats, -1)
 
 
 def _units(scales: Array, directions: int) -> Array:
