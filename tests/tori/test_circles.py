@@ -7,7 +7,7 @@ import slipfold as sf
 from slipfold import Steps
 from slipfold.continuation.settings import Stepping
 from slipfold.tori.circles import resampled, slopes, tail, turned, turning
-from slipfold.tori.follow import follow_tori
+from slipfold.tori.follow import follow_tori, resonances_passed
 from slipfold.tori.start import first_circle
 from slipfold.tori.surface import growth_across, surface_of
 
@@ -34,7 +34,7 @@ def tori_of(model, vary, span, period=1, which=0, until=None, **settings):
 
 def last_of(tori):
     """Return the last circle's model, states and rotation number, and its point."""
-    point = tori.traced.points[-1]
+    point = tori.points[-1]
     circles = point.curve
     model = circles.model.replace(**{circles.vary: circles.value(point.z)})
     return model, circles.states(point.z), circles.rotation(point.z), point
@@ -66,7 +66,7 @@ def test_a_torus_in_closed_form():
     model = sf.System.from_toml(TWO_FREQUENCIES)
     point, tori = tori_of(model, "a", (-0.5, 1.0))
     assert point.value == pytest.approx(0, abs=1e-9)
-    assert tori.traced.end.kind == "span"
+    assert tori.end.kind == "span"
     at, circle, rotation, last = last_of(tori)
     assert at.values["a"] == 1
     # A circle of radius sqrt(a), turned by w T.
@@ -95,7 +95,7 @@ def test_the_torus_of_the_sliding_oscillator():
     born_with = np.abs(np.angle(point.multipliers[0])) / (2 * np.pi)
     assert born_with == pytest.approx(0.113152036028, abs=1e-9)
     # The circles come to that as they shrink: by 6e-4, 3e-3 and 4e-3 they turn less.
-    found = [(item.curve.value(item.z), item.z[-2]) for item in tori.traced.points[:3]]
+    found = [(item.curve.value(item.z), item.z[-2]) for item in tori.points[:3]]
     values, turns = np.array(found).T
     assert np.polyfit(values - point.value, turns, 2)[-1] == pytest.approx(born_with, abs=3e-6)
     at, circle, rotation, last = last_of(tori)
@@ -119,8 +119,9 @@ def test_the_circle_is_invariant():
 def test_tori_go_on_beyond_an_interval_in_which_they_are_locked():
     model = sf.SlidingOscillator(f=12.5)
     _, tori = tori_of(model, "Nd", (0, 0.98), period=2, which=1, until=(0.1335, 0.98))
-    assert [str(item.ratio) for item in tori.locked] == ["1/9", "1/10", "1/11"]
-    eleventh = tori.locked[-1]
+    passed = list(resonances_passed(tori.points))
+    assert [str(item.ratio) for item in passed] == ["1/9", "1/10", "1/11"]
+    eleventh = passed[-1]
     assert last_of(tori)[2] < 1 / 11
     # Inside a motion comes to an orbit of eleven returns of two periods each, and no fewer.
     assert eleventh.last < 0.1359 < eleventh.first

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Self
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.curve import Curve, Point
-from slipfold.continuation.interpolation import POINTS
 from slipfold.continuation.newton import Correction, FactoredMatrix, correct
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import Constants, power_of_two
@@ -255,55 +254,22 @@ class Circles(Curve[CirclePoint]):
         )
 
     def renewed(self, points: Sequence[CirclePoint]) -> tuple[Any, list[CirclePoint]] | None:
-        """Return the last points at as many angles as the last one needs."""
+        """Return the last point at as many angles as it needs."""
         last = points[-1]
         count = self.needed(last.z)
         if count == self.count:
             return None
         other = self.described_at(last.z, count)
-        again = other.converted(last)
-        if again is None:
-            return None
-        same = last.orientation * again.orientation
-        earlier = [item for item in points[-POINTS:-1] if item.curve is self]
-        return other, [*(other.redescribed(item, same) for item in earlier), again]
-
-    def redescribed(self, point: CirclePoint, same: int) -> CirclePoint:
-        """Return a point of a curve of circles at other angles, as it is but for harmonics.
-
-        `same` is -1 if orientations change their sign from there.
-        """
-        z, tangent = self._resampled(point)
-        matrices = resampled(point.matrices.reshape(len(point.matrices), -1), self.count)
-        return replace(
-            point,
-            z=z,
-            tangent=tangent,
-            tests=point.tests | {"size": self._size(z)},
-            orientation=same * point.orientation,
-            curve=self,
-            linearization=None,
-            matrices=matrices.reshape(self.count, *point.matrices.shape[1:]),
-        )
-
-    def converted(self, point: CirclePoint) -> CirclePoint | None:
-        """Return the same corrected; None if it is lost."""
-        z, row = self._resampled(point)
+        states, along = (resampled(self.states(part), count) for part in (last.z, last.tangent))
+        row = other.join(along, last.tangent[self.size :])
         try:
-            correction = correct(self, z, row)
+            guess = other.join(states, last.z[self.size :])
+            correction = correct(other, guess, row / np.linalg.norm(row))
         except BREAKDOWNS:
             return None
-        return self.point(correction, point.arclength) if correction.converged else None
-
-    def _resampled(self, point: CirclePoint) -> tuple[Array, Array]:
-        """Return unknown and tangent of a point of a curve of circles at other angles."""
-        known = point.curve
-        states, along = (
-            resampled(known.states(part), self.count) for part in (point.z, point.tangent)
-        )
-        z = self.join(states, point.z[known.size :])
-        row = self.join(along, point.tangent[known.size :])
-        return z, row / np.linalg.norm(row)
+        if not correction.converged:
+            return None
+        return other, [other.point(correction, last.arclength)]
 
     def needed(self, z: Array) -> int:
         """Return at how many angles a circle should be described."""

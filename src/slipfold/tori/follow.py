@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +29,7 @@ from slipfold.orbits.extrema import Extrema
 from slipfold.progress import Observer
 from slipfold.tori.circles import MAX_ANGLES, RESONANCES, STRONG, TAIL, CirclePoint, tail
 from slipfold.tori.resonances import locked_interval, past_resonance
-from slipfold.tori.start import circle_from_trajectory, first_circle, reversed_circle
+from slipfold.tori.start import circle_from_trajectory, first_circle
 from slipfold.tori.surface import growth_across, surface_of
 from slipfold.tori.torus_branch import Locked, TorusBranch
 
@@ -54,20 +55,12 @@ FOLD = 1e-6
 """Part of the tangent along the parameter that is left where a fold is located."""
 
 
-@dataclass(frozen=True, eq=False)
-class Tori:
-    """Tori as they were followed, and which resonances they passed."""
-
-    traced: TracedCurve[CirclePoint]
-    locked: tuple[Locked, ...]
-
-
 def follow_tori(
     start: CirclePoint,
     span: tuple[float, float],
     settings: Stepping | None = None,
     watch: Callable[[TracedCurve[CirclePoint]], None] = lambda traced: None,
-) -> Tori:
+) -> TracedCurve[CirclePoint]:
     """Follow tori from a circle on, until they end or the parameter leaves its span."""
     circles = start.curve
     traced = follow(
@@ -81,7 +74,7 @@ def follow_tori(
         watch=watch,
     )
     traced.end = _beside_strong(traced) or traced.end
-    return Tori(traced, tuple(_passed(traced.points)))
+    return traced
 
 
 def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
@@ -103,7 +96,7 @@ def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
     return End("resonance", reason, end.values)
 
 
-def _passed(points: Sequence[CirclePoint]) -> Iterator[Locked]:
+def resonances_passed(points: Sequence[CirclePoint]) -> Iterator[Locked]:
     """Yield the resonances between circles, whether or not they were noticed there."""
     for one, other in pairwise(points):
         (before, first), (after, last) = (
@@ -214,20 +207,25 @@ def tori_of(
     Of orbits on which contacts change only the births are known. Tori that shrink to an orbit again
     are not followed from there as well.
     """
-    places = [
+    starts = [
         (branch, point)
         for branch in branches
         for point in branch.special
         if point.type == "NS" and not point.interrupted
     ]
     result: list[TorusBranch] = []
-    for done, (branch, point) in enumerate(places):
-        if any(_ends_at(each, point, span) for each in result):
+    for done, (branch, point) in enumerate(starts):
+        near = SAME * abs(span[1] - span[0])
+        if any(
+            (tori.stopped.kind, tori.period) == ("birth", point.period)
+            and abs(tori.stopped.value - point.value) < near
+            for tori in result
+        ):
             continue
         number = len(branches) + len(result) + 1
-        origin = _Origin(branch.model, point.vary, point.period, branch.id, number)
-        reporter = _Reporter(observer, origin, done, len(places))
-        result.append(_tori_from(point, span, settings, origin, reporter))
+        own = branch.model, point.vary, point.period, branch.id, number
+        tori = _Tori(*own, span, settings, observer, done, len(starts))
+        result.append(tori.from_point(point))
         if result[-1].interrupted:
             break
     return tuple(result)
@@ -245,114 +243,21 @@ def tori_from(
     start = circle_from_trajectory(model, vary, abs(span[1] - span[0]), state)
     if start is None:
         return ()
+    backward = replace(start, tangent=-start.tangent, orientation=-start.orientation)
     result: list[TorusBranch] = []
-    for circle in (start, reversed_circle(start)):
-        origin = _Origin(model, vary, start.curve.period, 0, len(result) + 1)
-        result.append(
-            _followed([], circle, span, settings, origin, _Reporter(observer, origin, 0, 1))
-        )
+    for circle in (start, backward):
+        own = model, vary, start.curve.period, 0, len(result) + 1
+        result.append(_Tori(*own, span, settings, observer).from_circle(circle))
         if result[-1].interrupted:
             break
     return tuple(result)
 
 
-@dataclass(frozen=True)
-class _Origin:
-    """Where tori begin."""
-
-    model: Model
-    vary: str
-    period: int
-    parent: int
-    number: int
-
-
-@dataclass(frozen=True)
-class _Reporter:
-    """Reports to the observer how far tori have been followed."""
-
-    observer: Observer | None
-    origin: _Origin
-    done: int
-    total: int
-
-    def report(self, traced: TracedCurve[CirclePoint]) -> None:
-        if self.observer is None:
-            return
-        last = traced.points[-1]
-        value, names = last.curve.value(last.z), tuple(item.type for item in traced.found)
-        origin = self.origin
-        at = origin.number, origin.period, len(traced.points), value, names
-        parameter = origin.model.parameter(origin.vary)
-        self.observer(branch_progress(parameter, *at, "tori", self.done, self.total))
-
-
-def _ends_at(tori: TorusBranch, point: SpecialPoint, span: tuple[float, float]) -> bool:
-    """Whether tori shrink to an orbit at a Neimark-Sacker point."""
-    near = abs(tori.stopped.value - point.value) < SAME * abs(span[1] - span[0])
-    return tori.stopped.kind == "birth" and tori.period == point.period and near
-
-
-def _tori_from(
-    point: SpecialPoint,
-    span: tuple[float, float],
-    settings: Settings,
-    origin: _Origin,
-    reporter: _Reporter,
-) -> TorusBranch:
-    model, vary = point.model, point.vary
-    first_row = _first_row(point)
-    if not np.isnan(point.stuck_fraction):
-        return _branch_of([first_row], origin, End("contacts", CHANGES, point.value))
-    start = first_circle(model, vary, abs(span[1] - span[0]), point.state, point.period)
-    if start is None:
-        reason = (
-            "no circle was found near the Neimark-Sacker point, which turns by "
-            f"{first_row.rotation:.6g} of a turn; look whether it is at a strong resonance"
-        )
-        return _branch_of([first_row], origin, End("failed", reason, point.value))
-    return _followed([first_row], start, span, settings, origin, reporter)
-
-
-def _followed(
-    rows: list[_Row],
-    start: CirclePoint,
-    span: tuple[float, float],
-    settings: Settings,
-    origin: _Origin,
-    reporter: _Reporter,
-) -> TorusBranch:
-    """Follow tori from a circle; describe them behind the rows that are known."""
-    tori = follow_tori(start, span, settings, reporter.report)
-    end = tori.traced.end
-    assert end is not None
-    try:
-        for each in tori.traced.points:
-            row, broken = _described(each)
-            if broken and rows:
-                end = End("limit", broken, rows[-1].value)
-                break
-            if row.truncation <= INVARIANT or not rows:
-                rows.append(row)
-            else:
-                rows[-1] = replace(rows[-1], omitted=rows[-1].omitted + 1)
-            if end.kind != "interrupted":  # the observer would interrupt again
-                reporter.report(tori.traced)
-        if end.kind == "birth":
-            _shrunk(rows, origin.model.state_scales())
-        if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
-            end = End(end.kind, end.reason, rows[-1].value)
-    except KeyboardInterrupt:
-        end = End("interrupted", "interrupted; results up to there are kept", rows[-1].value)
-    return _branch_of(rows, origin, end, tori)
-
-
-@dataclass(frozen=True, eq=False)
-class _Row:
+class _Row(NamedTuple):
     """One torus with its measures."""
 
     arclength: float
-    value: float
+    parameter: float
     rotation: float
     circle: Array
     low: Array
@@ -360,12 +265,121 @@ class _Row:
     growth: float
     growth_error: float
     truncation: float
-    duration: float
+    duration: float  # of a revolution of an autonomous model; NaN of a forced one
     omitted: int = 0
 
 
-def _shrunk(rows: list[_Row], scales: Array) -> None:
-    """Put the orbit to which tori shrink at their end.
+@dataclass(eq=False)
+class _Tori:
+    """A branch of tori while it is followed and described."""
+
+    model: Model
+    vary: str
+    period: int
+    parent: int
+    number: int
+    span: tuple[float, float]
+    settings: Settings
+    observer: Observer | None
+    # How many of the Neimark-Sacker points are done
+    done: int = 0
+    total: int = 1
+    rows: list[_Row] = field(default_factory=list)
+
+    def from_point(self, point: SpecialPoint) -> TorusBranch:
+        """Follow tori from a Neimark-Sacker point, where they have no thickness."""
+        extrema, critical = point.orbit.extrema, point.critical_multiplier
+        assert critical is not None
+        turns = float(np.angle(critical)) / (2 * np.pi)
+        ends = extrema.minimum[0], extrema.maximum[0]
+        known = point.residual, _duration(point.model)
+        self.rows = [_Row(-np.inf, point.value, turns, point.state[None], *ends, 0.0, 0.0, *known)]
+        if not np.isnan(point.stuck_fraction):
+            return self._as_branch(End("contacts", CHANGES, point.value))
+        width = abs(self.span[1] - self.span[0])
+        start = first_circle(point.model, point.vary, width, point.state, point.period)
+        if start is not None:
+            return self.from_circle(start)
+        reason = (
+            f"no circle was found near the Neimark-Sacker point, which turns by {turns:.6g} of a "
+            "turn; look whether it is at a strong resonance"
+        )
+        return self._as_branch(End("failed", reason, point.value))
+
+    def from_circle(self, start: CirclePoint) -> TorusBranch:
+        """Follow tori from a circle, and describe them."""
+        traced, rows = follow_tori(start, self.span, self.settings, self._report), self.rows
+        end = traced.end
+        assert end is not None
+        try:
+            for point in traced.points:
+                row, broken = _described(point)
+                if broken and rows:
+                    end = End("limit", broken, rows[-1].parameter)
+                    break
+                if row.truncation <= INVARIANT or not rows:
+                    rows.append(row)
+                else:
+                    rows[-1] = rows[-1]._replace(omitted=rows[-1].omitted + 1)
+                if end.kind != "interrupted":  # the observer would interrupt again
+                    self._report(traced)
+            if end.kind == "birth":
+                _add_orbit(rows, self.model.state_scales())
+            if end.kind in ("birth", "broken", "homoclinic"):  # where they are last known
+                end = End(end.kind, end.reason, rows[-1].parameter)
+        except KeyboardInterrupt:
+            reason = "interrupted; results up to there are kept"
+            end = End("interrupted", reason, rows[-1].parameter)
+        return self._as_branch(end, traced)
+
+    def _report(self, traced: TracedCurve[CirclePoint]) -> None:
+        """Report to the observer how far tori have been followed."""
+        if self.observer is None:
+            return
+        last = traced.points[-1]
+        value, names = last.curve.value(last.z), tuple(item.type for item in traced.found)
+        at = self.number, self.period, len(traced.points), value, names
+        parameter = self.model.parameter(self.vary)
+        self.observer(branch_progress(parameter, *at, "tori", self.done, self.total))
+
+    def _as_branch(self, end: End, traced: TracedCurve[CirclePoint] | None = None) -> TorusBranch:
+        rows, folds, locked = self.rows, list[float](), list[Locked]()
+        if traced is not None:
+            last = rows[-1].arclength
+            items = [item.point for item in traced.found if item.type == "LP"]
+            folds = [item.curve.value(item.z) for item in items if item.arclength <= last]
+            ends = {each.curve.value(each.z): each.arclength for each in traced.points[::-1]}
+            passed = resonances_passed(traced.points)
+            locked = [item for item in passed if ends[item.last] <= last]
+        angles, states = max(len(row.circle) for row in rows), rows[-1].circle.shape[1]
+        circles = np.full((len(rows), angles, states), np.nan)
+        for own, row in zip(circles, rows, strict=True):
+            own[: len(row.circle)] = row.circle
+
+        def column(name: str) -> Array:
+            return np.array([getattr(row, name) for row in rows])
+
+        same = ("parameter", "rotation", "growth", "growth_error", "truncation")
+        names = flow_of(self.model).output_names
+        return TorusBranch(
+            **{name: column(name) for name in same},
+            id=self.number,
+            period=self.period,
+            parent=self.parent,
+            model=self.model,
+            vary=self.vary,
+            circles=circles,
+            extrema=Extrema(names, column("low"), column("high")),
+            omitted=np.array([row.omitted for row in rows]),
+            folds=tuple(folds),
+            locked=tuple(locked),
+            stopped=end,
+            durations=None if self.model.forced else column("duration"),
+        )
+
+
+def _add_orbit(rows: list[_Row], scales: Array) -> None:
+    """Add the orbit to which tori shrink at their end.
 
     Parameter and rotation number are linear in the square of their size; of a circle without size
     these are free, and rounding decides.
@@ -375,93 +389,39 @@ def _shrunk(rows: list[_Row], scales: Array) -> None:
     if len(sized) < 2:
         return
     one, other = sized
-    share = squares[other] / (squares[one] - squares[other])
-    value, rotation = (
-        getattr(rows[other], name) - share * (getattr(rows[one], name) - getattr(rows[other], name))
-        for name in ("value", "rotation")
+    fraction = squares[other] / (squares[one] - squares[other])
+    parameter, rotation = (
+        (1 + fraction) * getattr(rows[other], name) - fraction * getattr(rows[one], name)
+        for name in ("parameter", "rotation")
     )
     last = rows[min(other + 1, len(rows) - 1)]
     del rows[other + 1 :]
-    rows.append(replace(last, value=value, rotation=rotation))
+    rows.append(last._replace(parameter=parameter, rotation=rotation))
 
 
-def _first_row(point: SpecialPoint) -> _Row:
-    """Return the orbit as a torus without thickness."""
-    extrema, critical = point.orbit.extrema, point.critical_multiplier
-    assert critical is not None
-    turns = float(np.angle(critical)) / (2 * np.pi)
-    ends = extrema.minimum[0], extrema.maximum[0]
-    known = point.residual, _round_of(point.model)
-    return _Row(-np.inf, point.value, turns, point.state[None], *ends, 0.0, 0.0, *known)
-
-
-def _round_of(model: Model) -> float:
-    """Return how long a round of an autonomous model lasts, NaN of a forced one."""
+def _duration(model: Model) -> float:
+    """Return how long a revolution of an autonomous model lasts, NaN of a forced one."""
     return np.nan if model.forced else model.values[DURATION.name]
 
 
 def _described(point: CirclePoint) -> tuple[_Row, str]:
     """Return a torus with its measures, and the sentence of a limit if it breaks one."""
     circles = point.curve
-    value, rotation = circles.value(point.z), circles.rotation(point.z)
+    parameter, rotation = circles.value(point.z), circles.rotation(point.z)
     states, at = circles.states(point.z), circles.model_at(point.z)
-    low, high = surface_of(at, states, rotation, circles.period).extremes()
     flow = flow_of(at)
+    low, high = surface_of(at, states, rotation, circles.period).extremes()
+    lowest = dict(zip(flow.output_names, low, strict=True))
     broken = [
-        limit.reason.format(value=low[flow.output_index(limit.output)])
+        limit.reason.format(value=lowest[limit.output])
         for limit in at.limits
-        if low[flow.output_index(limit.output)] <= limit.bound
+        if lowest[limit.output] <= limit.bound
     ]
     rates = None
     if not at.forced:
         rates = flow.rates(states, np.zeros(len(states)), flow.constants_of(at))
     across = growth_across(point.matrices, states, rotation, at.state_scales(), rates)
     growth = float(across.values[0]), float(across.errors[0])
-    apart = circles.truncation(point.z)
-    known = apart, _round_of(at)
-    row = _Row(point.arclength, value, rotation, states, low, high, *growth, *known)
+    known = circles.truncation(point.z), _duration(at)
+    row = _Row(point.arclength, parameter, rotation, states, low, high, *growth, *known)
     return row, broken[0] if broken else ""
-
-
-def _branch_of(
-    rows: Sequence[_Row],
-    origin: _Origin,
-    end: End,
-    tori: Tori | None = None,
-) -> TorusBranch:
-    count = max(len(row.circle) for row in rows)
-    circles = np.full((len(rows), count, rows[-1].circle.shape[1]), np.nan)
-    for own, row in zip(circles, rows, strict=True):
-        own[: len(row.circle)] = row.circle
-
-    def column(name: str) -> Array:
-        return np.array([getattr(row, name) for row in rows])
-
-    values = column("value")
-    folds: tuple[float, ...] = ()
-    locked: tuple[Locked, ...] = ()
-    if tori is not None:
-        last = rows[-1].arclength
-        items = [item.point for item in tori.traced.found if item.type == "LP"]
-        folds = tuple(item.curve.value(item.z) for item in items if item.arclength <= last)
-        places = {each.curve.value(each.z): each.arclength for each in tori.traced.points[::-1]}
-        locked = tuple(item for item in tori.locked if places[item.last] <= last)
-    return TorusBranch(
-        id=origin.number,
-        period=origin.period,
-        parent=origin.parent,
-        model=origin.model,
-        vary=origin.vary,
-        parameter=values,
-        rotation=column("rotation"),
-        circles=circles,
-        extrema=Extrema(flow_of(origin.model).output_names, column("low"), column("high")),
-        growth=column("growth"),
-        growth_error=column("growth_error"),
-        truncation=column("truncation"),
-        omitted=np.array([row.omitted for row in rows]),
-        folds=folds,
-        locked=locked,
-        stopped=end,
-        durations=None if origin.model.forced else column("duration"),
-    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -120,8 +119,3 @@ def _corrected(
     if not correction.converged or tail(circles.states(correction.z)) > TAIL:
         return None
     return circles.point(correction, 0.0)
-
-
-def reversed_circle(point: CirclePoint) -> CirclePoint:
-    """Return a circle from which tori are followed the other way."""
-    return replace(point, tangent=-point.tangent, orientation=-point.orientation)
