@@ -231,17 +231,6 @@ def test_jenkins_of_the_textbook():
     assert Jenkins(mu_k=0.5, kt=20.0).stiffness(0.2, normal=2.0) == element.stiffness(0.2)
 
 
-def test_iwan_is_the_sum_of_its_elements():
-    elements = (Jenkins(mu_k=0.4, kt=10.0), Jenkins(mu_k=0.6, kt=30.0))
-    contact = Iwan(elements)
-    for name in ("stiffness", "loss_stiffness", "energy"):
-        parts = sum(getattr(element, name)(0.1) for element in elements)
-        assert getattr(contact, name)(0.1) == pytest.approx(parts, rel=1e-15)
-    assert contact.along([0.0, 0.1, -0.1]) == pytest.approx([0.0, 1.0, -1.0])
-    alike = Iwan((Jenkins(mu_k=0.5, kt=10.0),) * 2)
-    assert alike.energy(0.2) == pytest.approx(Jenkins(mu_k=1.0, kt=20.0).energy(0.2), rel=1e-15)
-
-
 def driven(law, amplitude):
     """Energy of a cycle, k' and k'' of a law on a line under a harmonic displacement, N = 1."""
 

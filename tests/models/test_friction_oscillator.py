@@ -131,20 +131,6 @@ def test_friction_adds_the_damping_of_the_law(law):
     assert found[:, :2] == pytest.approx(np.zeros((4, 2)), abs=1e-11)
 
 
-@pytest.mark.parametrize("law", [PLAIN[3], MEMORY[1]], ids=repr)
-def test_a_structure_alike_in_all_directions_knows_none(law):
-    alike = {"kext": 0.0, "k1": 300.0, "k2": 300.0, "f1": 6.0, "f2": 6.0, "zeta1": 0.01}
-    turn, angle = np.array([[0.6, -0.8], [0.8, 0.6]]), np.arctan2(0.8, 0.6)
-    one = SlidingOscillator(friction=law, alpha=0.4, zeta2=0.01, Nd=0.2, **alike)
-    other = one.replace(alpha=0.4 + angle)
-    for state in some_states(one):
-        # Without the spring a displacement may be turned too: y = -1 is no singular place.
-        turned = (state.reshape(-1, 2) @ turn.T).ravel()
-        expected = (evaluation_of(one).rates(one, state, 0.3).reshape(-1, 2) @ turn.T).ravel()
-        found = evaluation_of(other).rates(other, turned, 0.3)
-        assert found == pytest.approx(expected, rel=1e-10, abs=1e-8)
-
-
 def test_parameters_of_the_law_are_parameters_of_the_model():
     model = SlidingOscillator(friction=Stribeck(mu_s=0.6, vs="0.4 m/s"), mu_k=0.2, Nd=0.1)
     assert model.vs == 0.4
@@ -253,15 +239,3 @@ def test_elastic_coulomb_friction_tends_to_coulombs_as_it_stiffens():
     assert errors[0] < 0.01
     assert errors[0] / errors[1] == pytest.approx(2, rel=0.1)
     assert found[1000.0, 2] == pytest.approx(found[1000.0, 4], abs=0.01 * errors[1])
-
-
-def test_orbit_with_iwans_contact_closes_by_hand():
-    law = Iwan((Jenkins(mu_k=0.1, kt=50.0, exponent=2), Jenkins(mu_k=0.3, kt=100.0, exponent=4)))
-    model = SlidingOscillator(friction=law, Nd=0.03)
-    assert [item.name for item in model.states[4:]] == ["zx1", "zy1", "zx2", "zy2"]
-    orbit = sf.periodic_orbit(model.replace(kt1=60.0))
-    p, law = {**BASE, **orbit.model.values}, orbit.model.friction
-    assert law.elements[0].kt == 60.0
-    end = carried(lambda t, q, p: rates_by_hand(t, q, p, law), orbit.nodes[0], p)
-    mismatch = (end - orbit.nodes[0]) / orbit.model.state_scales()
-    assert mismatch == pytest.approx(np.zeros(8), abs=1e-8)

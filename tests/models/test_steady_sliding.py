@@ -118,15 +118,6 @@ def test_friction_with_a_fast_memory_loses_stability_where_its_steady_law_does()
     assert errors[1] / errors[2] == pytest.approx(10, rel=0.1)
 
 
-def test_onset_of_squeal_under_friction_with_memory():
-    law = LuGre(mu_s=0.9, mu_k=0.3, vs=0.5, s0=500.0, s1=0.0)
-    diagram = sf.response(
-        SlidingOscillator(friction=law).steady(), "Vd", (1.5, 0.8), settings=SINGLE
-    )
-    hopf = next(point for _, point in diagram.special if point.type == "HB")
-    assert hopf.value == pytest.approx(onset(law), abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("make", "message"),
     [

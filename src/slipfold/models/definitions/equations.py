@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
 
 import heyoka as hy
 
@@ -283,20 +284,17 @@ class SystemEquations:
     def timed(self) -> tuple[Keys, ...]:
         """Paths of rates and outputs in which the time occurs."""
         timed = {PHASE}
-        for _ in range(2):  # friction may vary with formulas, and formulas with friction
-            for name, tree in self.named.items():
-                if names_in(tree).keys() & timed:
-                    timed.add(name)
-            for contact in self.contacts:
-                trees = (*contact.slip_trees, contact.normal_tree)
-                if any(names_in(tree).keys() & timed for tree in trees):
-                    timed |= {*contact.force_names}
+        for contact in self.contacts:
+            if any(
+                PHASE in self._used(tree) for tree in (*contact.slip_trees, contact.normal_tree)
+            ):
+                timed |= {*contact.force_names}
         tables = {"states": self.rates, "outputs": self.output_trees}
         return tuple(
             (table, name)
             for table, trees in tables.items()
             for name, tree in trees.items()
-            if names_in(tree).keys() & timed
+            if self._used(tree) & timed
         )
 
     def _fixed(self, p: Symbols) -> dict[str, Expression]:
@@ -308,26 +306,28 @@ class SystemEquations:
     def value(self, tree: Tree, q: Symbols, c: Symbols, phase: Expression) -> Expression:
         """Return the value of a formula."""
         values = {**q, **{f"@{key}": value for key, value in c.items()}, PHASE: phase}
-        needed = self._needed(tree)
-        if self.contacts:
-            used = set(names_in(tree)).union(*(names_in(self.named[name]) for name in needed))
-            for contact in self.contacts:
-                if used & {*contact.force_names}:
-                    values |= contact.forces(lambda part: self.value(part, q, c, phase), q, c)
+        used = self._used(tree)
+        for contact in self.contacts:
+            if used & {*contact.force_names}:
+                values |= contact.forces(lambda part: self.value(part, q, c, phase), q, c)
         for name, formula in self.named.items():
-            if name in needed:
+            if name in used:
                 values[name] = value_of(formula, values)
         return value_of(tree, values)
 
-    def _needed(self, tree: Tree) -> set[str]:
-        """Named formulas behind a tree; those that use others come later in the table."""
-        if not self.named:
-            return set()
-        needed = set(names_in(tree)) & self.named.keys()
-        for name in reversed(list(self.named)):
-            if name in needed:
-                needed |= names_in(self.named[name]).keys() & self.named.keys()
-        return needed
+    def _used(self, tree: Tree) -> set[str]:
+        """Return the names in a tree and in the named formulas behind it."""
+        names = set(names_in(tree))
+        return names.union(*(self._behind[name] for name in names if name in self._behind))
+
+    @cached_property
+    def _behind(self) -> dict[str, set[str]]:
+        """The names in each named formula, and in those behind it."""
+        behind: dict[str, set[str]] = {}
+        for name, tree in self.named.items():  # each follows those that it uses
+            names = set(names_in(tree))
+            behind[name] = names.union(*(behind[other] for other in names if other in behind))
+        return behind
 
 
 class _Formulas:
@@ -441,29 +441,14 @@ class _Formulas:
 def _ordered(trees: Mapping[str, Tree], source: Source) -> dict[str, Tree]:
     """Sort named formulas so that each follows those that it uses."""
     uses = {name: [n for n in names_in(tree) if n in trees] for name, tree in trees.items()}
-    done: dict[str, Tree] = {}
-    for first in trees:
-        # Depth first, with a stack of its own: a chain may be as long as the table.
-        chain = [] if first in done else [first]
-        while chain:
-            missing = next((name for name in uses[chain[-1]] if name not in done), None)
-            if missing is None:
-                name = chain.pop()
-                done[name] = trees[name]
-            elif missing in chain:
-                raise _circle([*chain[chain.index(missing) :], missing], source)
-            else:
-                chain.append(missing)
-    return done
-
-
-def _circle(names: list[str], source: Source) -> InputError:
-    first = names[0]
-    if len(names) == 2:
-        message = f"the formula {first} uses itself; write it in states and parameters"
-    else:
+    try:
+        return {name: trees[name] for name in TopologicalSorter(uses).static_order()}
+    except CycleError as error:
+        first, *others = names = list(reversed(error.args[1]))
+    message = f"the formula {first} uses itself; write it in states and parameters"
+    if len(others) > 1:
         message = (
             f"the formulas {' -> '.join(names)} use each other in a circle; write one of them in "
             "states and parameters"
         )
-    return source.error(("formulas", first), message, key=True)
+    raise source.error(("formulas", first), message, key=True)

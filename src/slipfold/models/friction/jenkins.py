@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -32,89 +31,8 @@ _CREEP = 1e-4
 equilibrium, and not a line of them. It changes the energy of a cycle by less."""
 
 
-class ElasticContact(ABC):
-    """Jenkins elements in parallel, with the closed forms of the sharp elements."""
-
-    @property
-    @abstractmethod
-    def sliders(self) -> tuple[Jenkins, ...]:
-        """The elements; each bears the normal force."""
-
-    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the harmonic equivalent stiffness in N/m.
-
-        That of an element is ``(kt/pi)(th - sin(2 th)/2)`` with ``th = acos(1 - 2 mu_k N/(kt a))``,
-        and ``kt`` where the slider does not move.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        angles = np.arccos(1 - 2 * np.minimum(self._slip_ratio(amplitude, normal), 1.0))
-        return float(self._kt @ (angles - np.sin(2 * angles) / 2) / math.pi)
-
-    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return ``k'' = 4 mu_k N/(pi a) (1 - mu_k N/(kt a))`` in N/m; over the frequency: damping.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a harmonic displacement in m.
-        normal
-            Constant normal force in N.
-        """
-        return self.energy(amplitude, normal) / (math.pi * amplitude**2)
-
-    def energy(self, amplitude: float, normal: float = 1.0) -> float:
-        """Return the energy lost in a cycle in J, ``4 mu_k N (a - mu_k N/kt)`` in an element.
-
-        Parameters
-        ----------
-        amplitude
-            Amplitude a of a periodic displacement with two turning points, in m.
-        normal
-            Constant normal force in N.
-        """
-        slipping = np.maximum(1 - self._slip_ratio(amplitude, normal), 0.0)
-        return float(4 * normal * amplitude * (self._mu @ slipping))
-
-    def along(self, displacement: ArrayLike, normal: float = 1.0) -> Array:
-        """Return the forces in N along a path of the moving surface, shape (m,), from no force.
-
-        Parameters
-        ----------
-        displacement
-            Displacements on a line in m, shape (m,), monotonic from each to the next.
-        normal
-            Constant normal force in N.
-        """
-        path, limit = np.asarray(displacement, dtype=float), self._mu * normal
-        forces = np.zeros((len(path), len(limit)))
-        for i, step in enumerate(np.diff(path), 1):
-            forces[i] = np.clip(forces[i - 1] + self._kt * step, -limit, limit)
-        return forces.sum(axis=1)
-
-    @property
-    def _mu(self) -> Array:
-        return np.array([item.mu_k for item in self.sliders])
-
-    @property
-    def _kt(self) -> Array:
-        return np.array([item.kt for item in self.sliders])
-
-    def _slip_ratio(self, amplitude: float, normal: float) -> Array:
-        """Return the displacements at which the sliders begin to slip over the amplitude."""
-        for name, value, unit in (("amplitude", amplitude, "m"), ("normal", normal, "N")):
-            if not value > 0:
-                raise InputError(f"{name} = {value:g} {unit} is not positive; give {name} > 0")
-        return self._mu * normal / (self._kt * amplitude)
-
-
 @dataclass(frozen=True)
-class Jenkins(ElasticContact, MemoryLaw):
+class Jenkins(MemoryLaw):
     r"""A spring in series with a Coulomb slider: elastic Coulomb friction.
 
     .. math::
@@ -174,11 +92,6 @@ class Jenkins(ElasticContact, MemoryLaw):
         "sharpness n of the knee in a model, an even whole number", 16, checked_exponent
     )
 
-    @property
-    def sliders(self) -> tuple[Jenkins, ...]:
-        """The element itself."""
-        return (self,)
-
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """``mu_k``, in steady slip."""
         return p["mu_k"]
@@ -208,6 +121,72 @@ class Jenkins(ElasticContact, MemoryLaw):
             z -= (z * fading - 1) / n
         return z
 
+    # -- closed forms of the sharp element -------------------------------------------------------
+
+    def stiffness(self, amplitude: float, normal: float = 1.0) -> float:
+        """Return the harmonic equivalent stiffness in N/m.
+
+        It is ``(kt/pi)(th - sin(2 th)/2)`` with ``th = acos(1 - 2 mu_k N/(kt a))``, and ``kt``
+        where the slider does not move.
+
+        Parameters
+        ----------
+        amplitude
+            Amplitude a of a harmonic displacement in m.
+        normal
+            Constant normal force in N.
+        """
+        angle = math.acos(1 - 2 * min(self._slip_ratio(amplitude, normal), 1.0))
+        return self.kt * (angle - math.sin(2 * angle) / 2) / math.pi
+
+    def loss_stiffness(self, amplitude: float, normal: float = 1.0) -> float:
+        """Return ``k'' = 4 mu_k N/(pi a) (1 - mu_k N/(kt a))`` in N/m; over the frequency: damping.
+
+        Parameters
+        ----------
+        amplitude
+            Amplitude a of a harmonic displacement in m.
+        normal
+            Constant normal force in N.
+        """
+        return self.energy(amplitude, normal) / (math.pi * amplitude**2)
+
+    def energy(self, amplitude: float, normal: float = 1.0) -> float:
+        """Return the energy lost in a cycle in J, ``4 mu_k N (a - mu_k N/kt)``.
+
+        Parameters
+        ----------
+        amplitude
+            Amplitude a of a periodic displacement with two turning points, in m.
+        normal
+            Constant normal force in N.
+        """
+        slipping = max(1 - self._slip_ratio(amplitude, normal), 0.0)
+        return 4 * normal * amplitude * self.mu_k * slipping
+
+    def along(self, displacement: ArrayLike, normal: float = 1.0) -> Array:
+        """Return the forces in N along a path of the moving surface, shape (m,), from no force.
+
+        Parameters
+        ----------
+        displacement
+            Displacements on a line in m, shape (m,), monotonic from each to the next.
+        normal
+            Constant normal force in N.
+        """
+        path, limit = np.asarray(displacement, dtype=float), self.mu_k * normal
+        forces = np.zeros(len(path))
+        for i, step in enumerate(np.diff(path), 1):
+            forces[i] = np.clip(forces[i - 1] + self.kt * step, -limit, limit)
+        return forces
+
+    def _slip_ratio(self, amplitude: float, normal: float) -> float:
+        """Return the displacement at which the slider begins to slip over the amplitude."""
+        for name, value, unit in (("amplitude", amplitude, "m"), ("normal", normal, "N")):
+            if not value > 0:
+                raise InputError(f"{name} = {value:g} {unit} is not positive; give {name} > 0")
+        return self.mu_k * normal / (self.kt * amplitude)
+
 
 def _checked_elements(elements: Any, title: str) -> tuple[Jenkins, ...]:
     given = tuple(elements) if isinstance(elements, tuple | list) else ()
@@ -220,7 +199,7 @@ def _checked_elements(elements: Any, title: str) -> tuple[Jenkins, ...]:
 
 
 @dataclass(frozen=True)
-class Iwan(ElasticContact, FrictionLaw):
+class Iwan(FrictionLaw):
     """Jenkins elements in parallel, which begin to slip one after the other.
 
     Parameters and memory of the elements have their numbers: ``mu_k1 kt1 e1 mu_k2 kt2 e2 ...``.
@@ -248,11 +227,6 @@ class Iwan(ElasticContact, FrictionLaw):
         (Jenkins(),),
         _checked_elements,
     )
-
-    @property
-    def sliders(self) -> tuple[Jenkins, ...]:
-        """All elements."""
-        return self.elements
 
     def memory(self, dimensions: int) -> tuple[State, ...]:
         """Return the states of all elements, with their numbers."""
