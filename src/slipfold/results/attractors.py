@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import Annotated, Any, NamedTuple
 
@@ -77,7 +77,7 @@ COLUMNS = (
 )  # fmt: skip
 """Columns of attractors."""
 
-ATTRACTORS = Items("attractor", Attractor, COLUMNS, doc="The attractors, each verified.")
+ATTRACTORS = Items("attractor", COLUMNS, kind=Attractor, doc="The attractors, each verified.")
 
 REACHED = (
     "number of the attractor that the trajectory converged to; 0 undecided, -1 ended before, -2 "
@@ -418,9 +418,12 @@ class BasinFractions(Result):
     labels: Annotated[NDArray[np.int64], Entry("{vary} start", REACHED, name="reached")]
     attractors: Annotated[
         tuple[tuple[Attractor, ...], ...],
-        Items("attractor", Attractor, COLUMNS,
-              doc="Attractors at each value; one that continues keeps its ``id``.",
-              owner=("value", "place of the value, from 0", "values")),
+        replace(
+            ATTRACTORS,
+            doc="Attractors at each value; one that continues keeps its ``id``.",
+            owner=("value", "place of the value, from 0"),
+            owners="values",
+        ),
     ]  # fmt: skip
     ends: dict[str, int]
     interrupted: bool
@@ -503,7 +506,7 @@ class BasinFractions(Result):
         return starts_notes(self.ends, self.labels, unfinished, "values")
 
     def _record(self) -> dict[str, Any]:
-        table = Items("attractor", Attractor, COLUMNS).table(self)
+        table = ATTRACTORS.bound(self)
         fractions = {number: self.fraction(number) for number in (UNDECIDED, ENDED, *self.numbers)}
         return {
             "vary": self.vary,
@@ -514,7 +517,7 @@ class BasinFractions(Result):
             "attractors": [
                 {
                     "value": self.values[place],
-                    **table.record(item),
+                    **table.record_of(item),
                     "fraction": _at(fractions[item.id], place),
                 }
                 for place, item in self._all()

@@ -20,11 +20,9 @@ from slipfold.results.fields import (
     TEXT,
     WHOLE,
     Column,
-    ItemTable,
-    Owners,
+    Items,
     ResultPart,
     axes_of,
-    meaning_of,
 )
 from slipfold.results.records import SavedTable
 from slipfold.results.result import Result
@@ -71,6 +69,7 @@ def _named_coefficients(point: LocusPoint) -> str:
     return "; ".join(f"{name} = {value!r}" for name, value in point.coefficients.items())
 
 
+PLANE = "{vary[0]}; {vary[1]}"
 NODES = "states at equal phases over the period, the first"
 MULTIPLIERS = Column(
     "multipliers", COMPLEX, "Floquet multipliers", "", ("multiplier",), record=True,
@@ -122,7 +121,7 @@ CURVE = (
                    name=f"{which}_kind", record=True),
             Column(f"{which}.reason", TEXT, f"why the {{thing}} {verb} there",
                    name=f"{which}_reason", record=True),
-            Column(f"{which}.value", REAL, f"{{vary}} where the branch {verb}", "{unit}",
+            Column(f"{which}.value", REAL, f"{{vary.name}} where the branch {verb}", "{vary}",
                    name=f"{which}_value", record=True, when="branch"),
             Column(f"{which}.values", REAL, f"where the locus {verb}", None, ("parameter",),
                    name=f"{which}_value", record=True, when="locus"),
@@ -132,8 +131,8 @@ CURVE = (
 """What is said of a branch or locus."""
 
 POINT = (
-    Column("parameter", REAL, "{parameter}", "{unit}", label=True, head="{vary}", when="branch"),
-    Column("values", REAL, "{parameter}", None, ("parameter",), name="value", head="",
+    Column("parameter", REAL, "{vary}", "{vary}", label=True, head="{vary}", when="branch"),
+    Column("values", REAL, PLANE, None, ("parameter",), name="value", head="",
            when="locus"),
     Column("states", REAL, "state at phase zero", None, ("state",), derived=True, head=""),
     Column("nodes", REAL, NODES + " node_count of the {thing}", None, ("node", "state"),
@@ -165,11 +164,11 @@ SPECIAL = (
     Column("type", TEXT, "type of special point", record=True, head="special", when="locus"),
     Column("name", TEXT, "what the type means here", record=True, head=None),
     Column("kind", TEXT, "periodic or equilibrium", head=None, when="locus"),
-    Column("value", REAL, "{parameter}", "{unit}", label=True, record=True, head="{vary}",
+    Column("value", REAL, "{vary}", "{vary}", label=True, record=True, head="{vary}",
            when="branch"),
-    Column("values", REAL, "{parameter}", None, ("parameter",), name="special_value", record=True,
+    Column("values", REAL, PLANE, None, ("parameter",), name="special_value", record=True,
            head="", when="locus"),
-    Column("uncertainty", REAL, "computed uncertainty of special_value", "{unit}", record=True,
+    Column("uncertainty", REAL, "computed uncertainty of special_value", "{vary}", record=True,
            head=None, when="branch"),
     Column("uncertainty", REAL, "computed uncertainty of special_value", None, ("parameter",),
            record=True, head=None, when="locus"),
@@ -209,8 +208,8 @@ SPECIAL = (
            head=None, when="locus"),
     STUCK,
     Column("gradients", record=True, when="gradients"),
-    Column("gradients", REAL, "derivative of {vary} at the point with respect to each parameter; "
-           "NaN: none", None, ("by_parameter",), get=_gradients, head="d{vary}/d",
+    Column("gradients", REAL, "derivative of {vary.name} at the point with respect to each "
+           "parameter; NaN: none", None, ("by_parameter",), get=_gradients, head="d{vary}/d",
            when="gradients"),
     RESIDUAL,
     Column("arclength", REAL, "position on the {thing}", ""),
@@ -249,15 +248,15 @@ class CurveList(ResultPart):
         curves = getattr(result, key)
         special = [point for curve in curves for point in curve.special]
         sizes = [each.nodes.shape[1] for each in curves] + [len(each.nodes) for each in special]
-        axes = axes_of(result.model, result._spans, max(sizes, default=0))
-        return self._owners(result, _parts(curves)).variables(curves, axes)
+        axes = axes_of(result, max(sizes, default=0))
+        return self._table(result, _parts(curves)).arrays(curves, axes)
 
     def record(self, result: Any, key: str) -> list[dict[str, Any]]:
         """Return a record of each curve."""
         curves, found = getattr(result, key), []
-        owners = self._owners(result, _parts(curves))
+        table = self._table(result, _parts(curves))
         for curve in curves:
-            points = [owners.owned["special"].record(point) for point in curve.special]
+            points = [table.owned["special"].record_of(point) for point in curve.special]
             for point in points:
                 # An equilibrium has none, but at a Hopf point that of the cycles from there.
                 if (
@@ -266,15 +265,15 @@ class CurveList(ResultPart):
                     and point["type"] != "HB"
                 ):
                     point["duration"] = None
-            found.append(owners.items.record(curve) | {"special": points})
+            found.append(table.record_of(curve) | {"special": points})
         return found
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Any, ...]:
         """Return the curves."""
         parts = {part for part, names in OPTIONAL.items() if names & set(saved.columns)}
         outputs = tuple(saved.columns["output"].tolist()) if result.thing == "branch" else ()
-        axes, found = axes_of(saved.model, _names(result.vary)), []
-        for fields in self._owners(result, parts).read(saved, axes):
+        found = []
+        for fields in self._table(result, parts).all_fields(saved, axes_of(result)):
             fields["nodes"] = fields["nodes"][:, : fields.pop("node_count")]
             fields |= {which: End(*fields[which].values()) for which in ("started", "stopped")}
             if np.isnan(fields.get("stuck_fraction", np.nan)).all():
@@ -286,34 +285,22 @@ class CurveList(ResultPart):
             found.append(self.made(result, fields | {"special": tuple(points)}, outputs))
         return tuple(found)
 
-    def _owners(self, result: Any, parts: set[str]) -> Owners:
-        """Return the tables of a result with some of the optional parts."""
-        thing, model, names = result.thing, result.model, _names(result.vary)
-        parts = parts | {thing} | ({"cycle"} if not model.forced else set())
-        if thing == "branch" and model.angle_periods.any():
+    def _table(self, result: Any, parts: set[str]) -> Items:
+        """Return the table of curves with some of the optional parts."""
+        parts = parts | {result.thing} | ({"cycle"} if not result.model.forced else set())
+        if result.thing == "branch" and result.model.angle_periods.any():
             parts |= {"turns"}
-        parameters = [model.parameter(name) for name in names]
-        words = {
-            "thing": thing,
-            "vary": names[0],
-            "unit": parameters[0].unit,
-            "parameter": "; ".join(map(meaning_of, parameters)),
-        }
 
         def chosen(columns: tuple[Column, ...]) -> tuple[Column, ...]:
-            return tuple(
-                item.filled(words) for item in columns if parts.issuperset(item.when.split())
-            )
+            return tuple(item for item in columns if parts.issuperset(item.when.split()))
 
-        owner = (thing, f"{thing} the point lies on")
-        special = ItemTable(
-            ("special",), chosen(SPECIAL), "special_", (thing, f"{thing} it lies on")
+        point = "{thing}", "{thing} the point lies on"
+        special = Items(
+            "special", chosen(SPECIAL), "special_", owner=("{thing}", "{thing} it lies on")
         )
-        return Owners(
-            ItemTable((thing,), chosen(CURVE), f"{thing}_"),
-            ItemTable(("point",), chosen(POINT), owner=owner, joined=True),
-            {"special": special},
-        )
+        rows = Items("point", chosen(POINT), owner=point, joined=True)
+        table = Items("{thing}", chosen(CURVE), "{thing}_", rows=rows, owned={"special": special})
+        return table.bound(result)
 
 
 def _parts(curves: Sequence[Any]) -> set[str]:

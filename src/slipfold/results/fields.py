@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from operator import attrgetter
+from types import SimpleNamespace
 from typing import Any, ClassVar, Protocol, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -22,11 +23,16 @@ from slipfold.text import headed
 Axes = Mapping[str, Sequence[str]]
 """Labels along each dimension, with units."""
 
-
 WITH_UNITS = frozenset({
     "state", "output", "parameter", "by_parameter", "quantity", "fitted", "chosen", "uncertain",
 })  # fmt: skip
 """Dimensions whose labels have units, in a variable of their own."""
+
+REFERENCE = re.compile(r"\{(\w+)(?:\[(\d)\])?(\.name)?\}")
+"""Reference to a parameter or state by the attribute that names it: ``{vary}``, ``{axes[0]}``.
+
+``{vary.name}`` is its name instead of its meaning or unit. Other texts stand for themselves.
+"""
 
 
 @dataclass(frozen=True)
@@ -40,8 +46,69 @@ class ValueType:
 TEXT, WHOLE, TRUTH = ValueType(np.str_, ""), ValueType(np.int64, 0), ValueType(np.bool_, False)
 REAL, COMPLEX = ValueType(np.float64, np.nan), ValueType(np.complex128, np.nan)
 
+KINDS: dict[Any, ValueType] = {
+    np.float64: REAL, np.complex128: COMPLEX, np.int64: WHOLE, np.bool_: TRUTH, np.str_: TEXT,
+    np.object_: TEXT, str: TEXT, float: REAL, int: WHOLE,
+}  # fmt: skip
 
-BRACES = re.compile(r"\{(\w+)\}")
+
+class Declared(Protocol):
+    """Attributes of a result that its fields use."""
+
+    arrays: ClassVar[Mapping[str, Any]]
+    """Attributes that are arrays, besides fields that are declared so."""
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+
+    def _variable_name(self, item: Parameter | State) -> str:
+        """Return the name of the variable of a parameter or state."""
+
+
+class ResultPart:
+    """How one attribute of a result is written as arrays, and read back from them."""
+
+    doc = ""
+    """Text of a docstring."""
+
+    def variables(self, result: Any, key: str) -> Mapping[str, Variable]:
+        """Return the arrays of an attribute."""
+        return {}
+
+    def names(self, key: str) -> set[str]:
+        """Return names of its arrays and dimensions, besides those named for a parameter."""
+        return set()
+
+    def attributes(self, result: Any, key: str) -> dict[str, Any]:
+        """Return the attributes of the file that it needs besides its arrays."""
+        return {}
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> Any:
+        """Return the attribute; those that were declared before it are there."""
+        raise NotImplementedError
+
+    def record(self, result: Any, key: str) -> Any:
+        """Return it as records hold it; nothing where they hold its parts."""
+        return None
+
+    def described(self) -> str:
+        """Return the text of a docstring."""
+        return self.doc
+
+
+@cache
+def parts_of(kind: type[Declared]) -> dict[str, ResultPart]:
+    """Return how attributes of a class are written as arrays, in the order of its fields."""
+    hints = get_type_hints(kind, include_extras=True)
+    notes = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
+    declared = {
+        name: note[0] for name, note in notes.items() if note and isinstance(note[0], ResultPart)
+    }
+    own = dataclasses.fields(cast(Any, kind))
+    return {item.name: declared[item.name] for item in own if item.name in declared} | {
+        **kind.arrays
+    }
 
 
 @dataclass(frozen=True)
@@ -74,19 +141,16 @@ class Column:
     when: str = ""
     """Parts of a result, separated by spaces, without which the column is not there."""
 
-    def filled(self, words: Mapping[str, str]) -> Column:
-        """Return it with words in place of their names in braces."""
-
-        def said(text: str | None) -> str | None:
-            return None if text is None else BRACES.sub(lambda match: words[match[1]], text)
-
-        return replace(
-            self,
-            meaning=said(self.meaning) or "",
-            unit=said(self.unit),
-            name=said(self.name),
-            head=said(self.head),
-        )
+    def bound(self, result: Any) -> Column:
+        """Return it with its references replaced."""
+        texts: dict[str, tuple[str | None, Callable[[Any], str]]] = {
+            "meaning": (self.meaning, meaning_of),
+            "unit": (self.unit, attrgetter("unit")),
+            "name": (self.name, result._variable_name),
+            "head": (self.head, attrgetter("name")),
+        }
+        changed = {key: bound(text, result, shown) for key, (text, shown) in texts.items() if text}
+        return replace(self, **cast(Any, changed))
 
     def of(self, item: Any) -> Any:
         """Return the value of an item."""
@@ -153,40 +217,67 @@ def _filled(part: NDArray[Any], own: int, shape: Sequence[int], missing: Any) ->
 
 
 @dataclass(frozen=True)
-class ItemTable:
-    """Columns of items of one kind."""
+class Items(ResultPart):
+    """Columns of items of one class, each a row, with what each item owns.
 
-    dimensions: tuple[str, ...]
-    """Along which the items stand, e.g. ``("point",)``."""
-    columns: tuple[Column, ...]
+    It declares an attribute of a result, or is part of another declaration.
+    """
+
+    dimension: str
+    """Along which the items stand, e.g. ``"point"``."""
+    columns: Sequence[Column]
     prefix: str = ""
     """Beginning of the names of variables."""
+    kind: Callable[..., Any] = dict
+    """Makes an item from its fields."""
+    doc: str = ""
+    """Text of a docstring."""
     owner: tuple[str, str] | None = None
     """Name of the owner of the items and meaning of its number, which is the first column."""
+    owners: str = ""
+    """Attribute with an entry an owner; the attribute of the result is then a tuple for each."""
     joined: bool = False
     """Whether an item has many rows, such as the points of a branch."""
+    rows: Items | None = None
+    """Rows that an item has itself, such as the points of a curve."""
+    owned: Mapping[str, Items] = field(default_factory=dict)
+    """Items that an item owns, by attribute; it has a number, ``id``."""
 
-    def variables(
+    def bound(self, result: Any) -> Items:
+        """Return it with its references replaced."""
+        return replace(
+            self,
+            dimension=bound(self.dimension, result, result._variable_name),
+            prefix=bound(self.prefix, result, result._variable_name),
+            columns=tuple(item.bound(result) for item in self.columns),
+            owner=self.owner and cast(Any, tuple(bound(t, result, str) for t in self.owner)),
+            rows=self.rows and self.rows.bound(result),
+            owned={key: table.bound(result) for key, table in self.owned.items()},
+        )
+
+    def arrays(
         self, items: Iterable[Any], axes: Axes, owners: Iterable[int] = ()
     ) -> dict[str, Variable]:
-        """Return the arrays of items, and their owners."""
-        rows = list(items)
-        result: dict[str, Variable] = {}
+        """Return the arrays of items, of their rows and of what they own."""
+        known, result, along = list(items), dict[str, Variable](), (self.dimension,)
         if self.owner is not None:
-            numbers = np.array(list(owners), np.int64)
-            if self.joined:
-                numbers = np.repeat(numbers, [len(item) for item in rows])
+            counts = [len(item) for item in known] if self.joined else 1
+            numbers = np.repeat(np.array(list(owners), np.int64), counts)
             owner = Column("", WHOLE, self.owner[1], "", label=True, head=self.owner[0])
-            result |= owner.variables(self._owner_name, self.dimensions, numbers)
+            result |= owner.variables(self._owner_name, along, numbers)
         for column in self.columns:
             if column.meaning:
-                values = column.values(rows, axes, self.own)
                 head = None if column.head is None else column.head.format(column.key)
-                labeled = replace(column, head=head)
-                result |= labeled.variables(self._name(column), self.dimensions, values)
+                values = column.values(known, axes, int(self.joined))
+                result |= replace(column, head=head).variables(self._name(column), along, values)
+        if self.rows is not None:
+            result |= self.rows.arrays(known, axes, [item.id for item in known])
+        for key, table in self.owned.items():
+            owned = [(item.id, own) for item in known for own in getattr(item, key)]
+            result |= table.arrays([own for _, own in owned], axes, [number for number, _ in owned])
         return result
 
-    def record(self, item: Any) -> dict[str, Any]:
+    def record_of(self, item: Any) -> dict[str, Any]:
         """Return the record of an item."""
         return nested({column.key: column.of(item) for column in self.columns if column.record})
 
@@ -195,179 +286,71 @@ class ItemTable:
         name = next(self._name(column) for column in self.columns if column.meaning)
         return len(saved.columns[name])
 
-    def rows(self, saved: SavedTable) -> Mapping[int, NDArray[np.int64]]:
+    def rows_by_owner(self, saved: SavedTable) -> Mapping[int, NDArray[np.int64]]:
         """Return the rows in a file that belong to each owner."""
-        return saved.rows(self.dimensions[0], self._owner_name)
+        return saved.rows(self.dimension, self._owner_name)
 
-    def read(self, saved: SavedTable, axes: Axes, rows: Any) -> dict[str, Any]:
+    def fields(self, saved: SavedTable, axes: Axes, rows: Any) -> dict[str, Any]:
         """Return the fields of the item in a row of a file, or in many rows if `joined`."""
         result = {}
         for column in self.columns:
             if column.meaning and not column.derived:
-                values = column.stored(self._name(column), self.dimensions, saved, axes)[rows]
+                values = column.stored(self._name(column), (self.dimension,), saved, axes)[rows]
                 result[column.key] = values if self.joined else column.item(values)
         return nested(result)
+
+    def all_fields(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
+        """Yield the fields of each item; of what it owns, a tuple of items."""
+        owned = [(key, table, table.rows_by_owner(saved)) for key, table in self.owned.items()]
+        rows = None if self.rows is None else self.rows.rows_by_owner(saved)
+        for row in range(self.count(saved)):
+            result = self.fields(saved, axes, row)
+            number = int(saved.columns[self.dimension][row]) if self.rows or owned else 0
+            if self.rows is not None and rows is not None:
+                result |= self.rows.fields(saved, axes, rows[number])
+            for key, table, own in owned:
+                items = (table.kind(**table.fields(saved, axes, each)) for each in own[number])
+                result[key] = tuple(items)
+            yield result
+
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return an array for each column."""
+        table, items, axes = self.bound(result), getattr(result, key), axes_of(result)
+        if not self.owners:
+            return table.arrays(items, axes)
+        owned = [(place, item) for place, own in enumerate(items) for item in own]
+        return table.arrays([item for _, item in owned], axes, [place for place, _ in owned])
+
+    def names(self, key: str) -> set[str]:
+        """Return the names of the arrays of its columns."""
+        return {self.dimension, *(item.name or self.prefix + item.key for item in self.columns)}
+
+    def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Any, ...]:
+        """Return the items."""
+        table = self.bound(result)
+        items = [self.kind(**fields) for fields in table.all_fields(saved, axes_of(result))]
+        if not self.owners:
+            return tuple(items)
+        rows, count = table.rows_by_owner(saved), len(getattr(result, self.owners))
+        return tuple(tuple(items[row] for row in rows[place]) for place in range(count))
+
+    def record(self, result: Any, key: str) -> list[dict[str, Any]]:
+        """Return a record for each item."""
+        table = self.bound(result)
+        return [table.record_of(item) for item in getattr(result, key)]
 
     def _name(self, column: Column) -> str:
         return column.name or self.prefix + column.key
 
     @property
-    def own(self) -> int:
-        """Axes of rows that an item itself has."""
-        return len(self.dimensions) if self.joined else 0
-
-    @property
     def _owner_name(self) -> str:
         assert self.owner is not None
-        return f"{self.owner[0]}_of_{self.dimensions[0]}"
-
-
-@dataclass(frozen=True)
-class Owners:
-    """Numbered items, each with rows of its own, and the tables of other items that it owns."""
-
-    items: ItemTable
-    rows: ItemTable | None = None
-    """Rows that an item has itself, such as the points of a curve."""
-    owned: Mapping[str, ItemTable] = dataclasses.field(default_factory=dict)
-    """Tables of what an item owns, by attribute."""
-
-    def variables(self, items: Sequence[Any], axes: Axes) -> dict[str, Variable]:
-        """Return the arrays of items, of their rows and of what they own."""
-        result = self.items.variables(items, axes)
-        if self.rows is not None:
-            result |= self.rows.variables(items, axes, [item.id for item in items])
-        for key, table in self.owned.items():
-            owned = [(item.id, own) for item in items for own in getattr(item, key)]
-            numbers = [number for number, _ in owned]
-            result |= table.variables([own for _, own in owned], axes, numbers)
-        return result
-
-    def read(self, saved: SavedTable, axes: Axes) -> Iterator[dict[str, Any]]:
-        """Yield the fields of each item; for what it owns, a list of fields."""
-        tables = {key: (table, table.rows(saved)) for key, table in self.owned.items()}
-        rows = None if self.rows is None else self.rows.rows(saved)
-        for row, number in enumerate(saved.columns[self.items.dimensions[0]].tolist()):
-            fields = self.items.read(saved, axes, row)
-            if self.rows is not None and rows is not None:
-                fields |= self.rows.read(saved, axes, rows[number])
-            for key, (table, owned) in tables.items():
-                fields[key] = [table.read(saved, axes, each) for each in owned[number]]
-            yield fields
-
-
-def nested(flat: dict[str, Any]) -> dict[str, Any]:
-    """Return values by keys with dots as nested dictionaries.
-
-    >>> nested({"id": 1, "started.kind": "span", "started.value": 0.5})
-    {'id': 1, 'started': {'kind': 'span', 'value': 0.5}}
-    """
-    result: dict[str, Any] = {}
-    for key, value in flat.items():
-        *outer, last = key.split(".")
-        place = result
-        for name in outer:
-            place = place.setdefault(name, {})
-        place[last] = value
-    return result
-
-
-def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[str, Variable]:
-    """Return the labels of a dimension along which quantities stand: name, unit, meaning."""
-    columns = (
-        Column("name", TEXT, f"name of the {dimension}", name=dimension, label=True),
-        Column("unit", TEXT, f"unit of the {dimension}, empty for a number",
-               name=f"{dimension}_units", label=True),
-        Column("doc", TEXT, f"meaning of the {dimension}",
-               name=f"{dimension}_long_name", label=True),
-    )  # fmt: skip
-    return ItemTable((dimension,), columns).variables(items, {})
-
-
-def axes_of(model: Model, vary: Sequence[str] = (), nodes: int = 0) -> dict[str, list[str]]:
-    """Return the labels along the dimensions that results share."""
-    states = [headed(item) for item in model.states]
-    result = {
-        "state": states,
-        "output": [*states, *(headed(item) for item in model.outputs())],
-        "multiplier": [str(number) for number in range(1, len(states) + 1)],
-        "by_parameter": [headed(item) for item in model.parameters],
-        "parameter": [headed(model.parameter(name)) for name in vary],
-    }
-    return result | ({"node": [""] * nodes} if nodes else {})
-
-
-def meaning_of(parameter: Parameter) -> str:
-    """Return the meaning of a parameter."""
-    return f"{parameter.name}: {parameter.doc}" if parameter.doc else parameter.name
-
-
-REFERENCE = re.compile(r"\{(\w+)(?:\[(\d)\])?\}")
-"""Reference to a parameter or state by the attribute that names it: ``{vary}``, ``{axes[0]}``."""
-
-
-class Declared(Protocol):
-    """Attributes of a result that its fields use."""
-
-    arrays: ClassVar[Mapping[str, Any]]
-    """Attributes that are arrays, besides fields that are declared so."""
-
-    @property
-    def model(self) -> Model:
-        """The model."""
-
-    def _variable_name(self, item: Parameter | State) -> str:
-        """Return the name of the variable of a parameter or state."""
-
-
-class ResultPart:
-    """How one attribute of a result is written as arrays, and read back from them."""
-
-    doc = ""
-    """Text of a docstring."""
-
-    def variables(self, result: Any, key: str) -> Mapping[str, Variable]:
-        """Return the arrays of an attribute."""
-        return {}
-
-    def names(self, key: str) -> set[str]:
-        """Return names of its arrays and dimensions, besides those named for a parameter."""
-        return set()
-
-    def attributes(self, result: Any, key: str) -> dict[str, Any]:
-        """Return the attributes of the file that it needs besides its arrays."""
-        return {}
-
-    def read(self, saved: SavedTable, result: Any, key: str) -> Any:
-        """Return the attribute; those that were declared before it are there."""
-        raise NotImplementedError
-
-    def record(self, result: Any, key: str) -> Any:
-        """Return it as records hold it; nothing where they hold its parts."""
-        return None
-
-    def described(self) -> str:
-        """Return the text of a docstring."""
-        return self.doc
-
-
-@cache
-def parts_of(kind: type[Declared]) -> dict[str, ResultPart]:
-    """Return how attributes of a class are written as arrays, in the order of its fields."""
-    hints = get_type_hints(kind, include_extras=True)
-    notes = {name: getattr(hint, "__metadata__", ()) for name, hint in hints.items()}
-    declared = {
-        name: note[0] for name, note in notes.items() if note and isinstance(note[0], ResultPart)
-    }
-    own = dataclasses.fields(cast(Any, kind))
-    return {item.name: declared[item.name] for item in own if item.name in declared} | {
-        **kind.arrays
-    }
+        return f"{self.owner[0]}_of_{self.dimension}"
 
 
 @dataclass(frozen=True)
 class Entry(ResultPart):
-    """An attribute that is an array, as the note of its type: ``Annotated[Array, Field(...)]``.
+    """An attribute that is an array, as the note of its type: ``Annotated[Array, Entry(...)]``.
 
     References such as ``{vary}`` stand for the parameter that an attribute names.
     """
@@ -397,53 +380,51 @@ class Entry(ResultPart):
         shape = f"({', '.join(names)}{',' * (len(names) == 1)})"
         return f"{text}, shape {shape}{'; ' * bool(self.more)}{self.more}."
 
-    def variables(self, result: Declared, key: str) -> dict[str, Variable]:
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return its array; of a complex one both parts."""
         column = self._column(result, key)
         values: NDArray[Any] = np.asarray(getattr(result, key), column.kind.type)
-        return column.variables(column.key, self._dimensions(result), values)
+        return column.variables(column.name or key, self._dimensions(result), values)
 
     def names(self, key: str) -> set[str]:
         """Return the names of its array and its dimensions."""
         return {each for each in (self.name or key, *self.dimensions.split()) if "{" not in each}
 
-    def read(self, saved: SavedTable, result: Declared, key: str) -> Any:
+    def read(self, saved: SavedTable, result: Any, key: str) -> Any:
         """Return the array, or a tuple if the field is one."""
         column, dimensions = self._column(result, key), self._dimensions(result)
-        values = column.stored(column.key, dimensions, saved, axes_of(result.model))
-        kind = types_of(type(result))[key]
+        values = column.stored(column.name or key, dimensions, saved, axes_of(result))
+        kind = types_of(_declaring(result))[key]
         if get_origin(kind) is tuple:
             return tuple(values.tolist())
         return values.astype(object) if _element(kind) is np.object_ else values
 
-    def record(self, result: Declared, key: str) -> Any:
+    def record(self, result: Any, key: str) -> Any:
         """Return the array; of text None where it is empty."""
         value = getattr(result, key)
         text = self._column(result, key).kind is TEXT
         return _without_empty(np.asarray(value).tolist()) if text else value
 
-    def _dimensions(self, result: Declared) -> tuple[str, ...]:
+    def _dimensions(self, result: Any) -> tuple[str, ...]:
         return tuple(bound(self.dimensions, result, result._variable_name).split())
 
-    def _column(self, result: Declared, key: str) -> Column:
-        name = bound(self.name or key, result, result._variable_name)
-        types = types_of(type(result))
+    def _column(self, result: Any, key: str) -> Column:
+        types = types_of(_declaring(result))
         kind = self.kind or (KINDS[_element(types[key])] if key in types else REAL)
-        column = Column(name, kind, self.meaning, self.unit, label=self.label)
-        head = None if self.head is None else bound(self.head, result, lambda item: item.name)
-        return replace(_bound_column(column, result), head=head)
-
-
-KINDS: dict[Any, ValueType] = {
-    np.float64: REAL, np.complex128: COMPLEX, np.int64: WHOLE, np.bool_: TRUTH, np.str_: TEXT,
-    np.object_: TEXT, str: TEXT, float: REAL, int: WHOLE,
-}  # fmt: skip
+        column = Column(
+            key, kind, self.meaning, self.unit, name=self.name, label=self.label, head=self.head
+        )
+        return column.bound(result)
 
 
 def _element(kind: Any) -> Any:
     """Return the type of the elements of an array or a tuple."""
     inner = get_args(kind)
     return get_args(inner[1])[0] if get_origin(kind) is np.ndarray else inner[0]
+
+
+def _without_empty(value: Any) -> Any:
+    return [_without_empty(item) for item in value] if isinstance(value, list) else value or None
 
 
 def axis(reference: str) -> Entry:
@@ -463,7 +444,7 @@ class Labels(ResultPart):
         along = "" if self.dimension is None else f", one a {self.dimension}"
         return f"Values of parameters by name{along}."
 
-    def variables(self, result: Declared, key: str) -> dict[str, Variable]:
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return the values as labels."""
         found: dict[str, Variable] = {}
         for name, values in getattr(result, key).items():
@@ -477,90 +458,136 @@ class Labels(ResultPart):
         """Return the dimension, if it is not named for a parameter."""
         return set() if self.dimension is None else {self.dimension}
 
-    def attributes(self, result: Declared, key: str) -> dict[str, Any]:
+    def attributes(self, result: Any, key: str) -> dict[str, Any]:
         """Return the names of the parameters."""
         return {key: " ".join(getattr(result, key))}
 
-    def read(self, saved: SavedTable, result: Declared, key: str) -> dict[str, NDArray[Any]]:
+    def read(self, saved: SavedTable, result: Any, key: str) -> dict[str, NDArray[Any]]:
         """Return the values by name."""
         items = [result.model.parameter(name) for name in str(saved.attributes[key]).split()]
         return {item.name: saved.columns[result._variable_name(item)] for item in items}
 
-    def record(self, result: Declared, key: str) -> Any:
+    def record(self, result: Any, key: str) -> Any:
         """Return the values by name."""
         return getattr(result, key)
 
 
 @dataclass(frozen=True)
-class Items(ResultPart):
-    """An attribute with many items of one class, each a row; or a tuple of them for each owner."""
+class Nested(ResultPart):
+    """An attribute that has declared attributes itself, or is None."""
 
-    dimension: str
     kind: Callable[..., Any]
-    columns: Sequence[Column]
-    prefix: str = ""
+    parts: Mapping[str, ResultPart]
+    """Declarations of its attributes."""
     doc: str = ""
     """Text of a docstring."""
-    owner: tuple[str, str, str] | None = None
-    """Name of the owners, meaning of their number, and an attribute with one entry an owner."""
+    given: Mapping[str, Callable[[SavedTable, Any], Any]] = field(default_factory=dict)
+    """Functions that return other attributes from the file and the result."""
 
-    def table(self, result: Declared) -> ItemTable:
-        """Return the table with its references replaced."""
-        columns = tuple(_bound_column(item, result) for item in self.columns)
-        owner = None if self.owner is None else self.owner[:2]
-        return ItemTable((self.dimension,), columns, self.prefix, owner)
-
-    def variables(self, result: Declared, key: str) -> dict[str, Variable]:
-        """Return an array for each column."""
-        table, items = self.table(result), getattr(result, key)
-        if self.owner is None:
-            return table.variables(items, axes_of(result.model))
-        owned = [(place, item) for place, own in enumerate(items) for item in own]
-        owners = [place for place, _ in owned]
-        return table.variables([item for _, item in owned], axes_of(result.model), owners)
+    def variables(self, result: Any, key: str) -> dict[str, Variable]:
+        """Return the arrays of all its attributes."""
+        item, found = getattr(result, key), dict[str, Variable]()
+        if item is not None:
+            for name, part in self.parts.items():
+                found |= part.variables(_Inner(result, item, self.kind), name)
+        return found
 
     def names(self, key: str) -> set[str]:
-        """Return the names of the arrays of its columns."""
-        return {self.dimension, *(item.name or self.prefix + item.key for item in self.columns)}
+        """Return the names of its arrays and dimensions."""
+        return set().union(*(part.names(name) for name, part in self.parts.items()))
 
-    def read(self, saved: SavedTable, result: Declared, key: str) -> tuple[Any, ...]:
-        """Return the items."""
-        table, axes = self.table(result), axes_of(result.model)
-        found = [self.kind(**table.read(saved, axes, row)) for row in range(table.count(saved))]
-        if self.owner is None:
-            return tuple(found)
-        rows, count = table.rows(saved), len(getattr(result, self.owner[2]))
-        return tuple(tuple(found[row] for row in rows[place]) for place in range(count))
-
-    def record(self, result: Declared, key: str) -> list[dict[str, Any]]:
-        """Return a record for each item."""
-        table = self.table(result)
-        return [table.record(item) for item in getattr(result, key)]
-
-
-def _without_empty(value: Any) -> Any:
-    return [_without_empty(item) for item in value] if isinstance(value, list) else value or None
+    def read(self, saved: SavedTable, result: Any, key: str) -> Any:
+        """Return the attribute, None if the file has nothing of it."""
+        entries = {name: part for name, part in self.parts.items() if isinstance(part, Entry)}
+        if not {part.name or name for name, part in entries.items()} & set(saved.columns):
+            return None
+        item = SimpleNamespace(**{name: get(saved, result) for name, get in self.given.items()})
+        for name, part in self.parts.items():
+            vars(item)[name] = part.read(saved, _Inner(result, item, self.kind), name)
+        for values in vars(item).values():
+            if isinstance(values, np.ndarray):
+                values.setflags(write=False)
+        return self.kind(**vars(item))
 
 
-def _bound_column(column: Column, result: Declared) -> Column:
-    """Return a column with the references in its meaning and unit replaced."""
-    unit = column.unit
-    if unit is not None:
-        unit = bound(unit, result, lambda item: item.unit)
-    return replace(column, meaning=bound(column.meaning, result, meaning_of), unit=unit)
+class _Inner:
+    """A nested attribute; what it lacks is that of the result that holds it."""
+
+    def __init__(self, result: Any, item: Any, kind: Any) -> None:
+        self.result, self.item, self.kind = result, item, kind
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.item if hasattr(self.item, name) else self.result, name)
 
 
-def bound(text: str, result: Declared, shown: Callable[[Any], str]) -> str:
+def _declaring(result: Any) -> Any:
+    """Return the class whose fields are declared."""
+    return result.kind if isinstance(result, _Inner) else type(result)
+
+
+def nested(flat: dict[str, Any]) -> dict[str, Any]:
+    """Return values by keys with dots as nested dictionaries.
+
+    >>> nested({"id": 1, "started.kind": "span", "started.value": 0.5})
+    {'id': 1, 'started': {'kind': 'span', 'value': 0.5}}
+    """
+    result: dict[str, Any] = {}
+    for key, value in flat.items():
+        *outer, last = key.split(".")
+        place = result
+        for name in outer:
+            place = place.setdefault(name, {})
+        place[last] = value
+    return result
+
+
+def names(dimension: str, items: Iterable[Parameter | State | Output]) -> dict[str, Variable]:
+    """Return the labels of a dimension along which quantities stand: name, unit, meaning."""
+    columns = (
+        Column("name", TEXT, f"name of the {dimension}", name=dimension, label=True),
+        Column("unit", TEXT, f"unit of the {dimension}, empty for a number",
+               name=f"{dimension}_units", label=True),
+        Column("doc", TEXT, f"meaning of the {dimension}",
+               name=f"{dimension}_long_name", label=True),
+    )  # fmt: skip
+    return Items(dimension, columns).arrays(items, {})
+
+
+def axes_of(result: Any, nodes: int = 0) -> dict[str, list[str]]:
+    """Return the labels along the dimensions that results share."""
+    model: Model = result.model
+    states = [headed(item) for item in model.states]
+    vary = getattr(result, "vary", ())
+    return {
+        "state": states,
+        "output": [*states, *(headed(item) for item in model.outputs())],
+        "multiplier": [str(number) for number in range(1, len(states) + 1)],
+        "by_parameter": [headed(item) for item in model.parameters],
+        "parameter": [
+            headed(model.parameter(name)) for name in ((vary,) if isinstance(vary, str) else vary)
+        ],
+        **({"node": [""] * nodes} if nodes else {}),
+    }
+
+
+def meaning_of(parameter: Parameter | State) -> str:
+    """Return the meaning of a parameter."""
+    return f"{parameter.name}: {parameter.doc}" if parameter.doc else parameter.name
+
+
+def bound(text: str, result: Any, shown: Callable[[Any], str]) -> str:
     """Return a text with its references replaced by what `shown` returns of them."""
 
     def found(match: re.Match[str]) -> str:
         value = getattr(result, match[1])
         if match[2] is not None:
             value = value[int(match[2])]
-        if not isinstance(value, str):
-            return shown(value)
-        known: dict[str, Parameter | State] = {item.name: item for item in result.model.states}
-        known |= {item.name: item for item in result.model.parameters}
-        return shown(known[value]) if value in known else value
+        if isinstance(value, str):
+            known: dict[str, Parameter | State] = {item.name: item for item in result.model.states}
+            known |= {item.name: item for item in result.model.parameters}
+            if match[1] == "thing" or value not in known:
+                return value
+            value = known[value]
+        return value.name if match[3] else shown(value)
 
     return REFERENCE.sub(found, text)

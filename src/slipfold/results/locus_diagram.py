@@ -25,19 +25,18 @@ from slipfold.results.fields import (
     TRUTH,
     WHOLE,
     Column,
-    ItemTable,
-    Owners,
-    ResultPart,
+    Entry,
+    Items,
+    Nested,
     axes_of,
-    meaning_of,
     names,
 )
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.tables import Frame, Variable
 from slipfold.text import PrintedTable, capitalized
 
-CHECKS = ItemTable(
-    ("check",),
+CHECKS = Items(
+    "check",
     (
         Column("values", meaning="values of the parameters", dimensions=("parameter",),
                name="check_value", record=True),
@@ -48,11 +47,12 @@ CHECKS = ItemTable(
         Column("note", TEXT, "what happened", record=True),
     ),
     "check_",
-    ("region", "region it lies in"),
+    RegionCheck,
+    owner=("region", "region it lies in"),
 )  # fmt: skip
 
-MOTIONS = ItemTable(
-    ("motion",),
+MOTIONS = Items(
+    "motion",
     (
         Column("values", meaning="values of the parameters", dimensions=("parameter",),
                name="motion_value", record=True),
@@ -62,11 +62,12 @@ MOTIONS = ItemTable(
                unit="1/forcing period", optional=True, record=True),
     ),
     "motion_",
-    ("region", "region it lies in"),
+    RegionMotion,
+    owner=("region", "region it lies in"),
 )  # fmt: skip
 
-REGIONS = ItemTable(
-    ("region",),
+REGIONS = Items(
+    "region",
     (
         Column("id", WHOLE, "number of the region", name="region", label=True, record=True),
         Column("stable", WHOLE, "periods of the stable responses, 0: no more", "", ("stable",),
@@ -82,70 +83,43 @@ REGIONS = ItemTable(
                record=True),
         Column("consistent", TRUTH, "whether all responses across it agree on its label",
                record=True),
-        Column("checks", get=lambda region: [CHECKS.record(check) for check in region.checks],
+        Column("checks", get=lambda region: [CHECKS.record_of(check) for check in region.checks],
                record=True),
         Column("regimes", record=True),
-        Column("motions", get=lambda region: [MOTIONS.record(motion) for motion in region.motions],
-               record=True),
+        Column("motions", record=True,
+               get=lambda region: [MOTIONS.record_of(motion) for motion in region.motions]),
     ),
     "region_",
+    Region,
+    owned={"checks": CHECKS, "motions": MOTIONS},
 )  # fmt: skip
 
 
-OWNERS = Owners(REGIONS, owned={"checks": CHECKS, "motions": MOTIONS})
-
-
-def _cells(model: Model, vary: tuple[str, str]) -> tuple[ItemTable, ...]:
-    """The axes of the plane, and which region a cell belongs to."""
-    axes = []
-    for axis, name in zip(("first", "second"), vary, strict=True):
-        parameter = model.parameter(name)
-        values = Column(axis, meaning=meaning_of(parameter), unit=parameter.unit, label=True)
-        axes.append(ItemTable((axis,), (values,), joined=True))
-    about = "region that the cell belongs to, 0: not known"
-    labels = Column("labels", WHOLE, about, name="region_of_cell")
-    return *axes, ItemTable(("second", "first"), (labels,), joined=True)
-
-
-@dataclass(frozen=True)
-class Regions(ResultPart):
+class Regions(Nested):
     """The regions of a plane as an attribute, which may be None."""
-
-    doc = "Which stable responses exist where; None if that was not requested."
-
-    def variables(self, result: Any, key: str) -> dict[str, Variable]:
-        """Return the regions with their names, units and meanings."""
-        regions: RegionMap | None = getattr(result, key)
-        if regions is None:
-            return {}
-        axes, variables = axes_of(result.model, result.vary), dict[str, Variable]()
-        for table in _cells(result.model, result.vary):
-            variables |= table.variables([regions], axes)
-        variables |= OWNERS.variables(regions.regions, axes)
-        return variables
 
     def record(self, result: Any, key: str) -> list[dict[str, Any]] | None:
         """Return a record of each region; None if they were not requested."""
         regions: RegionMap | None = getattr(result, key)
-        return None if regions is None else [REGIONS.record(item) for item in regions.regions]
+        return None if regions is None else [REGIONS.record_of(item) for item in regions.regions]
 
     def read(self, saved: SavedTable, result: Any, key: str) -> RegionMap | None:
         """Return the regions."""
-        if not {"region", "region_of_cell"} & set(saved.columns):
-            return None
-        axes = axes_of(saved.model, result.vary)
-        first, second, cells = _cells(saved.model, result.vary)
-        fields = first.read(saved, axes, ...) | second.read(saved, axes, ...)
-        fields |= cells.read(saved, {**axes, **fields}, ...)
-        labels, count = fields["labels"], REGIONS.count(saved)
-        if labels.size and not 0 <= labels.min() <= labels.max() <= count:
-            raise ValueError("region_of_cell names a region that there is not")
-        regions = []
-        for entries in OWNERS.read(saved, axes):
-            entries["checks"] = tuple(RegionCheck(**each) for each in entries["checks"])
-            entries["motions"] = tuple(RegionMotion(**each) for each in entries["motions"])
-            regions.append(Region(**entries))
-        return RegionMap(**fields, regions=tuple(regions))
+        regions: RegionMap | None = super().read(saved, result, key)
+        if regions is not None and regions.labels.size:
+            low, high = regions.labels.min(), regions.labels.max()
+            if not 0 <= low <= high <= len(regions.regions):
+                raise ValueError("region_of_cell names a region that there is not")
+        return regions
+
+
+REGION_MAP = Regions(RegionMap, {
+    "first": Entry("first", "{vary[0]}", "{vary[0]}", label=True),
+    "second": Entry("second", "{vary[1]}", "{vary[1]}", label=True),
+    "labels": Entry("second first", "region that the cell belongs to, 0: not known",
+                    name="region_of_cell", head="labels"),
+    "regions": REGIONS,
+}, doc="Which stable responses exist where; None if that was not requested.")  # fmt: skip
 
 
 FROM_A_CYCLE = (
@@ -183,14 +157,14 @@ class LabeledLocus(NamedTuple):
         return self.point._repr_html_()
 
 
-FORMS = ItemTable(
-    ("normal_form",),
+FORMS = Items(
+    "normal_form",
     (
         Column("name", TEXT, "name of the coefficient", get=itemgetter(1)),
         Column("value", meaning="the coefficient", get=itemgetter(2)),
     ),
     "normal_form_",
-    ("special", "row of the special point, from 0"),
+    owner=("special", "row of the special point, from 0"),
 )
 """Coefficients of normal forms of all special points."""
 
@@ -209,16 +183,16 @@ class Loci(CurveList):
         return {
             **names("parameter", [model.parameter(name) for name in vary]),
             **super().variables(result, key),
-            **FORMS.variables(forms, axes_of(model, vary), [row for row, _, _ in forms]),
+            **FORMS.arrays(forms, axes_of(result), [row for row, _, _ in forms]),
         }
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[Locus, ...]:
         """Return the loci."""
-        forms, found, row = FORMS.rows(saved), [], 0
+        forms, found, row = FORMS.rows_by_owner(saved), [], 0
         for locus in super().read(saved, result, key):
             points = []
             for point in locus.special:
-                pairs = [FORMS.read(saved, {}, each) for each in forms[row]]
+                pairs = [FORMS.fields(saved, {}, each) for each in forms[row]]
                 named = {pair["name"]: pair["value"] for pair in pairs}
                 points.append(replace(point, coefficients=named))
                 row += 1
@@ -276,7 +250,7 @@ class LocusDiagram(CurveDiagram):
     vary: Annotated[tuple[str, str], "Names of the two parameters."]
     window: Annotated[Window, "Lowest and highest value of each."]
     loci: Annotated[tuple[Locus, ...], Loci()]
-    regions: Annotated[RegionMap | None, Regions()]
+    regions: Annotated[RegionMap | None, REGION_MAP]
     settings: Settings
     provenance: Provenance
     interrupted: bool = False
@@ -371,7 +345,7 @@ class LocusDiagram(CurveDiagram):
             "interrupted": self.interrupted,
             **({"missing": self.missing} if self.missing else {}),
             "loci": Loci().record(self, "loci"),
-            "regions": Regions().record(self, "regions"),
+            "regions": REGION_MAP.record(self, "regions"),
         }
 
     def _frame(self) -> Frame:

@@ -17,19 +17,18 @@ from slipfold.models.model import Model
 from slipfold.parameter_space.least_squares import Estimate
 from slipfold.parameter_space.measurement import Measurement, Quantity
 from slipfold.parameter_space.stable_orbits import best_rows, covariance_of
-from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable, ResultPart
-from slipfold.results.records import Provenance, SavedTable
+from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, Nested
+from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.results.tables import Variable
 from slipfold.text import PrintedTable, capitalized, headed, listed, number_text, with_unit
 
-QUANTITIES = Items("quantity", Quantity, (
+QUANTITIES = Items("quantity", (
     Column("text", TEXT, "what is measured of which output", name="quantity", label=True, get=str,
            derived=True),
     Column("measure", TEXT, "what is measured"),
     Column("output", TEXT, "output of which it is measured"),
     Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True),
-), "quantity_", doc="What would be measured.")  # fmt: skip
+), "quantity_", Quantity, doc="What would be measured.")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -203,7 +202,7 @@ class MeasurementPlan(Result):
         return super()._record() | {"quantities": [str(item) for item in self.quantities]}
 
 
-ESTIMATES = Items("fitted", Estimate, (
+ESTIMATES = Items("fitted", (
         Column("name", TEXT, "name of the parameter", name="fitted", label=True, record=True),
         Column("unit", TEXT, "its unit, empty for a number", name="fitted_units", label=True,
                record=True),
@@ -216,54 +215,32 @@ ESTIMATES = Items("fitted", Estimate, (
         Column("most", REAL, "upper bound that was given", name="fitted_most", record=True),
         Column("correlation", REAL, "with each of the other parameters", "",
                ("other",), name="fitted_correlation", record=True),
-), doc="The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard error), ``low`` "
-   "and ``high`` (interval of 95 % confidence), ``least`` and ``most`` (bounds that were given), "
-   "``correlation`` with each of the parameters.")  # fmt: skip
-
-ROWS = (
-    Column("values", REAL, "value of the parameter", name="value", label=True),
-    Column("readings", REAL, "what was measured", None, ("quantity",), head="read"),
-    Column("errors", REAL, "standard deviations of the readings", None, ("quantity",),
-           head="error of"),
-    Column("sweep", TEXT, "how the parameter reached its value"),
-)  # fmt: skip
-"""What was measured."""
+), kind=Estimate, doc="The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard "
+   "error), ``low`` and ``high`` (interval of 95 % confidence), ``least`` and ``most`` (bounds "
+   "that were given), ``correlation`` with each of the parameters.")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class MeasuredRows(ResultPart):
+class MeasuredRows(Nested):
     """A measurement as an attribute."""
-
-    doc = "What was measured."
-
-    def names(self, key: str) -> set[str]:
-        """Return the names of its arrays."""
-        return {"row", "quantity", "value", "readings", "errors", "sweep"}
-
-    def variables(self, result: Any, key: str) -> dict[str, Variable]:
-        """Return what was measured."""
-        seen: Measurement = getattr(result, key)
-        values = replace(ROWS[0], unit=seen.unit, head=seen.vary)
-        table = ItemTable(("row",), (values, *ROWS[1:]), joined=True)
-        quantities = QUANTITIES.table(result).variables(seen.quantities, {})
-        return quantities | table.variables([seen], {})
 
     def attributes(self, result: Any, key: str) -> dict[str, Any]:
         """Return the parameter that was varied, and why the measurement ended."""
-        seen: Measurement = getattr(result, key)
-        return {"vary": seen.vary, "measurement_stopped": json.dumps(seen.stopped)}
+        measured: Measurement = getattr(result, key)
+        return {"vary": measured.vary, "measurement_stopped": json.dumps(measured.stopped)}
 
-    def read(self, saved: SavedTable, result: Any, key: str) -> Measurement:
-        """Return the measurement."""
-        table = QUANTITIES.table(result)
-        quantities = [Quantity(**table.read(saved, {}, row)) for row in range(table.count(saved))]
-        fields = ItemTable(("row",), ROWS, joined=True).read(saved, {}, ...)
-        fields["sweep"] = tuple(fields["sweep"].tolist())
-        vary = result.model.parameter(str(saved.attributes["vary"]))
-        stopped = json.loads(saved.attributes["measurement_stopped"])
-        return Measurement(
-            vary=vary.name, unit=vary.unit, quantities=tuple(quantities), stopped=stopped, **fields
-        )
+
+MEASUREMENT = MeasuredRows(Measurement, {
+    "quantities": QUANTITIES,
+    "values": Entry("row", "value of the parameter", "{vary}", name="value", label=True,
+                    head="{vary}"),
+    "readings": Entry("row quantity", "what was measured", head="read"),
+    "errors": Entry("row quantity", "standard deviations of the readings", head="error of"),
+    "sweep": Entry("row", "how the parameter reached its value"),
+}, "What was measured.", {
+    "vary": lambda saved, _: str(saved.attributes["vary"]),
+    "unit": lambda saved, result: result.model.parameter(str(saved.attributes["vary"])).unit,
+    "stopped": lambda saved, _: json.loads(saved.attributes["measurement_stopped"]),
+})  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -296,7 +273,7 @@ class Fit(Result):
     recorded = ("scatter", "converged", "message", "predicted", "period", "used")
 
     model: Model
-    measurement: Annotated[Measurement, MeasuredRows()]
+    measurement: Annotated[Measurement, MEASUREMENT]
     estimates: Annotated[tuple[Estimate, ...], ESTIMATES]
     predicted: Annotated[
         Array, Entry("row quantity", "what the fitted model predicts", more="NaN if not used")

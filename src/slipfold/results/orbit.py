@@ -2,40 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from operator import itemgetter
 from typing import Annotated, Any
 
 from slipfold.models.model import Model
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
-from slipfold.results.fields import COMPLEX, Column, ItemTable, ResultPart, axes_of
+from slipfold.results.fields import Column, Entry, Items, Nested
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Variable
 
-NODES = ItemTable(
-    ("node",),
-    (Column("nodes", meaning="states that the orbit is computed from", dimensions=("state",)),),
-    joined=True,
-)
-MULTIPLIERS = ItemTable(
-    ("multiplier",), (Column("multipliers", COMPLEX, "Floquet multipliers", ""),), joined=True
-)
+PARTS = {
+    "nodes": Entry("node state", "states that the orbit is computed from"),
+    "multipliers": Entry("multiplier", "Floquet multipliers", ""),
+}
 
 
-@dataclass(frozen=True)
-class Orbit(ResultPart):
+class Orbit(Nested):
     """An orbit as an attribute: its samples over one period, its nodes and its multipliers."""
-
-    doc = "The orbit."
 
     def names(self, key: str) -> set[str]:
         """Return the names of the arrays and dimensions."""
-        return {"time", "node", "nodes", "multipliers"}
+        return {"time", *super().names(key)}
 
     def variables(self, result: Any, key: str) -> dict[str, Variable]:
         """Return time, states and outputs over one period, the nodes and the multipliers."""
-        orbit, axes = getattr(result, key), axes_of(result.model)
+        orbit = getattr(result, key)
         items = [*result.model.states, *result.model.outputs()]
         columns = [
             Column(item.name, meaning=item.doc or item.name, unit=item.unit, get=itemgetter(place))
@@ -43,12 +36,8 @@ class Orbit(ResultPart):
         ]
         time = Column("time", meaning="time", unit="s", get=itemgetter(-1), label=True)
         seconds, values = orbit._outputs(256 * orbit.period)
-        samples = ItemTable(("time",), (*columns, time), joined=True)
-        return {
-            **samples.variables([[*values.T, seconds]], axes),
-            **NODES.variables([orbit], axes),
-            **MULTIPLIERS.variables([orbit], axes),
-        }
+        samples = Items("time", (*columns, time), joined=True)
+        return samples.arrays([[*values.T, seconds]], {}) | super().variables(result, key)
 
     def attributes(self, result: Any, key: str) -> dict[str, Any]:
         """Return the period and the parameters."""
@@ -57,14 +46,21 @@ class Orbit(ResultPart):
 
     def read(self, saved: SavedTable, result: Any, key: str) -> PeriodicOrbit:
         """Return the orbit."""
-        axes, given = axes_of(saved.model), saved.given
-        fields = NODES.read(saved, axes, ...) | MULTIPLIERS.read(saved, axes, ...)
-        if not len(fields["nodes"]):
+        orbit: PeriodicOrbit = super().read(saved, result, key)
+        if not len(orbit.nodes):
             raise ValueError("there are no nodes")
-        fields["nodes"].setflags(write=False)
-        kind = StickSlipOrbit if given.get("through_stick") else PeriodicOrbit
-        period, residual = int(given["period"]), float(given["residual"])
-        return kind(model=saved.model, period=period, residual=residual, **fields)
+        if saved.given.get("through_stick"):
+            orbit = StickSlipOrbit(
+                **{item.name: getattr(orbit, item.name) for item in fields(orbit)}
+            )
+        return orbit
+
+
+ORBIT = Orbit(PeriodicOrbit, PARTS, "The orbit.", {
+    "model": lambda saved, _: saved.model,
+    "period": lambda saved, _: int(saved.given["period"]),
+    "residual": lambda saved, _: float(saved.given["residual"]),
+})  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +72,7 @@ class SavedOrbit(Result):
     rows = "time"
 
     model: Model
-    orbit: Annotated[PeriodicOrbit, Orbit()]
+    orbit: Annotated[PeriodicOrbit, ORBIT]
     provenance: Provenance
 
     @property

@@ -76,7 +76,7 @@ class Responses(Result, Sequence["Diagram | None"]):
     title = "periodic responses of {0.model.name} over {0.vary}, many cases"
     arrays = MappingProxyType({
         "branches": Entry("case", "number of branches", "", WHOLE),
-        "special": Items("special", CasePoint, (
+        "special": Items("special", (
             Column("case", WHOLE, "case it belongs to, from 0", "", name="case_of_special",
                    label=True),
             Column("point.type", TEXT, "type of special point", name="special_type", head="type"),

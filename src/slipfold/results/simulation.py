@@ -17,23 +17,20 @@ from slipfold.flow.hybrid_trajectory import Interval
 from slipfold.flow.modes import Status, contacts_of
 from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
-from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.results.checks.checked import Checked
 from slipfold.results.fields import (
     REAL,
     TEXT,
     WHOLE,
-    Axes,
     Column,
-    Declared,
     Entry,
-    ItemTable,
-    ResultPart,
+    Items,
+    Nested,
 )
-from slipfold.results.records import Provenance, SavedTable
+from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.results.tables import Frame, Variable
+from slipfold.results.tables import Frame
 from slipfold.text import PrintedTable, capitalized
 
 if TYPE_CHECKING:
@@ -46,71 +43,21 @@ WORDS = {
 TOLD = 4
 """Intervals of stick that a summary lists of each contact."""
 
-CONTACTS = ItemTable(
-    ("contact",),
-    (Column("name", TEXT, "name of the contact", name="contact", get=str, label=True),),
-)
-MODES = ItemTable(
-    ("strobe",),
-    (
-        Column(
-            "modes", WHOLE, "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open", "",
-            ("contact",), name="modes", head=None,
-        ),
-    ),
-    joined=True,
-)  # fmt: skip
+INTERVALS = Items("interval", (
+    Column("contact", TEXT, "contact that does one thing in an interval"),
+    Column("state", TEXT, "what it does: slip, stick or free"),
+    Column("begin", REAL, "begin of the interval, {_clock}", "{_clock_unit}"),
+    Column("end", REAL, "end of the interval, {_clock}", "{_clock_unit}"),
+    Column("work", REAL, "work of friction on the structure", "J"),
+    Column("heat", REAL, "heat from friction", "J"),
+), "interval_", Interval)  # fmt: skip
 
-
-def _intervals(model: Model) -> ItemTable:
-    unit = "" if model.forced else "s"
-    since = "forcing periods since the start" if model.forced else "time since the start"
-    return ItemTable(
-        ("interval",),
-        (
-            Column("contact", TEXT, "contact that does one thing in an interval"),
-            Column("state", TEXT, "what it does: slip, stick or free"),
-            Column("begin", REAL, f"begin of the interval, {since}", unit),
-            Column("end", REAL, f"end of the interval, {since}", unit),
-            Column("work", REAL, "work of friction on the structure", "J"),
-            Column("heat", REAL, "heat from friction", "J"),
-        ),
-        prefix="interval_",
-    )
-
-
-@dataclass(frozen=True)
-class Contacts(ResultPart):
-    """Sticking contacts as an attribute; None if all contacts slip all the time."""
-
-    doc = "Status of the contacts; None if the trajectory never sticks."
-
-    def names(self, key: str) -> set[str]:
-        """Return the dimensions of its arrays."""
-        return {"contact", "interval"}
-
-    def variables(self, result: Declared, key: str) -> dict[str, Variable]:
-        """Return the arrays of the sticking of contacts."""
-        sticking: Sticking | None = getattr(result, key)
-        if sticking is None:
-            return {}
-        axes: Axes = {"contact": sticking.contacts}
-        return {
-            **CONTACTS.variables(sticking.contacts, {}),
-            **MODES.variables([sticking], axes),
-            **_intervals(result.model).variables(sticking.intervals, {}),
-        }
-
-    def read(self, saved: SavedTable, result: Declared, key: str) -> Sticking | None:
-        """Return the sticking of contacts."""
-        if not {"modes", "contact"} & set(saved.columns):
-            return None
-        contacts = tuple(str(name) for name in saved.columns["contact"])
-        (modes,) = MODES.read(saved, {"contact": contacts}, ...).values()
-        modes.setflags(write=False)
-        table = _intervals(saved.model)
-        intervals = [Interval(**table.read(saved, {}, row)) for row in range(table.count(saved))]
-        return Sticking(contacts, np.asarray(modes), tuple(intervals))
+STICKING = Nested(Sticking, {
+    "contacts": Entry("contact", "name of the contact", name="contact", label=True),
+    "modes": Entry("strobe contact", "what contacts do: 0 stick, 1 slip, -1 slip backwards, 2 open",
+                   "", head=None),
+    "intervals": INTERVALS,
+}, "Status of the contacts; None if the trajectory never sticks.")  # fmt: skip
 
 
 def stick_record(last: LastRound) -> dict[str, Any]:
@@ -182,7 +129,7 @@ class Simulation(Trajectory, Result):
         "time": Entry("strobe", "time since the start", "s", label=True),
         "strobe": Entry("strobe state", "state, at phase zero of the forcing", name="states",
                         head=""),
-        "sticking": Contacts(),
+        "sticking": STICKING,
     })  # fmt: skip
 
     settlement: Annotated[Settlement, "The steady state that was reached, if any."]
@@ -318,6 +265,15 @@ class Simulation(Trajectory, Result):
             else {"frequency": spectrum[0], "amplitude": spectrum[1]},
             "stopped": None if self.stopped is None else asdict(self.stopped),
         }
+
+    @property
+    def _clock(self) -> str:
+        """How intervals are timed."""
+        return f"{'forcing periods' if self.model.forced else 'time'} since the start"
+
+    @property
+    def _clock_unit(self) -> str:
+        return "" if self.model.forced else "s"
 
     @property
     def _count(self) -> NDArray[np.int64]:

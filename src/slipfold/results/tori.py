@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from slipfold.continuation.end import End
-from slipfold.models.model import Model
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.fields import (
     REAL,
@@ -18,11 +17,9 @@ from slipfold.results.fields import (
     TRUTH,
     WHOLE,
     Column,
-    ItemTable,
-    Owners,
+    Items,
     ResultPart,
     axes_of,
-    meaning_of,
 )
 from slipfold.results.records import SavedTable
 from slipfold.results.tables import Variable
@@ -41,100 +38,85 @@ RESONANCE_ENDS = {
 OWNER = ("torus", "branch of tori it lies on")
 
 
-def _tori(vary: str, unit: str, *, forced: bool) -> ItemTable:
-    """Table of branches of tori."""
-    return ItemTable(
-        ("torus",),
-        (
-            Column("id", WHOLE, "number of the branch of tori", name="torus", label=True,
-                   record=True),
-            Column("kind", get=lambda tori: "torus", record=True),
-            Column("period", WHOLE, "in forcing periods", "", record=True),
-            Column("parent", WHOLE, "branch that they emanate from", record=True),
-            Column("points", get=len, record=True),
-            Column("values", get=lambda tori: tori.parameter, record=True),
-            *(
-                Column(name, record=True)
-                for name in ("rotation", "frequency", "stable", "growth", "growth_error")
-            ),
-            *(() if forced else (Column("durations", record=True),)),
-            Column("truncation", record=True),
-            Column("omitted", record=True),
-            Column("minimum", get=lambda tori: _by_name(tori.extrema, 0), record=True),
-            Column("maximum", get=lambda tori: _by_name(tori.extrema, 1), record=True),
-            Column("special", get=_folds, record=True),
-            Column("locked", record=True, get=lambda tori: [
-                _resonances(vary, unit).record(item) for item in tori.locked]),
-            *(Column(f"started.{part}", record=True) for part in ("kind", "reason", "value")),
-            Column("stopped.kind", TEXT, "why they end there, in one word", record=True,
-                   name="torus_stopped_kind"),
-            Column("stopped.reason", TEXT, "why they end there", record=True,
-                   name="torus_stopped_reason"),
-            Column("stopped.value", REAL, f"{vary} where they end", unit, record=True,
-                   name="torus_stopped_value"),
-        ),
-        "torus_",
-    )  # fmt: skip
+def _by_name(extrema: Extrema, side: int) -> dict[str, Any]:
+    return {name: extrema.of(name)[side] for name in extrema.names}
 
 
-def _points(model: Model, vary: str) -> ItemTable:
-    """Return the table of the tori on a branch."""
-    parameter = model.parameter(vary)
-    return ItemTable(
-        ("torus_point",),
-        (
-            Column("parameter", REAL, meaning_of(parameter), parameter.unit, label=True,
-                   head=vary),
-            Column("rotation", REAL, "turns of the circle over the period", ""),
-            Column("frequency", REAL, "modulation frequency", "Hz", derived=True,
-                   head="modulation"),
-            *(() if model.forced else (Column("durations", REAL, LASTING, "s", head=None),)),
-            Column("circles", REAL, "states at phase zero at equal angles of the circle", None,
-                   ("angle", "state"), head=None),
-            Column("stable", TRUTH, "whether the torus attracts for certain", derived=True,
-                   head=None),
-            Column("growth", REAL, "largest exponent across the torus over the period", "",
-                   head="growth across"),
-            Column("growth_error", REAL, "estimated error of torus_growth", "",
-                   head="error of growth"),
-            Column("truncation", REAL, "how far circles fail to be invariant, in scaled states",
-                   ""),
-            Column("omitted", WHOLE, "circles left out after it, which fail to be invariant", "",
-                   head=None),
-            Column("extrema.minimum", REAL, "minimum over the whole torus", None, ("output",),
-                   name="torus_minimum", head="min"),
-            Column("extrema.maximum", REAL, "maximum over the whole torus", None, ("output",),
-                   name="torus_maximum", head="max"),
-        ),
-        "torus_",
-        OWNER,
-        joined=True,
-    )  # fmt: skip
+def _folds(tori: TorusBranch) -> list[dict[str, Any]]:
+    return [{"type": "LP", "value": value} for value in tori.folds]
 
 
-def _owners(model: Model, vary: str) -> Owners:
-    """Return the tables of tori, of their points, folds and resonances."""
-    unit = model.parameter(vary).unit
-    fold = Column("value", REAL, f"{vary} where tori have a fold", unit, get=float)
-    owned = {
-        "folds": ItemTable(("fold",), (fold,), "fold_", OWNER),
-        "locked": _resonances(vary, unit),
-    }
-    return Owners(_tori(vary, unit, forced=model.forced), _points(model, vary), owned)
+RESONANCES = Items("resonance", (
+    Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio), record=True),
+    *(
+        Column(name, REAL, f"{{vary.name}} {where}", "{vary}", record=True)
+        for name, where in RESONANCE_ENDS.items()
+    ),
+), "resonance_", owner=OWNER)  # fmt: skip
+"""Resonances that tori pass."""
+
+FOLDS = Items("fold", (
+    Column("value", REAL, "{vary.name} where tori have a fold", "{vary}", get=float),
+), "fold_", owner=OWNER)  # fmt: skip
+
+TORI = (
+    Column("id", WHOLE, "number of the branch of tori", name="torus", label=True, record=True),
+    Column("kind", get=lambda tori: "torus", record=True),
+    Column("period", WHOLE, "in forcing periods", "", record=True),
+    Column("parent", WHOLE, "branch that they emanate from", record=True),
+    Column("points", get=len, record=True),
+    Column("values", get=lambda tori: tori.parameter, record=True),
+    *(
+        Column(name, record=True)
+        for name in ("rotation", "frequency", "stable", "growth", "growth_error")
+    ),
+    Column("durations", record=True, when="cycle"),
+    Column("truncation", record=True),
+    Column("omitted", record=True),
+    Column("minimum", get=lambda tori: _by_name(tori.extrema, 0), record=True),
+    Column("maximum", get=lambda tori: _by_name(tori.extrema, 1), record=True),
+    Column("special", get=_folds, record=True),
+    Column("locked", record=True,
+           get=lambda tori: [RESONANCES.record_of(item) for item in tori.locked]),
+    *(Column(f"started.{part}", record=True) for part in ("kind", "reason", "value")),
+    Column("stopped.kind", TEXT, "why they end there, in one word", record=True,
+           name="torus_stopped_kind"),
+    Column("stopped.reason", TEXT, "why they end there", record=True, name="torus_stopped_reason"),
+    Column("stopped.value", REAL, "{vary.name} where they end", "{vary}", record=True,
+           name="torus_stopped_value"),
+)  # fmt: skip
+"""What is said of a branch of tori."""
+
+POINT = (
+    Column("parameter", REAL, "{vary}", "{vary}", label=True, head="{vary}"),
+    Column("rotation", REAL, "turns of the circle over the period", ""),
+    Column("frequency", REAL, "modulation frequency", "Hz", derived=True, head="modulation"),
+    Column("durations", REAL, LASTING, "s", head=None, when="cycle"),
+    Column("circles", REAL, "states at phase zero at equal angles of the circle", None,
+           ("angle", "state"), head=None),
+    Column("stable", TRUTH, "whether the torus attracts for certain", derived=True, head=None),
+    Column("growth", REAL, "largest exponent across the torus over the period", "",
+           head="growth across"),
+    Column("growth_error", REAL, "estimated error of torus_growth", "", head="error of growth"),
+    Column("truncation", REAL, "how far circles fail to be invariant, in scaled states", ""),
+    Column("omitted", WHOLE, "circles left out after it, which fail to be invariant", "",
+           head=None),
+    Column("extrema.minimum", REAL, "minimum over the whole torus", None, ("output",),
+           name="torus_minimum", head="min"),
+    Column("extrema.maximum", REAL, "maximum over the whole torus", None, ("output",),
+           name="torus_maximum", head="max"),
+)  # fmt: skip
+"""What is said of a torus."""
 
 
-def _resonances(vary: str, unit: str) -> ItemTable:
-    """Resonances that tori pass."""
-    return ItemTable(
-        ("resonance",),
-        (
-            Column("ratio", TEXT, "rotation number", get=lambda item: str(item.ratio), record=True),
-            *(Column(name, REAL, f"{vary} {where}", unit, record=True)
-              for name, where in RESONANCE_ENDS.items()),
-        ),
-        "resonance_",
-        OWNER,
-    )  # fmt: skip
+def _table(result: Any) -> Items:
+    """Return the table of tori, with their points, folds and resonances."""
+    columns, points = (
+        [item for item in part if not (item.when and result.model.forced)] for part in (TORI, POINT)
+    )
+    rows = Items("torus_point", points, "torus_", owner=OWNER, joined=True)
+    owned = {"folds": FOLDS, "locked": RESONANCES}
+    return Items("torus", columns, "torus_", rows=rows, owned=owned).bound(result)
 
 
 @dataclass(frozen=True)
@@ -149,8 +131,7 @@ class ToriList(ResultPart):
         if not tori:
             return {}
         longest = max(each.circles.shape[1] for each in tori)
-        axes = {**axes_of(result.model), "angle": [""] * longest}
-        return _owners(result.model, result.vary).variables(tori, axes)
+        return _table(result).arrays(tori, {**axes_of(result), "angle": [""] * longest})
 
     def read(self, saved: SavedTable, result: Any, key: str) -> tuple[TorusBranch, ...]:
         """Return the tori; none if there are none."""
@@ -158,7 +139,7 @@ class ToriList(ResultPart):
             return ()
         model, vary = saved.model, result.vary
         outputs, found = tuple(saved.columns["output"].tolist()), []
-        for fields in _owners(model, vary).read(saved, axes_of(model)):
+        for fields in _table(result).all_fields(saved, axes_of(result)):
             fields["extrema"] = Extrema(outputs, **fields["extrema"])
             fields["stopped"] = End(*fields["stopped"].values())
             angles = np.isfinite(fields["circles"][:, :, 0]).sum(axis=1)
@@ -172,8 +153,8 @@ class ToriList(ResultPart):
 
     def record(self, result: Any, key: str) -> list[dict[str, Any]]:
         """Return a record of each branch of tori."""
-        table = _tori(result.vary, "", forced=result.model.forced)
-        return [table.record(each) for each in getattr(result, key)]
+        table = _table(result)
+        return [table.record_of(each) for each in getattr(result, key)]
 
 
 def torus_sentence(tori: TorusBranch) -> str:
@@ -208,11 +189,3 @@ def _resonance(item: Locked) -> str:
     if not item.low < item.high:
         return str(item.ratio)
     return f"{item.ratio} (locked from {item.low:.10g} to {item.high:.10g})"
-
-
-def _by_name(extrema: Extrema, side: int) -> dict[str, Any]:
-    return {name: extrema.of(name)[side] for name in extrema.names}
-
-
-def _folds(tori: TorusBranch) -> list[dict[str, Any]]:
-    return [{"type": "LP", "value": value} for value in tori.folds]

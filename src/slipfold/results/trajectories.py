@@ -65,14 +65,15 @@ class LyapunovExponents(Result):
     model: Model
     estimates: Annotated[
         tuple[ExponentEstimate, ...],
-        Items("estimate", ExponentEstimate, (
+        Items("estimate", (
             Column("periods", WHOLE, "forcing periods, or intervals of the duration, since the "
                    "start", "", label=True),
             Column("exponents", REAL, "Lyapunov exponents, the largest first", "1/{per}",
                    ("exponent",), head="exponent"),
             Column("errors", REAL, "estimated errors of the exponents", "1/{per}", ("exponent",),
                    head="error"),
-        ), doc="Exponents with their errors after more and more periods; the last ones count."),
+        ), kind=ExponentEstimate,
+           doc="Exponents with their errors after more and more periods; the last ones count."),
     ]  # fmt: skip
     verdict: Annotated[
         Verdict,

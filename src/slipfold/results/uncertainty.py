@@ -14,10 +14,9 @@ from slipfold.errors import InputError
 from slipfold.models.model import Model
 from slipfold.parameter_space.distributions import Distribution, distribution_text, other_means
 from slipfold.parameter_space.sampling import INTERRUPTED, SobolIndices
-from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, ItemTable, ResultPart
-from slipfold.results.records import Provenance, SavedTable
+from slipfold.results.fields import REAL, TEXT, Column, Entry, Items, Nested
+from slipfold.results.records import Provenance
 from slipfold.results.result import Result
-from slipfold.results.tables import Variable
 from slipfold.text import PrintedTable, headed, parameter_text, with_unit
 
 LEVEL = 0.95
@@ -35,7 +34,7 @@ INDICES = {
 
 ENDS = ("low", "high")
 
-DISTRIBUTIONS = Items("uncertain", Distribution, (
+DISTRIBUTIONS = Items("uncertain", (
     Column("name", TEXT, "uncertain parameter", name="uncertain", label=True),
     Column("kind", TEXT, "normal, uniform or lognormal"),
     Column("mean", REAL, "mean of the normal or uniform distribution, median of the lognormal one"),
@@ -43,36 +42,18 @@ DISTRIBUTIONS = Items("uncertain", Distribution, (
            "the logarithm if lognormal"),
     Column("low", REAL, "smallest value of it, where it is cut off"),
     Column("high", REAL, "largest value of it, likewise"),
-), "uncertain_", doc="Distribution of each uncertain parameter.")  # fmt: skip
+), "uncertain_", Distribution, doc="Distribution of each uncertain parameter.")  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Indices(ResultPart):
-    """Sobol's indices as an attribute, which may be None."""
-
-    doc = "Sobol's indices; None if they were not requested or cannot be computed."
-
-    def names(self, key: str) -> set[str]:
-        """Return the names of the arrays."""
-        return {f"uncertain_{name}" for name in INDICES}
-
-    def variables(self, result: Any, key: str) -> dict[str, Variable]:
-        """Return an array for each index."""
-        found: SobolIndices | None = getattr(result, key)
-        columns = (
-            [] if found is None else [Column(name, REAL, INDICES[name], "") for name in INDICES]
-        )
-        return ItemTable(("uncertain",), tuple(columns), "uncertain_", joined=True).variables(
-            [found], {}
-        )
-
-    def read(self, saved: SavedTable, result: Any, key: str) -> SobolIndices | None:
-        """Return the indices."""
-        names = [f"uncertain_{name}" for name in INDICES]
-        if not set(names) & set(saved.columns):
-            return None
-        values = [saved.columns[name] for name in names]
-        return SobolIndices(tuple(item.name for item in result.distributions), *values)
+SOBOL = Nested(
+    SobolIndices,
+    {
+        name: Entry("uncertain", meaning, "", name=f"uncertain_{name}", head=name)
+        for name, meaning in INDICES.items()
+    },
+    "Sobol's indices; None if they were not requested or cannot be computed.",
+    {"names": lambda _, result: tuple(item.name for item in result.distributions)},
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,7 +126,7 @@ class ThresholdUncertainty(Result):
         tuple[float, ...],
         "Loads, values of `vary`, of which the summary states `probability_above`.",
     ]
-    indices: Annotated[SobolIndices | None, Indices()]
+    indices: Annotated[SobolIndices | None, SOBOL]
     no_indices: Annotated[str, "Why there are no indices that were requested; empty otherwise."]
     interrupted: bool
     provenance: Provenance
