@@ -42,7 +42,7 @@ def test_values_and_slopes_are_finite_and_right(formula):
     value, slope = FORMULAS[formula]
     assert values[0] == pytest.approx(value(PLACES), rel=1e-12, abs=1e-10)
     assert values[1] == pytest.approx(slope(PLACES), rel=1e-12, abs=1e-14)
-    numbers = [value_of(tree, {"x": float(place)}) for place in PLACES]
+    numbers = [value_of(tree, {"x": float(position)}) for position in PLACES]
     assert numbers == pytest.approx(list(value(PLACES)), rel=1e-12, abs=1e-10)
 
 

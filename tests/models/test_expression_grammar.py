@@ -144,17 +144,17 @@ def test_symbols_and_floats_agree(tree):
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_functions_have_series_and_derivatives(name):
-    place = 1.3 if name == "acosh" else 0.4
+    position = 1.3 if name == "acosh" else 0.4
     x = hy.expression("x")
     arguments = (x, hy.expression(0.8)) if FUNCTIONS[name].count == 2 else (x,)
     function = FUNCTIONS[name].symbolic(*arguments)
-    numeric = [place, 0.8][: len(arguments)]
-    slope = hy.cfunc([function, hy.diff(function, x)], vars=[x])(np.array([place]))
+    numeric = [position, 0.8][: len(arguments)]
+    slope = hy.cfunc([function, hy.diff(function, x)], vars=[x])(np.array([position]))
     step = 1e-6
-    ahead, behind = (FUNCTIONS[name].numeric(place + s, *numeric[1:]) for s in (step, -step))
+    ahead, behind = (FUNCTIONS[name].numeric(position + s, *numeric[1:]) for s in (step, -step))
     assert slope[0] == pytest.approx(FUNCTIONS[name].numeric(*numeric), rel=1e-14)
     assert slope[1] == pytest.approx((ahead - behind) / (2 * step), rel=1e-8)
-    flow = hy.taylor_adaptive([(x, function)], state=[place])
+    flow = hy.taylor_adaptive([(x, function)], state=[position])
     flow.propagate_until(0.05)
     assert np.isfinite(flow.state).all()
 
@@ -169,7 +169,7 @@ def test_whole_powers_have_a_series_at_zero(exponent):
 
 
 @pytest.mark.parametrize(
-    ("text", "place", "words"),
+    ("text", "position", "words"),
     [
         ("", 0, "the formula is empty"),
         ("   ", 0, "the formula is empty"),
@@ -213,11 +213,11 @@ def test_whole_powers_have_a_series_at_zero(exponent):
         ("q" + "+q" * 9000, 0, "has 18001 characters, more than 10000"),
     ],
 )
-def test_messages_say_what_is_wrong_where_and_what_to_do(text, place, words):
+def test_messages_say_what_is_wrong_where_and_what_to_do(text, position, words):
     with pytest.raises(FormulaError) as error:
         parse_formula(text)
     assert words in error.value.message
-    assert error.value.place == place
+    assert error.value.position == position
     assert "\n" not in error.value.message
 
 

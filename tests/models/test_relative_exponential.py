@@ -34,7 +34,7 @@ def test_values_and_derivatives_are_exact_to_rounding(order):
     for _ in range(order):
         formula = hy.diff(formula, x)
     found = hy.cfunc([formula], [x])(np.array([PLACES]))[0]
-    expected = [derivative(place, order) for place in PLACES]
+    expected = [derivative(position, order) for position in PLACES]
     # A handful of roundings; quotients of derivatives cancel by a few at |x| = 2.
     assert found == pytest.approx(expected, rel=(1 + 2 * order) * 1e-15, abs=0)
 

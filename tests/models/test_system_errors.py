@@ -92,7 +92,7 @@ OF_TEXT = {
 
 @pytest.mark.parametrize("name", OF_TEXT)
 def test_errors_point_at_the_place(name):
-    old, new, place, words = OF_TEXT[name]
+    old, new, position, words = OF_TEXT[name]
     assert old in TEXT
     text = TEXT.replace(old, new, 1)
     with pytest.raises(InputError) as error:
@@ -100,9 +100,9 @@ def test_errors_point_at_the_place(name):
     sentence, excerpt, carets = str(error.value).split("\n")
     for word in words:
         assert word in sentence
-    assert excerpt[carets.index("^") :].startswith(place)
+    assert excerpt[carets.index("^") :].startswith(position)
     line, column = map(int, re.match(r"line (\d+), column (\d+): ", sentence).groups())
-    assert text.splitlines()[line - 1][column - 1 :].startswith(place)
+    assert text.splitlines()[line - 1][column - 1 :].startswith(position)
     assert excerpt.startswith(f"{line:>4} | ")
 
 

@@ -88,7 +88,7 @@ def formula(text):
         found = error
     if isinstance(found, FormulaError):
         assert found.message
-        assert 0 <= found.place <= len(text)
+        assert 0 <= found.position <= len(text)
     elif len(text) < 200:
         # Comparing trees of thousands of levels would need as deep a stack.
         assert parse_formula(format_tree(found)) == found

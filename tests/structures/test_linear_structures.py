@@ -44,8 +44,8 @@ def cantilever(elements, length=1.0):
                   [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]])  # fmt: skip
     size = 2 * elements + 2
     stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
-    for place in range(elements):
-        part = slice(2 * place, 2 * place + 4)
+    for position in range(elements):
+        part = slice(2 * position, 2 * position + 4)
         stiffness[part, part] += k / h**3
         mass[part, part] += m * h / 420
     names = [f"{kind}{node}" for node in range(1, elements + 1) for kind in "wr"]
@@ -83,7 +83,7 @@ def test_modal_reduction_is_exact_for_the_kept_modes():
     squares, shapes = eigh(k, m)
     # A load that only the first three modes feel: the reduced structure must answer as the whole.
     load = m @ shapes[:, :3] @ [1.0, 2.0, -1.0]
-    direction = {f"q{place + 1}": value for place, value in enumerate(load)}
+    direction = {f"q{position + 1}": value for position, value in enumerate(load)}
     common = {"forcing": HarmonicForce(direction, F=1.0), "watch": {"tip": "q12"}, "f": 0.03}
     whole = Structure(m, ProportionalDamping(beta_K=0.05), k, **common)
     small = Structure(m, ProportionalDamping(beta_K=0.05), k, reduction=ModalReduction(3), **common)

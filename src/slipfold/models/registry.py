@@ -70,12 +70,12 @@ def _check(name: str) -> None:
 def _files() -> dict[str, Traversable]:
     """Return the file of each model that comes as one: systems, then structures."""
     models = files("slipfold.models")
-    found = {}
+    named = {}
     for folder in (models / "systems", models / "structures" / "examples"):
         names = (item.name for item in folder.iterdir())
         for name in sorted(name for name in names if name.endswith(".toml")):
-            found[name.removesuffix(".toml")] = folder / name
-    return found
+            named[name.removesuffix(".toml")] = folder / name
+    return named
 
 
 @lru_cache(maxsize=64)
@@ -164,7 +164,7 @@ def _model_in(path: Path, source: Source) -> Model | None:
 
 def _named_model(path: Path) -> Model:
     """Return the system or structure of a file that a case file names."""
-    found = _model_in(path, source_of_file(path, CASE_FILE))
-    if found is None:
+    model = _model_in(path, source_of_file(path, CASE_FILE))
+    if model is None:
         raise InputError(f"{path} holds no system or structure; give the name of a file that does")
-    return found
+    return model

@@ -70,7 +70,7 @@ class System(Model):
     Raises
     ------
     InputError
-        For anything that cannot be used, with the place.
+        For anything that cannot be used, with the position.
 
     Examples
     --------

@@ -27,7 +27,7 @@ class Unforced(Model):
 
     Its equilibria are the static points of the forced model, and can be followed in any parameter
     with their Hopf points and the cycles that emanate from them. Parameters of the forcing alone,
-    such as its amplitude and frequency, are left out; ``duration`` takes their place.
+    such as its amplitude and frequency, are left out; ``duration`` takes their position.
 
     Parameters
     ----------

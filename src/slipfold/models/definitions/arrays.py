@@ -42,7 +42,7 @@ _KEY = re.compile(r"\s*([A-Za-z_]\w*)\s*\[(.*)\]\s*", re.ASCII | re.DOTALL)
 def written_out(text: str, numbers: Numbers, offset: int = 0) -> str:
     """Return a formula with the names of elements, sums term by term, and numbers for indices.
 
-    `offset` is the place of the text in the whole formula, for errors.
+    `offset` is the position of the text in the whole formula, for errors.
 
     >>> written_out("k*(x[i-1] - 2*x[i]) + i*sum(j=1:2, a[j]^2)", {"i": 3})
     'k*(x2 - 2*x3) + 3*(a1^2 + a2^2)'
@@ -70,8 +70,8 @@ def written_out(text: str, numbers: Numbers, offset: int = 0) -> str:
 
 def _written_sum(text: str, numbers: Numbers, offset: int) -> str:
     """Write the terms of a sum: one range or more, then the term."""
-    (first, _, place), *others = _split(text, numbers, offset)
-    given = index_range(first, numbers, place)
+    (first, _, position), *others = _split(text, numbers, offset)
+    given = index_range(first, numbers, position)
     if given is None and re.match(r"\s*\w+\s*=", first) is None:
         return written_out(text, numbers, offset).strip()
     if given is None or not others:
@@ -90,28 +90,28 @@ def _written_sum(text: str, numbers: Numbers, offset: int) -> str:
 
 
 def _closing(text: str, opening: int, offset: int) -> int:
-    """Return the place of the parenthesis or bracket that closes one."""
+    """Return the position of the parenthesis or bracket that closes one."""
     pairs, wanted = {"(": ")", "[": "]"}, []
-    for place in range(opening, len(text)):
-        if text[place] in pairs:
-            wanted.append(pairs[text[place]])
-        elif text[place] == wanted[-1]:
+    for position in range(opening, len(text)):
+        if text[position] in pairs:
+            wanted.append(pairs[text[position]])
+        elif text[position] == wanted[-1]:
             wanted.pop()
             if not wanted:
-                return place
+                return position
     sign = text[opening]
     message = f"this {sign} is never closed; add a {pairs[sign]} where it ends"
     raise FormulaError(message, offset + opening)
 
 
 def _split(text: str, numbers: Numbers, offset: int) -> Iterator[tuple[str, Numbers, int]]:
-    """Yield what stands between commas that are in no parentheses: text, numbers, place."""
-    depth = begin = 0
-    for place, sign in enumerate(f"{text},"):
+    """Yield what stands between commas that are in no parentheses: text, numbers, position."""
+    depth = start = 0
+    for position, sign in enumerate(f"{text},"):
         depth += (sign in "([") - (sign in ")]")
         if sign == "," and depth == 0:
-            yield text[begin:place], numbers, offset + begin
-            begin = place + 1
+            yield text[start:position], numbers, offset + start
+            start = position + 1
 
 
 def element_name(base: str, indices: tuple[int, ...]) -> str:
@@ -137,13 +137,13 @@ def whole_number(text: str, numbers: Numbers, offset: int = 0) -> int:
         raise FormulaError(
             f"{format_tree(node)[:40]} is not an index; give whole numbers with + - * and the "
             f"names of indices and sizes, known here: {known}",
-            getattr(node, "place", 0),
+            getattr(node, "position", 0),
         )
 
     try:
         number = fold(parse_formula(text), combine)
     except FormulaError as error:
-        raise FormulaError(error.message, error.place + offset, error.length) from None
+        raise FormulaError(error.message, error.position + offset, error.length) from None
     if not 0 <= number <= BOUNDS.index:
         raise FormulaError(
             f"the index {text.strip()[:40]} is {number}; give one from 0 to {BOUNDS.index}", offset
@@ -207,12 +207,12 @@ def without_arrays(source: Source) -> Source:
             message = f"{name} is in [sizes] and [{table}]; rename one"
             raise source.error(("sizes", name), message)
     tables = {key: value for key, value in source.tables.items() if key != "sizes"}
-    places = None if source.places is None else dict(source.places)
+    locations = None if source.locations is None else dict(source.locations)
     for name in (name for name in TABLES if isinstance(tables.get(name), Mapping)):
-        tables[name] = _table(source, name, base, places)
+        tables[name] = _table(source, name, base, locations)
     if isinstance(tables.get("forcing"), Mapping):
         tables["forcing"] = _value(source, ("forcing",), tables["forcing"], base)
-    return replace(source, tables=tables, places=places)
+    return replace(source, tables=tables, locations=locations)
 
 
 def _holders(source: Source, name: str) -> list[str]:
@@ -222,7 +222,7 @@ def _holders(source: Source, name: str) -> list[str]:
 
 
 def _table(
-    source: Source, name: str, base: _Element, places: dict[Keys, Any] | None
+    source: Source, name: str, base: _Element, locations: dict[Keys, Any] | None
 ) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in source.tables[name].items():
@@ -244,8 +244,8 @@ def _table(
             result[single] = _labeled(name, match[1], element.indices, chosen)
             # Messages about an element point at the entry that it comes from.
             for part in ((), *((key,) for key in FORMULA_KEYS)):
-                if places is not None and (*path, *part) in places:
-                    places[(name, single, *part)] = places[(*path, *part)]
+                if locations is not None and (*path, *part) in locations:
+                    locations[(name, single, *part)] = locations[(*path, *part)]
         if len(result) > BOUNDS.entries:
             raise source.error((name,), f"[{name}] has more than {BOUNDS.entries} entries")
     return result
@@ -267,9 +267,9 @@ def _elements(source: Source, path: Keys, parts: list[str], base: _Element) -> l
                 raise source.error(path, message, key=True)
             longer += [
                 _Element(
-                    (*indices, number), {**numbers, name: number}, (*picks, (place, len(values)))
+                    (*indices, number), {**numbers, name: number}, (*picks, (position, len(values)))
                 )
-                for place, number in enumerate(values)
+                for position, number in enumerate(values)
             ]
             if len(longer) > BOUNDS.entries:
                 raise source.error(path[:1], f"[{path[0]}] has more than {BOUNDS.entries} entries")

@@ -170,7 +170,7 @@ def _why_not_repeated(
         )
     rates = [("states", name) for name in equations.rates]
     for angle in (name for name, item in equations.definition.states.items() if item.angle):
-        entry = _changed(equations, values, rates, turned=angle)
+        entry = _changed(equations, values, rates, angle=angle)
         if entry is not None:
             whose = "its own rate" if entry[1] == angle else f"the rate of {entry[1]}"
             return ("states", angle), (
@@ -187,9 +187,9 @@ def _changed(
     values: Mapping[str, float],
     entries: Sequence[Keys],
     later: float = 0.0,
-    turned: str = "",
+    angle: str = "",
 ) -> Keys | None:
-    """Return the first rate or output that differs periods later, or with an angle turned."""
+    """Return the first rate or output that differs later, or after a revolution of an angle."""
     if not entries:
         return None
     coefficients = equations.coefficients(values)
@@ -201,7 +201,7 @@ def _changed(
             tree = (equations.rates if table == "states" else equations.output_trees)[name]
             pairs = []
             for state, phase in points:
-                there = {**state, **({turned: state[turned] + REVOLUTION} if turned else {})}
+                there = {**state, **({angle: state[angle] + REVOLUTION} if angle else {})}
                 one = equations.value(tree, state, coefficients, phase)
                 other = equations.value(tree, there, coefficients, phase + later)
                 if math.isfinite(one) and math.isfinite(other):

@@ -369,15 +369,15 @@ class _Formulas:
         self._check_contacts(set(forces))
 
     def error(self, path: Keys, error: FormulaError) -> InputError:
-        """Return the error about a place in a formula, whose text may be inside a table."""
+        """Return the error about a position in a formula, whose text may be inside a table."""
         inner = (*path, "rate" if path[0] == "states" else "formula")
-        inside = self._source.places and inner in self._source.places
+        inside = self._source.locations and inner in self._source.locations
         return self._source.formula_error(inner if inside else path, self._texts[path], error)
 
     def _look_up(self, path: Keys) -> None:
         # Whether the period depends on states is checked later, through the named formulas as well.
         known = {*CONSTANTS, *(name for names in self._known.values() for name in names)}
-        for name, place in names_in(self.trees[path]).items():
+        for name, position in names_in(self.trees[path]).items():
             if name in known or (name == TIME and self._forced and path != PERIOD):
                 continue
             if name == TIME and self._forced:
@@ -389,7 +389,7 @@ class _Formulas:
                 )
             else:
                 message = self._unknown(name)
-            raise FormulaError(message, place, len(name))
+            raise FormulaError(message, position, len(name))
 
     def _unknown(self, name: str) -> str:
         hint = {"e": "write exp(1) for Euler's number; ", "i": "there are no complex numbers; "}
@@ -408,7 +408,7 @@ class _Formulas:
     def _check_constant(self, what: str, path: Keys) -> None:
         """Refuse a formula that is not of parameters alone."""
         fixed = self.parameters | self.constant | CONSTANTS.keys()
-        for name, place in names_in(self.trees[path]).items():
+        for name, position in names_in(self.trees[path]).items():
             if name not in fixed:
                 other = "the time" if name == TIME else "the formula"
                 kind = "the state" if name in self._known["the states"] else other
@@ -416,7 +416,7 @@ class _Formulas:
                     f"{what} depends on {kind} {name}, but must be known before the trajectory; "
                     "give it in parameters"
                 )
-                raise self.error(path, FormulaError(message, place, len(name)))
+                raise self.error(path, FormulaError(message, position, len(name)))
 
     def _check_contacts(self, forces: set[str]) -> None:
         """Refuse laws whose parameters vary, slips and normal forces that depend on friction."""
@@ -429,13 +429,13 @@ class _Formulas:
             if path[2] == "friction":
                 self._check_constant(f"{path[3]} of the contact {path[1]}", path)
                 continue
-            for name, place in names_in(tree).items():
+            for name, position in names_in(tree).items():
                 if name in forces:
                     message = (
                         f"the {path[2]} of {path[1]} depends on {name}, a force in a contact; "
                         "write it in states and parameters"
                     )
-                    raise self.error(path, FormulaError(message, place, len(name)))
+                    raise self.error(path, FormulaError(message, position, len(name)))
 
 
 def _ordered(trees: Mapping[str, Tree], source: Source) -> dict[str, Tree]:

@@ -1,4 +1,4 @@
-"""Text of models, with the places of entries that messages point at."""
+"""Text of models, with the locations of entries that messages point at."""
 
 from __future__ import annotations
 
@@ -32,26 +32,26 @@ _TOKEN = re.compile(
 
 
 @dataclass(frozen=True)
-class Place:
+class Location:
     """Offsets of an entry in the text."""
 
     key: int  # where its key or table header begins
     value: int  # where its value begins; the same as `key` for a table header
 
 
-def find_places(text: str) -> dict[Keys, Place]:
+def find_locations(text: str) -> dict[Keys, Location]:
     r"""Find keys and values of a valid TOML text.
 
-    >>> find_places('[states]\nq = "v"')[("states", "q")]
-    Place(key=9, value=13)
-    >>> find_places('[[forces]]\nF = [1, 2]')[("forces", "0", "F", "1")]
-    Place(key=19, value=19)
+    >>> find_locations('[states]\nq = "v"')[("states", "q")]
+    Location(key=9, value=13)
+    >>> find_locations('[[forces]]\nF = [1, 2]')[("forces", "0", "F", "1")]
+    Location(key=19, value=19)
     """
-    places: dict[Keys, Place] = {}
+    locations: dict[Keys, Location] = {}
     arrays: dict[Keys, int] = {}  # position of the last table in an array of tables
     table: Keys = ()
     opened: list[tuple[Keys, Iterator[int] | None]] = []  # arrays, with positions; inline tables
-    expected, key, begin = "key", list[str](), 0
+    expected, key, start = "key", list[str](), 0
     for match in _TOKEN.finditer(text + "\n"):
         kind, word, offset = match.lastgroup, match.group(), match.start()
         if kind == "space":
@@ -60,7 +60,7 @@ def find_places(text: str) -> dict[Keys, Place]:
             expected = "value" if opened and opened[-1][1] else "key"
         if word == "\n":
             if expected == "header":
-                table = _note_header(places, arrays, key, text.startswith("[[", begin), begin)
+                table = _note_header(locations, arrays, key, text.startswith("[[", start), start)
             if not opened:
                 expected, key = "key", []
         elif word == "," and opened:
@@ -69,25 +69,29 @@ def find_places(text: str) -> dict[Keys, Place]:
             opened.pop()
             expected = "scalar"
         elif expected == "key" and word == "[":
-            expected, begin = "header", offset
+            expected, start = "header", offset
         elif expected == "key" and word == "=":
             expected = "value"
         elif expected in ("key", "header") and kind in ("word", "string"):
-            begin = begin if key or expected == "header" else offset
+            start = start if key or expected == "header" else offset
             key.append(word[1:-1] if kind == "string" else word)
         elif expected == "value":
             above, items = opened[-1] if opened else (table, None)
             path = (*above, *(key if items is None else [str(next(items))]))
-            places[path] = Place(begin if items is None else offset, offset)
+            locations[path] = Location(start if items is None else offset, offset)
             expected, key = "scalar", []
             if word in ("[", "{"):
                 opened.append((path, count() if word == "[" else None))
                 expected = "value" if word == "[" else "key"
-    return places
+    return locations
 
 
 def _note_header(
-    places: dict[Keys, Place], arrays: dict[Keys, int], key: list[str], several: bool, offset: int
+    locations: dict[Keys, Location],
+    arrays: dict[Keys, int],
+    key: list[str],
+    several: bool,
+    offset: int,
 ) -> Keys:
     """Note a table header; return the path of the table, the last one of those in an array."""
     path: Keys = ()
@@ -95,10 +99,10 @@ def _note_header(
         path = (*path, name)
         if several and len(path) == len(key):
             arrays[path] = arrays.get(path, -1) + 1
-        places.setdefault(path, Place(offset, offset))
+        locations.setdefault(path, Location(offset, offset))
         if path in arrays:
             path = (*path, str(arrays[path]))
-    places.setdefault(path, Place(offset, offset))
+    locations.setdefault(path, Location(offset, offset))
     return path
 
 
@@ -109,7 +113,7 @@ class Source:
     tables: Mapping[str, Any]  # the entries, as `tomllib` gives them
     label: str = ""  # what messages call it, e.g. the name of the file
     text: str | None = None  # the text; None for tables made in Python
-    places: Mapping[Keys, Place] | None = None  # where the entries stand in the text
+    locations: Mapping[Keys, Location] | None = None  # where the entries stand in the text
 
     def read(
         self, read: Callable[[Any], T], given: Any, path: Keys = (), root: str = "a system"
@@ -122,32 +126,32 @@ class Source:
             return read(given)
         except WrongEntry as wrong:
             wrong = wrong.below(path)
-            place = wrong.path if wrong.part is None else (*wrong.path, wrong.part)
-            raise self.error(place, wrong.sentence(root), key=wrong.at_key) from None
+            position = wrong.path if wrong.part is None else (*wrong.path, wrong.part)
+            raise self.error(position, wrong.sentence(root), key=wrong.at_key) from None
         except InputError as error:
             raise self.error((*path, *error.entry), str(error)) from None
 
     def error(self, path: Keys, message: str, key: bool = False) -> InputError:
-        """Return the error about an entry, or the table around it if its place is not known."""
-        places = self.places or {}
-        while path and path not in places:
+        """Return the error about an entry, or the table around it if its position is not known."""
+        locations = self.locations or {}
+        while path and path not in locations:
             path = path[:-1]
         if not path or self.text is None:
             return InputError(f"{self.label}: {message}" if self.label else message)
-        return self.error_at(places[path].key if key else places[path].value, message)
+        return self.error_at(locations[path].key if key else locations[path].value, message)
 
     def formula_error(self, path: Keys, formula: str, error: FormulaError) -> InputError:
-        """Return the error about a place in a formula."""
-        place = self.places.get(path) if self.places else None
-        if place is None or self.text is None:
+        """Return the error about a position in a formula."""
+        position = self.locations.get(path) if self.locations else None
+        if position is None or self.text is None:
             inside = Source({}, self.label, formula)
-            return inside.error_at(error.place, error.message, error.length, ".".join(path))
+            return inside.error_at(error.position, error.message, error.length, ".".join(path))
         # The content begins behind the quotes, and a newline behind three of them.
-        quotes = re.compile(r"(?:\"\"\"|''')\n?|.", re.DOTALL).match(self.text, place.value)
-        begin = quotes.end() if quotes else place.value
+        quotes = re.compile(r"(?:\"\"\"|''')\n?|.", re.DOTALL).match(self.text, position.value)
+        start = quotes.end() if quotes else position.value
         # Escapes move the letters: then the beginning of the text must do.
-        same = self.text.startswith(formula, begin)
-        offset = begin + error.place if same else place.value
+        same = self.text.startswith(formula, start)
+        offset = start + error.position if same else position.value
         return self.error_at(offset, error.message, error.length)
 
     def error_at(self, offset: int, message: str, length: int = 1, entry: str = "") -> InputError:
@@ -201,7 +205,7 @@ def source_of_text(text: str, label: str = "") -> Source:
     # Besides its own error, tomllib lets through those of numbers and dates.
     except (ValueError, OverflowError) as error:
         raise _not_toml(text, label, str(error)) from None
-    return Source(tables, label, text, find_places(text))
+    return Source(tables, label, text, find_locations(text))
 
 
 def _not_toml(text: str, label: str, reason: str) -> InputError:

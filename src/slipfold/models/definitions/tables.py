@@ -79,8 +79,8 @@ def validate(check: Callable[[Any], Any], given: Any, *skipped: str) -> Any:
     raise wrong.below(path) from None
 
 
-def validated(check: Callable[[Any], Any], given: Any, place: str, key: str = "") -> Any:
-    """Return what pydantic makes of a table that stands in some place.
+def validated(check: Callable[[Any], Any], given: Any, position: str, key: str = "") -> Any:
+    """Return what pydantic makes of a table that stands in some position.
 
     Where a key says what else the table has, pydantic puts its value before the other keys.
     """
@@ -88,8 +88,8 @@ def validated(check: Callable[[Any], Any], given: Any, place: str, key: str = ""
     try:
         return validate(check, given, "float", "str", *([str(kind)] if key else []))
     except WrongEntry as wrong:
-        keys = place.split(".") if " " not in place else []  # words name no table of a file
-        raise InputError(wrong.below(keys).sentence(place)) from None
+        keys = position.split(".") if " " not in position else []  # words name no table of a file
+        raise InputError(wrong.below(keys).sentence(position)) from None
 
 
 def _message(first: Mapping[str, Any]) -> tuple[str, ...]:
@@ -212,8 +212,8 @@ def read_part(
     except InputError as error:
         # A message about several arguments begins with the name of one.
         first = str(error).removeprefix("the ").split(" ")[0]
-        place = error.entry or ([first] if first in table else [])
-        raise WrongEntry(str(error), complete=True, path=place) from None
+        position = error.entry or ([first] if first in table else [])
+        raise WrongEntry(str(error), complete=True, path=position) from None
     return made
 
 

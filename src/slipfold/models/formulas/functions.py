@@ -26,8 +26,8 @@ def exprel(x: Expression) -> Expression:
     near = hy.select(is_near, x, hy.expression(0.0))
     far = hy.select(is_near, hy.expression(bound), x)
     # Exact to rounding up to x = 5; a step from the bound ends before
-    places, weights = np.polynomial.legendre.leggauss(10)
-    nodes = zip(places, weights, strict=True)
+    locations, weights = np.polynomial.legendre.leggauss(10)
+    nodes = zip(locations, weights, strict=True)
     integral = hy.sum([w / 2 * hy.exp((1 + s) / 2 * near) for s, w in nodes])
     return hy.select(is_near, integral, (hy.exp(x) - 1.0) / far)
 

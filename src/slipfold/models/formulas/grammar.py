@@ -70,15 +70,15 @@ _MEANT = "formulas have numbers, names of ASCII letters, + - * / ^ and parenthes
 
 
 class FormulaError(Exception):
-    """An error in a formula, in `length` characters of its text from `place`.
+    """An error in a formula, in `length` characters of its text from `position`.
 
-    `Source.error` adds the place in the file.
+    `Source.error` adds the position in the file.
     """
 
-    def __init__(self, message: str, place: int, length: int = 1) -> None:
+    def __init__(self, message: str, position: int, length: int = 1) -> None:
         super().__init__(message)
         self.message = message
-        self.place = place
+        self.position = position
         self.length = length
 
 
@@ -87,7 +87,7 @@ class Token(NamedTuple):
 
     kind: str  # ``"number"``, ``"name"``, ``"sign"`` or, after the last one, ``"end"``
     text: str  # as written
-    place: int  # where it begins
+    position: int  # where it begins
 
 
 def split_formula(text: str) -> list[Token]:
@@ -99,27 +99,29 @@ def split_formula(text: str) -> list[Token]:
             0,
         )
     tokens: list[Token] = []
-    place = 0
-    while place < len(text):
-        match = _TOKEN.match(text, place)
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
         if match is None:
             raise FormulaError(
-                f"the character {text[place]!r} has no meaning in a formula; "
-                + _HINTS.get(text[place], _MEANT),
-                place,
+                f"the character {text[position]!r} has no meaning in a formula; "
+                + _HINTS.get(text[position], _MEANT),
+                position,
             )
         kind, word = str(match.lastgroup), match.group()
         if word == "**":
-            raise FormulaError("powers are written with ^, not with **; write e.g. q^3", place, 2)
+            raise FormulaError(
+                "powers are written with ^, not with **; write e.g. q^3", position, 2
+            )
         if kind == "number" and not math.isfinite(float(word)):
             raise FormulaError(
                 f"the number {word[:20]} is larger than the largest, 1.8e308; give a smaller one",
-                place,
+                position,
                 len(word),
             )
         if kind != "space":
-            tokens.append(Token(kind, word, place))
-        place = match.end()
+            tokens.append(Token(kind, word, position))
+        position = match.end()
     return [*tokens, Token("end", "", len(text.rstrip()))]
 
 
@@ -148,7 +150,7 @@ class Name:
     """A state, parameter, formula, constant or the time."""
 
     name: str
-    place: int = _position()
+    position: int = _position()
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +167,7 @@ class Binary:
     operator: str
     left: Tree
     right: Tree
-    place: int = _position()
+    position: int = _position()
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +176,7 @@ class Call:
 
     function: str
     arguments: tuple[Tree, ...]
-    place: int = _position()
+    position: int = _position()
 
 
 Tree = Number | Name | Negative | Binary | Call
@@ -220,12 +222,12 @@ def _children(node: Tree) -> tuple[Tree, ...]:
 
 
 def names_in(tree: Tree) -> dict[str, int]:
-    """Return the names that a formula uses, each with its first place."""
+    """Return the names that a formula uses, each with its first position."""
     found: dict[str, int] = {}
 
     def note(node: Tree, values: tuple[None, ...]) -> None:
         if isinstance(node, Name):
-            found.setdefault(node.name, node.place)
+            found.setdefault(node.name, node.position)
 
     fold(tree, note)
     return found
@@ -297,14 +299,14 @@ class _Parser:
             raise FormulaError(
                 f"the formula is nested more than {BOUNDS.depth} deep here; name parts of it in "
                 "the table [formulas]",
-                self.next.place,
+                self.next.position,
             )
         tree = self._operand()
         while (binding := BINDING.get(self.next.text, 0)) >= max(minimum, 1):
             sign = self._take()
             # An equal operator to the right belongs to the right operand only for powers.
             right = self.formula(binding if sign.text == "^" else binding + 1)
-            tree = Binary(sign.text, tree, right, sign.place)
+            tree = Binary(sign.text, tree, right, sign.position)
         self._depth -= 1
         return tree
 
@@ -313,7 +315,7 @@ class _Parser:
         if token.kind == "number":
             return Number(float(token.text))
         if token.kind == "name":
-            return self._call(token) if self.next.text == "(" else Name(token.text, token.place)
+            return self._call(token) if self.next.text == "(" else Name(token.text, token.position)
         if token.text == "-":
             return Negative(self.formula(SIGN))
         if token.text == "+":
@@ -325,7 +327,7 @@ class _Parser:
         found = "the formula ends" if token.kind == "end" else f"{token.text!r} stands"
         raise FormulaError(
             f"{found} where a number, a name or a parenthesis should; complete the formula",
-            token.place,
+            token.position,
             max(len(token.text), 1),
         )
 
@@ -337,22 +339,22 @@ class _Parser:
             arguments.append(self.formula(0))
         self._close(opening)
         if name.text not in FUNCTIONS:
-            raise FormulaError(_unknown(name.text, arguments), name.place, len(name.text))
+            raise FormulaError(_unknown(name.text, arguments), name.position, len(name.text))
         count = FUNCTIONS[name.text].count
         if len(arguments) != count:
             wanted = "1 argument" if count == 1 else f"{count} arguments"
             form = "(y, x)" if count == 2 else "(x)"
             raise FormulaError(
                 f"{name.text} takes {wanted}, not {len(arguments)}; write {name.text}{form}",
-                name.place,
+                name.position,
                 len(name.text),
             )
-        return Call(name.text, tuple(arguments), name.place)
+        return Call(name.text, tuple(arguments), name.position)
 
     def _close(self, opening: Token) -> None:
         if self.next.kind == "end":
             raise FormulaError(
-                "this parenthesis is never closed; add a ) where it ends", opening.place
+                "this parenthesis is never closed; add a ) where it ends", opening.position
             )
         if self.next.text != ")":
             raise self.unexpected()
@@ -372,7 +374,7 @@ class _Parser:
             f"there is no operator between {before} and {text}; for a product write "
             f"{before}*{text}",
         )
-        return FormulaError(message, token.place, len(token.text))
+        return FormulaError(message, token.position, len(token.text))
 
 
 def _unknown(name: str, arguments: list[Tree]) -> str:

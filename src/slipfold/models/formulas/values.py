@@ -238,8 +238,8 @@ class CoefficientFinder:
             # Other powers of a product are not a product of powers where a factor is negative.
             if isinstance(exponent, Number) and exponent.value in WHOLE:
                 return _Product(
-                    Binary("^", left.constant, exponent, node.place),
-                    Binary("^", left.varying or ONE, exponent, node.place),
+                    Binary("^", left.constant, exponent, node.position),
+                    Binary("^", left.varying or ONE, exponent, node.position),
                 )
         return None
 
@@ -248,7 +248,7 @@ class CoefficientFinder:
         if isinstance(tree, Number) and abs(tree.value) > BOUNDS.power:
             raise FormulaError(
                 f"the exponent {tree.value:g} is beyond {BOUNDS.power}; give a smaller one",
-                node.place,
+                node.position,
             )
 
     def _whole(self, product: _Product) -> Tree:
@@ -265,7 +265,7 @@ class CoefficientFinder:
             if not math.isfinite(value):
                 raise FormulaError(
                     f"{format_tree(tree)[:60]} is not a finite number; correct the formula",
-                    getattr(tree, "place", 0),
+                    getattr(tree, "position", 0),
                 )
             return Number(value)
         text = format_tree(tree)
@@ -279,5 +279,5 @@ def _joined(node: Binary, left: Tree | None, right: Tree | None) -> Tree | None:
     if right is None:
         return left
     if left is None:
-        return right if node.operator == "*" else Binary("/", ONE, right, node.place)
-    return Binary(node.operator, left, right, node.place)
+        return right if node.operator == "*" else Binary("/", ONE, right, node.position)
+    return Binary(node.operator, left, right, node.position)

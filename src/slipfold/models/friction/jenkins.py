@@ -231,8 +231,8 @@ class Iwan(FrictionLaw):
     def memory(self, dimensions: int) -> tuple[State, ...]:
         """Return the states of all elements, with their numbers."""
         return tuple(
-            State(f"{state.name}{place}", state.unit, f"{state.doc}, element {place}")
-            for place, element in enumerate(self.elements, 1)
+            State(f"{state.name}{position}", state.unit, f"{state.doc}, element {position}")
+            for position, element in enumerate(self.elements, 1)
             for state in element.memory(dimensions)
         )
 
@@ -242,7 +242,7 @@ class Iwan(FrictionLaw):
 
     def formula(self, speed: Expression, p: Symbols) -> Expression:
         """Sum of the elements' friction coefficients, in steady slip."""
-        return sum(p[f"mu_k{place}"] for place in range(1, len(self.elements) + 1))
+        return sum(p[f"mu_k{position}"] for position in range(1, len(self.elements) + 1))
 
     def forces(self, contact: ContactState, p: Symbols) -> tuple[Expression, ...]:
         """Sum of the forces of the elements."""

@@ -69,8 +69,8 @@ class Assembly:
         # Parts of the damping matrix, each with the parameter that multiplies it
         self.damping = self._damping_terms()
         self.placed = tuple(
-            Placed(component, f"{place}_", self._rows(component))
-            for place, component in enumerate(definition.components)
+            Placed(component, f"{position}_", self._rows(component))
+            for position, component in enumerate(definition.components)
         )
         self.watched = tuple((name, self._row(item)) for name, item in definition.watch)
         self.symmetric = definition.K.asymmetry[0] < MATRICES.asymmetry

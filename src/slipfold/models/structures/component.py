@@ -25,7 +25,7 @@ Forces = tuple[Expression, ...]
 """Forces along the directions of a component in N."""
 
 
-def shown(value: Any) -> str:
+def brief(value: Any) -> str:
     """Return a value as it would be typed, on one line and not too long."""
     try:
         text = " ".join(repr(value).split())
@@ -71,7 +71,7 @@ class Direction:
         for name in weights:
             if name not in names:
                 raise InputError(
-                    f"the structure has no degree of freedom {shown(name)}; {suggest(name, names)}"
+                    f"the structure has no degree of freedom {brief(name)}; {suggest(name, names)}"
                     f"it has {listed(names)}"
                 )
         return np.array([weights.get(name, 0.0) for name in names])
@@ -85,7 +85,7 @@ def as_direction(value: Any, title: str) -> Direction:
         return Direction(((value, 1.0),))
     if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
         raise InputError(
-            f"a {title} acts at {shown(value)}, which is not a direction; give the name of a "
+            f"a {title} acts at {brief(value)}, which is not a direction; give the name of a "
             'degree of freedom, or weights by name such as {"x": 0.6, "y": 0.8}'
         )
     weights = {name: _weight(name, weight, title) for name, weight in value.items()}
@@ -105,7 +105,7 @@ def _weight(name: str, weight: Any, title: str) -> float:
         number = math.nan
     if not math.isfinite(number):
         raise InputError(
-            f"the direction of a {title} has the weight {shown(weight)} for {name}; give a "
+            f"the direction of a {title} has the weight {brief(weight)} for {name}; give a "
             "finite number"
         )
     return number
@@ -147,7 +147,7 @@ class LocalState:
 def _checked_name(name: Any, title: str) -> str:
     if not isinstance(name, str) or (name and not NAME.fullmatch(name)):
         raise InputError(
-            f"{shown(name)} cannot name a {title}; give letters, digits and _, a letter first"
+            f"{brief(name)} cannot name a {title}; give letters, digits and _, a letter first"
         )
     return name
 
@@ -280,7 +280,7 @@ def checked_harmonic(value: Any, title: str, lowest: int = 1) -> int:
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     if not whole or not lowest <= value <= MAX_HARMONIC:
         raise InputError(
-            f"a {title} has the harmonic {shown(value)}; give a whole number from {lowest} to "
+            f"a {title} has the harmonic {brief(value)}; give a whole number from {lowest} to "
             f"{MAX_HARMONIC}"
         )
     return int(value)

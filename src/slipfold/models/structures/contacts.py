@@ -35,8 +35,8 @@ from slipfold.models.structures.component import (
     LocalState,
     as_direction,
     as_directions,
+    brief,
     checked_harmonic,
-    shown,
     total,
 )
 
@@ -235,25 +235,25 @@ class FrictionContact(Component):
         """Check law, load and the direction of the moving surface."""
         if not isinstance(self.law, FrictionLaw):
             raise InputError(
-                f"law = {shown(self.law)} is not a friction law; give one such as Coulomb(mu_k=0.4)"
+                f"law = {brief(self.law)} is not a friction law; give one such as Coulomb(mu_k=0.4)"
             )
         if not isinstance(self.load, NormalLoad):
             raise InputError(
-                f"load = {shown(self.load)} is not a normal force; give a number in N, or one such "
+                f"load = {brief(self.load)} is not a normal force; give a number in N, or one such "
                 "as ModulatedLoad(Ns=1, Nd=0.1)"
             )
         angle: Any = self.alpha
         straight = isinstance(angle, int | float) and angle == 0
         if not self.planar and not straight:
             raise InputError(
-                f"alpha = {shown(self.alpha)} has no meaning for a contact along one direction; "
+                f"alpha = {brief(self.alpha)} has no meaning for a contact along one direction; "
                 "leave it out, or give two directions"
             )
         names = [item.name for item in self.parameters]
         for name in names:
             if names.count(name) > 1:
                 raise InputError(
-                    f"{type(self.law).__name__} calls a parameter {shown(name)}, and so does the "
+                    f"{type(self.law).__name__} calls a parameter {brief(name)}, and so does the "
                     "contact; give the law another name for it"
                 )
 

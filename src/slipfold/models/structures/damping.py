@@ -61,8 +61,8 @@ _RATIO = nonnegative("zeta", 0.01, "", "damping ratio of all modes", r"$\zeta$")
 def _checked_ratios(ratios: Any, title: str) -> float | tuple[float, ...]:
     several = isinstance(ratios, list | tuple | np.ndarray)
     checked = tuple(
-        _RATIO.check(parse_quantity(item, "", f"damping ratio {place}"))
-        for place, item in enumerate(ratios if several else [ratios], 1)
+        _RATIO.check(parse_quantity(item, "", f"damping ratio {position}"))
+        for position, item in enumerate(ratios if several else [ratios], 1)
     )
     return checked if several else checked[0]
 

@@ -9,7 +9,13 @@ from typing import Any
 
 from slipfold.errors import InputError, about
 from slipfold.models.quantities import check_state_name
-from slipfold.models.structures.component import NAME, Component, Direction, as_direction, shown
+from slipfold.models.structures.component import (
+    NAME,
+    Component,
+    Direction,
+    as_direction,
+    brief,
+)
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
 from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.forcing import (
@@ -75,7 +81,7 @@ def define(given: Mapping[str, Any]) -> tuple[Definition, dict[str, float]]:
     with about("reduction"):
         if reduction is not None and not isinstance(reduction, Reduction):
             raise InputError(
-                f"reduction = {shown(reduction)} is none; give ModalReduction(modes=5) or "
+                f"reduction = {brief(reduction)} is none; give ModalReduction(modes=5) or "
                 'CraigBampton(["tip"], modes=5)'
             )
         if reduction is not None:
@@ -110,7 +116,7 @@ def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
     half = given["triangles"]
     if half is not None and not (isinstance(half, str) and half in ("symmetric", "whole")):
         with about("structure", "triangles"):
-            raise InputError(f'triangles = {shown(half)} is not known; give "symmetric" or "whole"')
+            raise InputError(f'triangles = {brief(half)} is not known; give "symmetric" or "whole"')
     matrices: dict[str, Any] = {}
     for key in ("M", "K", "C"):
         value = given[key]
@@ -134,14 +140,14 @@ def _matrices(given: Mapping[str, Any]) -> tuple[Matrix, Any, Matrix]:
 def _checked_line(given: Mapping[str, Any], key: str) -> str:
     value = given[key]
     if not isinstance(value, str) or not value.isprintable():
-        raise InputError(f"{key} = {shown(value)} is not a line of text; give one")
+        raise InputError(f"{key} = {brief(value)} is not a line of text; give one")
     return value
 
 
 def _checked_names(names: Any, size: int) -> tuple[str, ...]:
     """Return the names of the degrees of freedom."""
     if names is None:
-        return tuple(f"q{place}" for place in range(1, size + 1))
+        return tuple(f"q{position}" for position in range(1, size + 1))
     given = tuple(_iterated(names.split() if isinstance(names, str) else names))
     if len(given) != size:
         raise InputError(
@@ -150,7 +156,7 @@ def _checked_names(names: Any, size: int) -> tuple[str, ...]:
     for name in given:
         if not isinstance(name, str) or not NAME.fullmatch(name):
             raise InputError(
-                f"{shown(name)} cannot name a degree of freedom; give at most 60 letters, "
+                f"{brief(name)} cannot name a degree of freedom; give at most 60 letters, "
                 "digits and _, a letter first"
             )
         check_state_name(name, "a degree of freedom")
@@ -165,7 +171,7 @@ def _checked_components(key: str, items: Any, names: tuple[str, ...]) -> tuple[C
     for number, item in enumerate(given):
         if not isinstance(item, COMPONENTS[key]):
             known = ", ".join(cls.__name__ for cls in COMPONENTS[key])
-            raise InputError(f"{shown(item)} is not known among {key}; give {known}")
+            raise InputError(f"{brief(item)} is not known among {key}; give {known}")
         with about(key, str(number)):
             _check_directions(item, names)
     return given
@@ -221,7 +227,7 @@ def _checked_watch(watch: Any, names: tuple[str, ...]) -> tuple[tuple[str, Direc
         given = dict(watch)  # those of another structure
     if not isinstance(given, Mapping):
         raise InputError(
-            f"watch = {shown(watch)} is not a mapping; give directions by the name of the output, "
+            f"watch = {brief(watch)} is not a mapping; give directions by the name of the output, "
             'such as {"u_tip": "tip"}'
         )
     result = []
@@ -229,7 +235,7 @@ def _checked_watch(watch: Any, names: tuple[str, ...]) -> tuple[tuple[str, Direc
         with about("watch", str(name)):
             if not isinstance(name, str) or not NAME.fullmatch(name):
                 raise InputError(
-                    f"{shown(name)} cannot name an output; give letters, digits and _, a letter "
+                    f"{brief(name)} cannot name an output; give letters, digits and _, a letter "
                     "first"
                 )
             direction = as_direction(item, f"displacement {name}")

@@ -63,9 +63,9 @@ def _row(given: Any, key: str) -> list[float]:
     """Return the numbers of an array that stands under a key."""
     if not isinstance(given, list | tuple):
         raise WrongEntry(f"is {type_name(given)}; {FORM}", path=[key])
-    for place, number in enumerate(given):
+    for position, number in enumerate(given):
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise WrongEntry(f"is {type_name(number)}; give a number", path=[key, str(place)])
+            raise WrongEntry(f"is {type_name(number)}; give a number", path=[key, str(position)])
     try:
         return [float(number) for number in given]
     except OverflowError:
@@ -93,9 +93,9 @@ def _from_entries(given: Mapping[str, Any]) -> Any:
     rows, columns, entries = (np.array(_row(given[key], key)) for key in keys[1:])
     if not len(rows) == len(columns) == len(entries):
         raise WrongEntry("has rows, columns and entries of different lengths; give one each")
-    places = np.concatenate([rows, columns])
-    if len(places) and not (
-        np.all(places == np.floor(places)) and places.min() >= 0 and places.max() < size
+    locations = np.concatenate([rows, columns])
+    if len(locations) and not (
+        np.all(locations == np.floor(locations)) and locations.min() >= 0 and locations.max() < size
     ):
         raise WrongEntry(f"has entries outside its {size} rows; give rows and columns from 0")
     from scipy.sparse import coo_array

@@ -22,8 +22,8 @@ from slipfold.models.structures.component import (
     LocalState,
     OneDirection,
     as_direction,
+    brief,
     checked_harmonic,
-    shown,
     total,
 )
 from slipfold.models.units import parse_quantity
@@ -101,7 +101,7 @@ def _checked_harmonics(given: Any, title: str) -> tuple[tuple[int, float, float]
     pairs = {h: (size, phi) for h, size, phi in given} if triples else given
     if not isinstance(pairs, Mapping) or not any(h != 0 for h in pairs):
         raise InputError(
-            f"harmonics = {shown(given)} is not a periodic force; give amplitudes by "
+            f"harmonics = {brief(given)} is not a periodic force; give amplitudes by "
             "harmonic, such as {1: 1.0, 3: (0.2, 0.5)}"
         )
     checked = []
@@ -276,10 +276,10 @@ class TabulatedForce(PeriodicForce, OneDirection):
         """Largest difference between samples and series, over the largest sample."""
         samples = np.array(self.samples)
         angle = 2 * np.pi * np.arange(len(samples)) / len(samples)
-        found = np.zeros(len(samples))
+        summed = np.zeros(len(samples))
         for h, a, b in self.series:
-            found += a * np.cos(h * angle) + b * np.sin(h * angle)
-        return float(np.abs(found - samples).max() / np.abs(samples).max())
+            summed += a * np.cos(h * angle) + b * np.sin(h * angle)
+        return float(np.abs(summed - samples).max() / np.abs(samples).max())
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:
         """Return the Fourier series times the factor."""

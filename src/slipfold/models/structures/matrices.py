@@ -176,8 +176,8 @@ class Matrix:
         """Largest difference between mirrored entries over the largest entry, and where it is."""
         a = self.array()
         difference = abs(a - a.T)
-        place = int(difference.argmax())
-        row, column = divmod(place, self.size)
+        position = int(difference.argmax())
+        row, column = divmod(position, self.size)
         largest = np.abs(self.entries).max(initial=0.0)
         size = float(difference[row, column])
         return (size / largest if largest else 0.0), row, column
@@ -243,11 +243,11 @@ def check_mass(matrix: Matrix, names: tuple[str, ...]) -> None:
     on = matrix.rows == matrix.columns
     diagonal[matrix.rows[on]] = matrix.entries[on]
     if np.any(diagonal <= 0):
-        place = int(np.argmax(diagonal <= 0))
+        position = int(np.argmax(diagonal <= 0))
         raise InputError(
-            f"M is singular or not positive definite: the mass of {names[place]} is "
-            f"{diagonal[place]:g} kg; give every degree of freedom a mass > 0, or condense those "
-            "without out of the matrices"
+            f"M is singular or not positive definite: the mass of {names[position]} is "
+            f"{diagonal[position]:g} kg; give every degree of freedom a mass > 0, or condense "
+            "those without out of the matrices"
         )
     if np.all(on):
         return

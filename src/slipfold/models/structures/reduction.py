@@ -11,7 +11,7 @@ import numpy as np
 
 from slipfold.arrays import Array, Indices
 from slipfold.errors import InputError, suggest
-from slipfold.models.structures.component import shown
+from slipfold.models.structures.component import brief
 from slipfold.models.structures.matrices import (
     MATRICES,
     Matrix,
@@ -117,7 +117,7 @@ class Reduction:
             )
         fewest = 1 if self.boundary == () else 0
         if self.modes is not None and (type(self.modes) is not int or self.modes < fewest):
-            raise InputError(f"modes = {shown(self.modes)}; give a whole number >= {fewest}")
+            raise InputError(f"modes = {brief(self.modes)}; give a whole number >= {fewest}")
         if self.up_to is not None:
             value = parse_quantity(self.up_to, "Hz", "up_to")
             if not (math.isfinite(value) and value > 0):
@@ -185,7 +185,7 @@ class Reduction:
         for name in self.boundary:
             if name not in names:
                 error = InputError(
-                    f"the boundary has {shown(name)}, which is no degree of freedom of the "
+                    f"the boundary has {brief(name)}, which is no degree of freedom of the "
                     f"structure; {suggest(str(name), names)}it has {listed(names)}"
                 )
                 error.entry = ("boundary",)
@@ -284,7 +284,7 @@ class CraigBampton(Reduction):
         named = all(isinstance(item, str) for item in given)
         if not given or not named or len(set(given)) < len(given):
             raise InputError(
-                f"boundary = {shown(self.boundary)}; give the names "
+                f"boundary = {brief(self.boundary)}; give the names "
                 "of the degrees of freedom that stay, each once"
             )
         object.__setattr__(self, "boundary", given)

@@ -30,7 +30,7 @@ from slipfold.models.structures.component import (
     LocalState,
     OneDirection,
     as_directions,
-    shown,
+    brief,
     total,
     weighted_sum,
 )
@@ -111,7 +111,7 @@ def _checked_stiffness(value: Any, title: str) -> tuple[tuple[int, float], ...]:
     powers = [n for n in given if isinstance(n, int) and 1 <= n <= MAX_POWER]
     if not given or len(powers) != len(given):
         raise InputError(
-            f"stiffness = {shown(value)} is not a polynomial; give coefficients by "
+            f"stiffness = {brief(value)} is not a polynomial; give coefficients by "
             f"power, whole numbers from 1 to {MAX_POWER}, such as {{1: -100.0, 3: 2e6}}"
         )
     items = ((n, _coefficient(n)) for n in sorted(powers))
@@ -150,7 +150,7 @@ _SIDES = {"above": (1.0,), "below": (-1.0,), "both": (1.0, -1.0)}
 
 
 _ROUNDING = positive(
-    "e", 1.0, "m", "length over which the touch of a stop is rounded off", r"$\varepsilon$"
+    "e", 1.0, "m", "length over which contact with a stop is rounded off", r"$\varepsilon$"
 )
 
 
@@ -163,7 +163,7 @@ class GapSpring(OneDirection):
         F = -k\, s(u - g), \qquad s(w) = \tfrac12 \bigl(w + \sqrt{w^2 + \varepsilon^2}\bigr)
 
     for a stop above; below it is the mirror image. The exact stop, :math:`\max(w, 0)`, is the limit
-    of small :math:`\varepsilon`: s is too large by :math:`\varepsilon/2` at the touch and by
+    of small :math:`\varepsilon`: s is too large by :math:`\varepsilon/2` at contact and by
     :math:`\varepsilon^2/(4 |w|)` away from it. The length `e` must be given: the exact stop has a
     corner, which smooth equations cannot hold. A negative `gap` presses the stop at rest.
 
@@ -190,12 +190,12 @@ class GapSpring(OneDirection):
         if self.e is None:
             raise InputError(
                 "a gap spring without e has a corner where it is touched, and motion through "
-                "corners cannot be computed yet; give e, the length over which the touch is "
+                "corners cannot be computed yet; give e, the length over which contact is "
                 'rounded off, such as e="10um"'
             )
         if not isinstance(self.side, str) or self.side not in _SIDES:
             raise InputError(
-                f"side = {shown(self.side)} is not known; {suggest(str(self.side), _SIDES)}give "
+                f"side = {brief(self.side)} is not known; {suggest(str(self.side), _SIDES)}give "
                 "above, below or both"
             )
 
@@ -212,7 +212,7 @@ class GapSpring(OneDirection):
         return (total(parts),)
 
     def _potential(self, local: LocalState) -> Expression:
-        """Return the work that pressing the stop takes, zero at the touch."""
+        """Return the work that pressing the stop takes, zero at contact."""
         (u,), c = local.u, local.c
         parts = []
         for sign in _SIDES[self.side]:
@@ -264,7 +264,7 @@ class GeometricSpring(Component):
         length = math.hypot(*axis)
         if len(axis) not in (len(at), len(at) + 1) or not math.isfinite(length):
             raise InputError(
-                f"axis = {shown(self.axis)} does not fit a {self.title} along {len(at)} "
+                f"axis = {brief(self.axis)} does not fit a {self.title} along {len(at)} "
                 f"directions; give {len(at)} finite components, or one more for the part "
                 "across them"
             )
@@ -283,7 +283,7 @@ class GeometricSpring(Component):
         return tuple(self.at)
 
     def _coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Force at a stretch of one length, the length, its inverse, the stretch."""
+        """Force at an extension by one length, the length, its inverse, the stretch."""
         return {
             "force": p["k"] * p["L"],
             "inverse": 1.0 / p["L"],
