@@ -50,6 +50,12 @@ class StepBudget:
     # Fraction of the remainder of a trajectory that `call` steps must gain; less is a singularity
     progress: float = 1e-5
 
+    def is_exceeded(self, most: int, taken: int, free: int, left: Array, gained: Array) -> bool:
+        """Whether trajectories hardly gained in the last call, or will not end in most steps."""
+        if np.any(gained < self.progress * left):
+            return True
+        return taken >= free and not np.all(left * self.call <= gained * (most - taken))
+
 
 BUDGET = StepBudget()
 
@@ -83,9 +89,7 @@ def arrive(batch: Any, ends: Array) -> NDArray[np.bool_]:
             return arrived
         taken += BUDGET.call
         left, gained = np.abs(ends - batch.time), np.abs(batch.time - before)
-        if np.any(gained < BUDGET.progress * left):
-            return arrived
-        if taken >= free and not np.all(left * BUDGET.call <= gained * (BUDGET.segment - taken)):
+        if BUDGET.is_exceeded(BUDGET.segment, taken, free, left, gained):
             return arrived
 
 
@@ -135,10 +139,8 @@ def continue_to(single: Any, end: float, rest: Rest, *, steep: bool) -> int | No
         if outcome != STEP_LIMIT:
             return outcome
         taken += BUDGET.call
-        left, gained = abs(end - single.time), abs(single.time - before)
-        if gained < BUDGET.progress * left:
-            return outcome
-        if taken >= free and not left * BUDGET.call <= gained * (BUDGET.trajectory - taken):
+        left, gained = np.array(abs(end - single.time)), np.array(abs(single.time - before))
+        if BUDGET.is_exceeded(BUDGET.trajectory, taken, free, left, gained):
             return outcome
 
 

@@ -206,6 +206,45 @@ def _derivatives(forms: Sequence[Any], symbols: Sequence[Any]) -> NDArray[Any]:
     return np.asarray(hy.diff_tensors(list(forms), diff_args=list(symbols), diff_order=1).jacobian)
 
 
+class StateFunction:
+    """Functions of state, phase and coefficients, compiled and kept on disk.
+
+    The states may be followed by further symbols. Arguments of single states stand in one array
+    for each thread, of which most calls change few.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        expressions: Callable[[], Iterable[Any]],
+        equations: Equations,
+        more: Sequence[Any] = (),
+    ) -> None:
+        inputs = [*equations.states, *more, equations.phase, *equations.coefficients]
+        self._function: Any = cached(
+            f"{key}\n{equations.fingerprint()}", lambda: compiled_function(expressions(), inputs)
+        )
+        self._own = threading.local()
+
+    def at(self, state: Array, phase: float, constants: Constants) -> Array:
+        """Evaluate at a state. Shapes: state (n,); returns (q,)."""
+        own = self._own.__dict__
+        if own.get("constants") is not constants:
+            own["constants"] = constants
+            own["inputs"] = np.concatenate([state, (phase,), constants.values])
+        inputs, count = own["inputs"], len(state)
+        inputs[:count] = state
+        inputs[count] = phase
+        return np.asarray(self._function(inputs))
+
+    def along(self, states: Array, phases: Array, constants: Constants) -> Array:
+        """Evaluate at many states. Shapes: states (p, n); phases (p,); returns (p, q)."""
+        known = np.repeat(constants.values[:, None], len(states), axis=1)
+        # Without coefficients the array would not be contiguous.
+        inputs = np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))
+        return np.asarray(self._function(inputs).T)
+
+
 class Evaluated:
     """What equations say at a state and a phase, nothing integrated.
 

@@ -3,48 +3,21 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise, product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.compiled_code import cached
+from slipfold.flow.compiled_code import StateFunction
 from slipfold.flow.equations import Constants, Equations
 from slipfold.flow.modes import CONTACT, Mode, Status, rate_along, rate_of_phase
-from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact, normal_name
 from slipfold.models.quantities import Expression
-
-
-class Arguments(threading.local):
-    """Arguments of compiled functions in one array per thread, of which most calls change few."""
-
-    def __init__(self) -> None:
-        self._constants: Constants | None = None
-        self._whole, self._count = np.empty(0), 0
-
-    def of(self, state: Array, phase: float, constants: Constants) -> Array:
-        """Return state, phase and coefficients, valid until the next call. Shapes: state (n,)."""
-        if constants is not self._constants:
-            self._whole = np.concatenate([state, (phase,), constants.values])
-            self._constants, self._count = constants, len(state)
-        whole, count = self._whole, self._count
-        whole[:count] = state
-        whole[count] = phase
-        return whole
-
-
-def many(states: Array, phases: Array, constants: Constants) -> Array:
-    """Return the arguments of many states, one per column. Shapes: states (p, n); phases (p,)."""
-    known = np.repeat(constants.values[:, None], len(states), axis=1)
-    # Without coefficients the array would not be contiguous.
-    return np.ascontiguousarray(np.concatenate([states.T, phases[None], known]))
 
 
 class Slopes:
@@ -52,27 +25,18 @@ class Slopes:
 
     def __init__(self, functions: Sequence[Expression], equations: Equations) -> None:
         inputs = [*equations.states, equations.phase, *equations.coefficients]
-        self._shape = len(functions), len(inputs)
-        self._states = equations.dimension
-        self._functions, self._inputs = list(functions), inputs
-        key = f"slopes {[str(item) for item in functions]}\n{equations.fingerprint()}"
-        self._function: Any = cached(
-            key,
-            lambda: compiled_function(
-                hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel(),
-                inputs,
-            ),
-        )
+        self._shape, self._states = (len(functions), len(inputs)), equations.dimension
+        key = f"{[str(item) for item in functions]}"
+        self._values = StateFunction(f"values {key}", lambda: functions, equations)
 
-    @cached_property
-    def _values(self) -> Any:
-        return compiled_function(self._functions, self._inputs)
+        def slopes() -> Iterable[Expression]:
+            return hy.diff_tensors(list(functions), diff_args=inputs, diff_order=1).jacobian.ravel()
+
+        self._slopes = StateFunction(f"slopes {key}", slopes, equations)
 
     def values(self, states: Array, phases: Array, constants: Constants) -> Array:
         """Return the functions themselves. Shapes: states (p, n); phases (p,); returns (p, q)."""
-        known = np.tile(constants.values, (len(states), 1))
-        inputs = np.concatenate([states, phases[:, None], known], axis=1)
-        return np.ascontiguousarray(self._values(np.ascontiguousarray(inputs.T)).T)
+        return np.ascontiguousarray(self._values.along(states, phases, constants))
 
     def at(
         self, state: Array, phase: float, constants: Constants, directions: Array
@@ -81,8 +45,7 @@ class Slopes:
 
         Shapes: state (n,); directions (n_c, k); returns (q, n), (q,), (q, k).
         """
-        result = self._function(np.concatenate([state, [phase], constants.values]))
-        result, n = result.reshape(self._shape), self._states
+        result, n = self._slopes.at(state, phase, constants).reshape(self._shape), self._states
         return result[:, :n], result[:, n], result[:, n + 1 :] @ directions
 
 
@@ -119,19 +82,17 @@ class ContactQuantities:
         self._parts = [slice(*pair) for pair in pairwise(borders.tolist())]
         self._components = m
         expressions = _expressions(contacts, equations)
-        inputs = [*equations.states, equations.phase, *equations.coefficients]
-        key = f"contacts {[str(item) for item in expressions]}\n{equations.fingerprint()}"
-        self._function: Any = cached(key, lambda: compiled_function(expressions, inputs))
-        self._arguments = Arguments()
+        key = f"contacts {[str(item) for item in expressions]}"
+        self._function = StateFunction(key, lambda: expressions, equations)
 
     def at(self, state: Array, phase: float, constants: Constants) -> ContactsNow:
         """Evaluate at a state. Shapes: state (n,)."""
-        return self._sorted(self._function(self._arguments.of(state, phase, constants)).tolist())
+        return self._sorted(self._function.at(state, phase, constants).tolist())
 
     def along(self, states: Array, phases: Array, constants: Constants) -> list[ContactsNow]:
         """Evaluate at many states. Shapes: states (p, n); phases (p,)."""
-        values = self._function(many(states, phases, constants))
-        return [self._sorted(row) for row in values.T.tolist()]
+        values = self._function.along(states, phases, constants)
+        return [self._sorted(row) for row in values.tolist()]
 
     def _sorted(self, values: Numbers) -> ContactsNow:
         result, m = [values[part] for part in self._parts], self._components

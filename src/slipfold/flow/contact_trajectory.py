@@ -6,19 +6,17 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import heyoka as hy
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.flow.compiled_code import cached
+from slipfold.flow.compiled_code import StateFunction
 from slipfold.flow.equations import model_symbols
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase, hybrid_flow_of, hybrid_system
 from slipfold.flow.hybrid_trajectory import Broken, first_mode, smooth_phases
 from slipfold.flow.modes import CONTACT, Ending, Mode, Status, mode_equations
-from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.friction.contact import Contact
 from slipfold.models.model import Kind, Model
 from slipfold.models.quantities import Expression
@@ -182,9 +180,7 @@ def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[C
     assert part.polynomials is not None
     states = part.polynomials(phases)[:, :n] * constants.scales
     mode = part.reported_mode
-    repeated = np.broadcast_to(constants.values, (len(phases), len(constants.values)))
-    inputs = np.concatenate([states, phases[:, None], repeated], axis=1)
-    values = _evaluated(model.kind, mode)(np.ascontiguousarray(inputs.T)).T
+    values = _evaluated(model.kind, mode).along(states, phases, constants)
     pieces, done = [], 0
     for place, status in zip(flow.quantities.places, mode, strict=True):
         d = place.stop - place.start
@@ -200,7 +196,7 @@ def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[C
 
 
 @lru_cache(maxsize=256)
-def _evaluated(kind: Kind, mode: Mode) -> Any:
+def _evaluated(kind: Kind, mode: Mode) -> StateFunction:
     """Return a compiled function of states, phase and coefficients."""
     model = kind.make()
     result = mode_equations(model, mode)
@@ -210,12 +206,7 @@ def _evaluated(kind: Kind, mode: Mode) -> Any:
     ):
         own = [*contact.slip, *friction, normal, *contact.plate, *_displacement(model, contact)]
         expressions += [hy.expression(0.0) + item for item in own]
-    equations = result.equations
-    inputs = [*equations.states, equations.phase, *equations.coefficients]
-    return cached(
-        f"contact motion {equations.fingerprint()} {mode}",
-        lambda: compiled_function(expressions, inputs),
-    )
+    return StateFunction(f"contact motion {mode}", lambda: expressions, result.equations)
 
 
 def _displacement(model: Model, contact: Contact) -> list[Expression]:

@@ -15,13 +15,11 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.flow.batches import ARRIVED, OPTIMIZATION, STEP_LIMIT, TOLERANCE
-from slipfold.flow.compiled_code import OwnCopies, cached, shared_by_kind
+from slipfold.flow.compiled_code import OwnCopies, StateFunction, cached, shared_by_kind
 from slipfold.flow.contact_state import (
-    Arguments,
     ContactQuantities,
     ContactsNow,
     Slopes,
-    many,
 )
 from slipfold.flow.equations import Constants, Scaled, power_of_two
 from slipfold.flow.flow import Flow, flow_of
@@ -51,7 +49,6 @@ from slipfold.flow.polynomials import (
     step_to,
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
-from slipfold.models.formulas.functions import compiled_function
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
 
@@ -87,13 +84,8 @@ class CompiledMode:
         self._key = f"{equations.fingerprint()} {mode.mode} {list(mode.held)}"
         if mode.held:
             slow = [] if mode.slow is None else [LOGARITHM, ANGLE]
-            inputs = [*equations.states, *slow, equations.phase, *equations.coefficients]
             result = [*mode.held.values(), *_held_alone(mode)]
-            self._holding: Any = cached(
-                f"held at a phase and by what {self._key}",
-                lambda: compiled_function(result, inputs),
-            )
-            self._arguments = Arguments()
+            self._holding = StateFunction(f"held {self._key}", lambda: result, equations, slow)
 
     def hold(
         self, state: Array, phase: float, constants: Constants, polar: Sequence[float] = ()
@@ -104,20 +96,18 @@ class CompiledMode:
         """
         if not self.held:
             return state
-        if len(polar):
-            known = np.concatenate([state, polar, (phase,), constants.values])
-        else:
-            known = self._arguments.of(state, phase, constants)
+        given = np.concatenate([state, polar]) if len(polar) else state
+        values = self._holding.at(given, phase, constants).tolist()
         result = state.copy()
-        for place, value in zip(self.held, self._holding(known).tolist(), strict=False):
+        for place, value in zip(self.held, values, strict=False):
             result[place] = value
         return result
 
     def hold_all(self, states: Array, phases: Array, constants: Constants, polar: Array) -> Array:
         """Hold many states of slow slip. Shapes: states (p, n); phases (p,); polar (p, 2)."""
         result = states.copy()
-        known = many(np.concatenate([states, polar], axis=1), phases, constants)
-        result[:, self.held] = self._holding(known).T
+        given = np.concatenate([states, polar], axis=1)
+        result[:, self.held] = self._holding.along(given, phases, constants)
         return result
 
     def rest(self, state: Array, phase: float, constants: Constants) -> tuple[float, bool]:
@@ -126,8 +116,7 @@ class CompiledMode:
         Also return whether friction is clearly below its limit, as in most cases. Shapes: state
         (n,).
         """
-        known = self._arguments.of(state, phase, constants)
-        speed, needed, most = self._holding(known).tolist()
+        speed, needed, most = self._holding.at(state, phase, constants).tolist()
         return speed, abs(needed) < most * (1 - CONTACT.slack)
 
     def slopes_of(self, event: SwitchingEvent) -> tuple[Slopes, int]:
@@ -149,16 +138,15 @@ class CompiledMode:
         return Slopes([event.expression for event in self.events], self._mode.equations)
 
     @cached_property
-    def powers(self) -> Any:
-        """Power of each contact on the structure, and heat, in J per phase, compiled."""
+    def powers(self) -> StateFunction:
+        """Power of each contact on the structure, and heat, in J per phase."""
         equations, ones = self._mode.equations, [hy.expression(1.0)] * self.contacts
         result = [
             equations.coefficients[-1] * power
             for powers in _powers(self._mode, ones, ones)
             for power in powers
         ]
-        inputs = [*equations.states, equations.phase, *equations.coefficients]
-        return cached(f"powers {self._key}", lambda: compiled_function(result, inputs))
+        return StateFunction(f"powers {self._key}", lambda: result, equations)
 
     def integrator(self) -> Any:
         """Return the integrator of states and energies."""

@@ -15,7 +15,6 @@ from slipfold.flow.contact_state import (
     Instant,
     Undecided,
     largest,
-    many,
     outward,
 )
 from slipfold.flow.hybrid_flow import HybridSystem, SmoothPhase
@@ -235,8 +234,8 @@ class Release:
             return [SmoothPhase(mode, phase, phase, after, none, None, released=True)]
         onset = self._onset(state, phase, first, before)
         until = min(end, onset.end)
-        known = many(onset.stages, onset.phases, system.constants)
-        powers = np.array(system.flow.mode(reported_mode(mode)).powers(known)).T
+        compiled = system.flow.mode(reported_mode(mode))
+        powers = compiled.powers.along(onset.stages, onset.phases, system.constants).copy()
         powers[:, [self._contact, len(mode) + self._contact]] += self._corrections(onset, first)
         energies = onset.integrals(until) @ powers
         seen = self._shown(onset, first.along, until) if dense else None
