@@ -77,3 +77,14 @@ def test_a_file_that_is_not_there_or_no_text(tmp_path):
     (tmp_path / "data.csv").write_text("f [Hz],max y\n1," + 200_000 * "9")
     with pytest.raises(sf.InputError, match="field larger than"):
         read_measurement(tmp_path / "data.csv", MODEL)
+
+
+@pytest.mark.parametrize(("separator", "point"), [(";", "."), (";", ","), ("\t", ",")])
+def test_spreadsheets_of_other_countries_are_read(tmp_path, separator, point):
+    rows = [["Nd [N]", "max y [1]"], ["0.01", "0.107"], ["2e-2", "0.153"]]
+    text = "\n".join(separator.join(row) for row in rows)
+    path = tmp_path / "data.csv"
+    path.write_text(text.replace(".", point))
+    read = sf.read_measurement(path, sf.SlidingOscillator())
+    assert read.values.tolist() == [0.01, 0.02]
+    assert read.readings[:, 0].tolist() == [0.107, 0.153]

@@ -254,7 +254,7 @@ def test_friction_and_damping_from_a_frequency_response_of_the_sliding_oscillato
         ({"W": (0.5, 2.0)}, "W was varied in the measurement"),
         ({"q": (0, 1)}, "duffing has no parameter 'q'"),
         ({"k": (2, 1)}, "range of k from 2 to 1 is empty"),
-        ({"k": (2, 3)}, "k = 1 lies outside its bounds 2 to 3"),
+        ({"k": (2, 3)}, "k = 1 is outside the range from 2 to 3"),
         ({"k": 2}, "is not a pair of numbers"),
     ],
 )

@@ -195,8 +195,8 @@ def _bounds(model: Model, name: str, ends: tuple[float | str, float | str]) -> t
     value = model.values[name]
     if not low <= value <= high:
         raise InputError(
-            f"{name} = {value:g} lies outside its bounds {low:g} to {high:g}; set it to a value "
-            "inside, with which to start"
+            f"{name} = {value:g} is outside the range from {low:g} to {high:g} in which it is "
+            "fitted; set it to a value inside, where the fit starts"
         )
     return low, high
 

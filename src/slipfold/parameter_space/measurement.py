@@ -227,9 +227,16 @@ def read_measurement(path: str | Path, model: Model) -> Measurement:
 
 
 def parse_measurement(text: str, path: str | Path, model: Model) -> Measurement:
-    """Read the text of a file; its path is what sentences call it."""
+    """Read the text of a file; its path is what sentences call it.
+
+    Cells may also be separated by semicolons or tabs; then a comma is a decimal point.
+    """
+    heads = (line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#")
+    head = next(heads, "")
+    separator = next((mark for mark in ";\t" if mark in head), ",")
     try:
-        rows = list(enumerate(csv.reader(io.StringIO(text, newline=None)), 1))
+        lines_read = csv.reader(io.StringIO(text, newline=None), delimiter=separator)
+        rows = list(enumerate(lines_read, 1))
     except csv.Error as error:
         raise InputError(f"{path} cannot be read: {error}; give lines of short cells") from error
     lines = [
@@ -255,7 +262,8 @@ def parse_measurement(text: str, path: str | Path, model: Model) -> Measurement:
             if column.name == SWEEP:
                 sweep[-1] = _direction(cell, place)
             elif cell.strip():
-                table[row, k] = column.value(cell, place)
+                decimal = cell if separator == "," else cell.replace(",", ".")
+                table[row, k] = column.value(decimal, place)
         if math.isnan(table[row, 0]):
             raise InputError(f"{place} has no value of {columns[0].name}; give one")
         if any(column.is_error and table[row, k] <= 0 for k, column in enumerate(columns)):

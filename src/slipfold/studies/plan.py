@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from math import prod
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipfold.arrays import Array
 from slipfold.errors import InputError
 from slipfold.models.definitions.source import Source, source_of_file
-from slipfold.models.definitions.tables import validated
+from slipfold.models.definitions.tables import check_keys, validated
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.models.registry import model_of_case
 from slipfold.models.units import parse_quantity
 from slipfold.parameter_space.distributions import parse_correlation, parse_distribution
 from slipfold.parameter_space.sampling import SALTELLI, check_power, drawn, index_design
-from slipfold.studies.works import WORK, Work
+from slipfold.studies.works import WORK, Known, Work
 
 
 class StudyCases(Protocol):
@@ -171,8 +171,8 @@ def _plan(tables: Mapping[str, Any], label: str, folder: Path) -> Plan:
         )
     model = _model(tables, label, folder)
     try:
-        work = validated(WORK.validate_python, tables["compute"], "compute", "what").checked(model)
-        cases = _cases(validated(_Given.model_validate, tables["cases"], "cases"), model)
+        work = validated(_work, tables["compute"], "compute", "what").checked(model)
+        cases = _cases(validated(_given, tables["cases"], "cases"), model)
         clash = [name for name in cases.names if name in work.varied()]
         if clash:
             raise InputError(
@@ -182,6 +182,18 @@ def _plan(tables: Mapping[str, Any], label: str, folder: Path) -> Plan:
     except InputError as error:
         raise InputError(f"{label}: {error}") from None
     return Plan(model, work, cases)
+
+
+def _work(given: Mapping[str, Any]) -> Work:
+    for kind in get_args(Known):
+        if given.get("what") in get_args(kind.model_fields["what"].annotation):
+            check_keys(given, list(kind.model_fields), {})
+    return WORK.validate_python(given)
+
+
+def _given(given: Mapping[str, Any]) -> _Given:
+    check_keys(given, [item.alias or name for name, item in _Given.model_fields.items()], {})
+    return _Given.model_validate(given)
 
 
 def _model(tables: Mapping[str, Any], label: str, folder: Path) -> Model:

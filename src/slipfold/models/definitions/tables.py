@@ -106,10 +106,10 @@ def _message(first: Mapping[str, Any]) -> tuple[str, ...]:
     if kind == "union_tag_not_found":
         return "is missing; give it", context["discriminator"].strip("'")
     if kind == "union_tag_invalid":
-        message = f"= {context['tag']!r} is unknown; give {context['expected_tags']}"
+        message = _unknown(context["tag"], context["expected_tags"])
         return message, context["discriminator"].strip("'")
     if kind == "literal_error":
-        return (f"= {_shown(value)} is unknown; give {context['expected']}",)
+        return (_unknown(value, context["expected"]),)
     if kind == "greater_than":
         return (f"= {_shown(value)} is not > {context['gt']:g}",)
     if kind == "too_long":
@@ -118,6 +118,12 @@ def _message(first: Mapping[str, Any]) -> tuple[str, ...]:
         return (f"is {type_name(value)}; give {expected}",)
     message = first["msg"]
     return (f"= {_shown(value)} cannot be used: {message[:1].lower()}{message[1:]}",)
+
+
+def _unknown(value: object, expected: str) -> str:
+    """Say that a value is none of those that are expected, and which of them may be meant."""
+    meant = suggest(str(value), re.findall(r"'([^']*)'", expected))
+    return f"= {_shown(value)} is unknown; {meant}give {expected}"
 
 
 def _shown(value: object) -> str:
