@@ -1,4 +1,4 @@
-"""Equilibria of a model, by Newton's method from its own start or from all around it."""
+"""Equilibria of a model, by Newton's method from its start or from states around it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipfold.newton import solve_each
 
 
 def check_followed(model: Model) -> None:
-    """Refuse parameter values at which nothing slides steadily."""
+    """Refuse parameter values without steady sliding."""
     for item in model.variable_parameters:
         try:
             item.check(model.values[item.name])
@@ -37,7 +37,7 @@ def damped_newton(
     tolerance: float = 1e-13,
     rounding: float = 1e-8,
 ) -> Array:
-    """Find states at which all rates vanish, going downhill from each start; NaN where none is.
+    """Find equilibria by damped Newton iteration from each start; NaN where it fails.
 
     A step is halved until the scaled rates shrink, which keeps the search on the side of a
     singularity on which the structure itself would stay. `linear` gives rates and Jacobians. A step

@@ -262,7 +262,7 @@ class Model(ABC):
         return np.full(len(self.states), np.nan)
 
     def unforced_scales(self) -> Array:
-        """Return `declared_scales` without forcing, whose frequency then means nothing."""
+        """Return `declared_scales` of the model without forcing."""
         return self.declared_scales()
 
     def check(self, values: Mapping[str, float]) -> None:  # noqa: B027 (optional hook)
@@ -384,7 +384,7 @@ class Model(ABC):
         InputError
             If the model has no such parameter, or it is a result of the computation.
         """
-        self.parameter(name)  # complains of one that there is not
+        self.parameter(name)  # refuses unknown names
         named = {item.name: item for item in self.variable_parameters}  # with bounds of their own
         if name in named:
             return named[name]

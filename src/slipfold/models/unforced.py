@@ -27,7 +27,7 @@ class Unforced(Model):
 
     Its equilibria are the static points of the forced model, and can be followed in any parameter
     with their Hopf points and the cycles that emanate from them. Parameters of the forcing alone,
-    such as its amplitude and frequency, are left out; ``duration`` takes their position.
+    such as its amplitude and frequency, are left out; ``duration`` takes their place.
 
     Parameters
     ----------
@@ -80,13 +80,13 @@ class Unforced(Model):
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
-        """Those of the forced model that are left."""
+        """Parameters of the forced model that remain and may be varied."""
         mine = {item.name for item in super().variable_parameters}
         return tuple(item for item in self._base.variable_parameters if item.name in mine)
 
     @property
     def forced(self) -> bool:
-        """No: time does not appear."""
+        """Always false: time does not appear."""
         return False
 
     @property
@@ -112,20 +112,20 @@ class Unforced(Model):
         return other.replace(**changes) if changes else other
 
     def check(self, values: Mapping[str, float]) -> None:
-        """Refuse what the forced model refuses."""
+        """Refuse parameter values that the forced model refuses."""
         self._base.check({**self._base.values, **values})
 
     def coefficients(self, p: Symbols) -> dict[str, Expression]:
-        """Coefficients of the forced model, without those that the forcing alone needs."""
+        """Return the coefficients of the forced model that do not belong to the forcing."""
         result = self._base.coefficients({**self._base.values, **p})
         return {name: result[name] for name in self._terms.coefficients}
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
-        """Time derivatives of the states, per second."""
+        """Return the time derivatives of the states, per second."""
         return self._base.rates(q, {**self._terms.others, **c}, _ZERO)
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
-        """Those of the forced model."""
+        """Return the contacts of the forced model."""
         return self._base.contacts(q, {**self._terms.others, **c}, _ZERO)
 
     def period(self, p: Symbols) -> Expression:
@@ -133,7 +133,7 @@ class Unforced(Model):
         return p[DURATION.name]
 
     def outputs(self) -> tuple[Output, ...]:
-        """Those of the forced model."""
+        """Return the outputs of the forced model."""
         others = self._terms.others
         return tuple(
             Output(
@@ -144,11 +144,11 @@ class Unforced(Model):
 
     @property
     def start(self) -> Array:
-        """That of the forced model."""
+        """Start of the forced model, shape (n_states,)."""
         return self.forced_model.start
 
     def declared_scales(self) -> Array:
-        """Those of the forced model without forcing."""
+        """Return the scales of the forced model without forcing."""
         return self.forced_model.unforced_scales()
 
     def static_point(self) -> Array:
@@ -176,7 +176,7 @@ class Unforced(Model):
 def _unforced_output(
     output: Output, others: Symbols, q: Symbols, c: Symbols, phase: Expression
 ) -> Expression:
-    """Return an output at phase zero, with the coefficients that are constants now."""
+    """Evaluate an output at phase zero, where some coefficients are constants."""
     return output.expression(q, {**others, **c}, _ZERO)
 
 
@@ -195,7 +195,7 @@ class MechanicalModel(Model):
 
     @property
     def variable_parameters(self) -> tuple[Parameter, ...]:
-        """Those that may be varied; what may stick stays in slip, so above a speed of zero."""
+        """Parameters that may be varied; speeds of surfaces to which a contact sticks are > 0."""
         speeds = self.surface_speeds
         return tuple(
             replace(item, lower_open=True) if speeds.get(item.name) else item
@@ -215,7 +215,7 @@ class MechanicalModel(Model):
     def steady(self, **values: float | str) -> Unforced:
         """Return the model without what is periodic in time, as an autonomous model.
 
-        Its equilibrium is steady sliding, to be followed with its Hopf points and their cycles.
+        Its equilibrium is steady sliding. It can be followed with its Hopf points and their cycles.
 
         Parameters
         ----------
@@ -256,7 +256,7 @@ class MechanicalModel(Model):
 
 @dataclass(frozen=True, eq=False)
 class _Terms:
-    """What is left of a forced model's equations when its forcing is zero."""
+    """Parameters and coefficients that remain when the forcing is zero."""
 
     parameters: tuple[Parameter, ...]  # the parameters in them, and ``duration``
     coefficients: tuple[str, ...]  # names of the coefficients in them

@@ -8,35 +8,18 @@ from collections.abc import Mapping
 
 from slipfold.errors import InputError
 
-_FACTORS: dict[str, tuple[str, float]] = {
-    "deg": ("rad", math.pi / 180),
-    "°": ("rad", math.pi / 180),
-    "rad": ("rad", 1.0),
-    "m": ("m", 1.0),
-    "cm": ("m", 1e-2),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "kN": ("N", 1e3),
-    "Hz": ("Hz", 1.0),
-    "kHz": ("Hz", 1e3),
-    "mHz": ("Hz", 1e-3),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "kg": ("kg", 1.0),
-    "g": ("kg", 1e-3),
-    "m/s": ("m/s", 1.0),
-    "mm/s": ("m/s", 1e-3),
-    "cm/s": ("m/s", 1e-2),
-    "N/m": ("N/m", 1.0),
-    "kN/m": ("N/m", 1e3),
-    "N/mm": ("N/m", 1e3),
-    "N s/m": ("N s/m", 1.0),
-    "rad/s": ("rad/s", 1.0),
-    "1/s": ("1/s", 1.0),
-    "%": ("", 1e-2),
+_UNITS: dict[str, dict[str, float]] = {
+    "": {"%": 1e-2},
+    "rad": {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
+    "Hz": {"Hz": 1.0, "kHz": 1e3, "mHz": 1e-3},
+    "s": {"s": 1.0, "ms": 1e-3},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3},
 }
+"""Units in which a quantity may be given, and their factors, by its SI unit."""
 
 _QUANTITY = re.compile(
     r"\s*([-+−]?(?:[0-9]+\.?[0-9]*(?:e[-+−]?[0-9]+)?|\.[0-9]+(?:e[-+−]?[0-9]+)?|inf|nan))"
@@ -77,13 +60,12 @@ def check_unit(unit: str) -> str:
 
 
 def units_of(unit: str) -> dict[str, float]:
-    """Return the units in which a quantity may be given, and what each is in its SI unit."""
-    known = {text: factor for text, (kind, factor) in sorted(_FACTORS.items()) if kind == unit}
-    return known if unit in known or not unit else {unit: 1.0, **known}
+    """Return the units in which a quantity may be given, and their factors to the SI unit."""
+    return dict(sorted(_UNITS.get(unit, {unit: 1.0}).items()))
 
 
 def wanted_text(unit: str) -> str:
-    """Return the end of a sentence that says how a quantity may be given."""
+    """Return the accepted forms of a quantity, for messages."""
     return (
         f"a number, or a number with one of the units {', '.join(units_of(unit))}"
         if unit
@@ -113,7 +95,7 @@ def parse_quantity(text: str | float, unit: str, name: str = "value") -> float:
 
 
 def _calculated(text: str, units: Mapping[str, float]) -> float | None:
-    """Return the value of arithmetic that may end in a unit; None if it is none."""
+    """Return the value of arithmetic with an optional unit; None if the text is not arithmetic."""
     # The grammar of formulas takes long to load; most numbers do without it.
     from slipfold.models.formulas.functions import CONSTANTS
     from slipfold.models.formulas.grammar import (

@@ -105,7 +105,7 @@ def _closing(text: str, opening: int, offset: int) -> int:
 
 
 def _split(text: str, numbers: Numbers, offset: int) -> Iterator[tuple[str, Numbers, int]]:
-    """Yield what stands between commas that are in no parentheses: text, numbers, position."""
+    """Split at commas outside parentheses; yield text, numbers and position."""
     depth = start = 0
     for position, sign in enumerate(f"{text},"):
         depth += (sign in "([") - (sign in ")]")
@@ -152,7 +152,7 @@ def whole_number(text: str, numbers: Numbers, offset: int = 0) -> int:
 
 
 def index_range(text: str, numbers: Numbers, offset: int = 0) -> tuple[str, range] | None:
-    """Return name and values of ``i = first:last``; None if it is no range."""
+    """Return name and values of ``i = first:last``; None if the text is not a range."""
     match = _RANGE.fullmatch(text)
     if match is None:
         return None
@@ -189,7 +189,7 @@ _SIZES: TypeAdapter[dict[str, int]] = TypeAdapter(
 
 
 class _Element(NamedTuple):
-    """One element of an array that is being written out."""
+    """One element of an array."""
 
     indices: tuple[int, ...]
     numbers: Numbers
@@ -252,7 +252,7 @@ def _table(
 
 
 def _elements(source: Source, path: Keys, parts: list[str], base: _Element) -> list[_Element]:
-    """Return the elements that a key means; a range may depend on the indices before it."""
+    """Return the elements of a key; a range may depend on the indices before it."""
     elements = [base]
     for part in parts:
         longer = []
@@ -278,7 +278,7 @@ def _elements(source: Source, path: Keys, parts: list[str], base: _Element) -> l
 
 
 def _value(source: Source, path: Keys, value: Any, element: _Element) -> Any:
-    """Return what an entry is for one element."""
+    """Return the entry of one element."""
     if isinstance(value, Mapping):
         return {
             key: _value(source, (*path, str(key)), item, element) for key, item in value.items()

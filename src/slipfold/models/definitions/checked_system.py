@@ -73,7 +73,7 @@ def check_values(equations: SystemEquations, values: Mapping[str, float]) -> Non
 
 
 def _check_contacts(equations: SystemEquations, source: Source) -> None:
-    """Refuse slips and forces of which a trajectory that sticks could make nothing."""
+    """Refuse slips and forces that sticking trajectories cannot use: both must be linear."""
     q, c, phase = equations.symbols
     contacts = equations.contacts
     names = [name for item in contacts for name in (normal_name(item.name), *item.given)]
@@ -143,7 +143,7 @@ def _slows(contact: ContactEquations, none: Mapping[str, float], c: Mapping[str,
 
 @dataclass(frozen=True)
 class RepeatSettings:
-    """How it is tested whether equations repeat after a period or a revolution."""
+    """Settings of the test that equations repeat after a period or a revolution."""
 
     samples: int = 6  # states and phases at which it is tested
     # Sizes of the states tested: next to terms of states far larger than those of the model, a
@@ -159,7 +159,7 @@ REPEATS = RepeatSettings()
 def _why_not_repeated(
     equations: SystemEquations, values: Mapping[str, float], at: str = ""
 ) -> tuple[Keys, str] | None:
-    """Return the entry that does not repeat after a period or a revolution, and the message."""
+    """Return the entry that is not periodic, and the message; None if all are."""
     entry = _changed(equations, values, equations.timed, later=1.0)
     if entry is not None:
         what = f"the rate of {entry[1]}" if entry[0] == "states" else f"the output {entry[1]}"
@@ -243,7 +243,7 @@ def _points(definition: SystemFile, size: float) -> Iterator[tuple[dict[str, flo
 
 
 def _at(values: Mapping[str, float], tree: Tree | None = None) -> str:
-    """Say at which parameter values: those in a formula, if it has any, and a few at most."""
+    """List the parameter values at which a message applies, six at most."""
     names = [name for name in values if tree is not None and name in names_in(tree)]
     shown = [f"{name} = {values[name]:g}" for name in names or values]
     more = ", ..." if len(shown) > 6 else ""

@@ -1,4 +1,4 @@
-"""The equations of a system as models need them: of symbols, or of floats."""
+"""The equations of a system, evaluated with symbols or floats."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ PERIOD = ("forcing", "period")
 
 @dataclass(frozen=True)
 class ContactEquations:
-    """A contact with its formulas taken apart."""
+    """A contact with its formulas split into coefficients and the remainder."""
 
     name: str
     table: ContactTable
@@ -108,7 +108,7 @@ class ContactEquations:
         return self.slip(dict.fromkeys(self.equations.rates, 0.0), c, phase)
 
     def contact(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
-        """Return the contact as trajectories that stick need it."""
+        """Return the contact in symbols."""
         plate = tuple(map(as_symbol, self.at_rest(c, phase)))
         return Contact(
             slip=tuple(map(as_symbol, self.slip(q, c, phase))),
@@ -161,7 +161,7 @@ class ContactEquations:
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """Where branches, which are followed in slip, end."""
+        """Limits at which branches in slip end."""
         result = []
         if self.moves:
             reason = (
@@ -181,7 +181,7 @@ class ContactEquations:
 
 
 class SystemEquations:
-    """Formulas parsed, looked up, and taken apart into coefficients and the remainder.
+    """Formulas of a system, parsed and split into coefficients and the remainder.
 
     Formulas of parameters alone are in `fixed` and `terms`; those of rates, outputs and contacts
     are in states, coefficients, `named` formulas and the phase.
@@ -267,7 +267,7 @@ class SystemEquations:
 
     @cached_property
     def limits(self) -> tuple[Limit, ...]:
-        """Where the system is valid."""
+        """Limits of validity."""
         own = (item.limit(name) for name, item in self.definition.limits.items())
         return (*own, *(limit for contact in self.contacts for limit in contact.limits))
 
@@ -406,7 +406,7 @@ class _Formulas:
         return frozenset(constant)
 
     def _check_constant(self, what: str, path: Keys) -> None:
-        """Refuse a formula that is not of parameters alone."""
+        """Refuse a formula that depends on more than parameters."""
         fixed = self.parameters | self.constant | CONSTANTS.keys()
         for name, position in names_in(self.trees[path]).items():
             if name not in fixed:

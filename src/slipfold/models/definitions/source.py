@@ -93,7 +93,7 @@ def _note_header(
     several: bool,
     offset: int,
 ) -> Keys:
-    """Note a table header; return the path of the table, the last one of those in an array."""
+    """Store the location of a table header; return the path of the table."""
     path: Keys = ()
     for name in key:
         path = (*path, name)
@@ -149,13 +149,13 @@ class Source:
         # The content begins behind the quotes, and a newline behind three of them.
         quotes = re.compile(r"(?:\"\"\"|''')\n?|.", re.DOTALL).match(self.text, position.value)
         start = quotes.end() if quotes else position.value
-        # Escapes move the letters: then the beginning of the text must do.
+        # Escapes shift the characters: then point at the beginning of the text.
         same = self.text.startswith(formula, start)
         offset = start + error.position if same else position.value
         return self.error_at(offset, error.message, error.length)
 
     def error_at(self, offset: int, message: str, length: int = 1, entry: str = "") -> InputError:
-        """Return the error about letters of the text, which is that of an entry or of a file."""
+        """Return the error about a part of the text of a file or an entry."""
         assert self.text is not None
         before = self.text[:offset].split("\n")
         line, column = len(before), len(before[-1])
@@ -202,7 +202,7 @@ def source_of_text(text: str, label: str = "") -> Source:
         raise InputError(
             f"{label or 'the text'} is nested too deeply; a system has tables of entries"
         ) from None
-    # Besides its own error, tomllib lets through those of numbers and dates.
+    # tomllib raises its own error, and those of numbers and dates.
     except (ValueError, OverflowError) as error:
         raise _not_toml(text, label, str(error)) from None
     return Source(tables, label, text, find_locations(text))

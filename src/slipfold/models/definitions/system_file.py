@@ -1,4 +1,4 @@
-"""What a file with a system of equations may hold: names, formulas as text and meanings."""
+"""Schema of a file with a system of equations."""
 
 from __future__ import annotations
 
@@ -58,11 +58,11 @@ _TAKEN = frozenset(
 )
 
 _BRACES = re.compile(r"\{value(?::\.\d[efg])?\}")
-"""What a reason may hold: other braces would be looked up in Python objects."""
+"""Placeholders that a reason may have: others would be looked up in Python objects."""
 
 
 def _name(text: str) -> str:
-    """Refuse what cannot stand in formulas."""
+    """Refuse names that formulas cannot use."""
     if _NAME.fullmatch(text) is None:
         raise InputError(
             f"{text[:80]!r} cannot be a name in formulas; give at most 60 ASCII letters, "
@@ -76,7 +76,7 @@ def _name(text: str) -> str:
 
 
 def _title(text: str) -> str:
-    """Refuse what cannot name a limit or an event."""
+    """Refuse text that cannot name a limit or an event."""
     if not text.strip() or len(text) > 60 or not text.isprintable() or set(text) & set("{}"):
         raise InputError(f"{text[:80]!r} is not a name of a limit or event; give a few words")
     return text
@@ -382,7 +382,7 @@ def _check_names(definition: SystemFile, source: Source) -> None:
 
 
 def _check_references(definition: SystemFile, source: Source) -> None:
-    """Refuse limits, events and an amplitude that name nothing that exists."""
+    """Refuse limits, events and amplitudes with unknown names."""
     parameters = list(definition.parameters)
     outputs = [*definition.states, *definition.outputs]
     for name, contact in definition.contacts.items():

@@ -25,7 +25,7 @@ _EXPECTED = {
 
 
 class WrongEntry(ValueError):
-    """What is wrong with an entry.
+    """An entry that cannot be used.
 
     The message follows the name of the entry in the sentence, unless it is `complete`. `part` is
     the key of what to point at in the entry; `at_key` says to point at the key, not the value.
@@ -55,7 +55,7 @@ class WrongEntry(ValueError):
 
 
 def validate(check: Callable[[Any], Any], given: Any, *skipped: str) -> Any:
-    """Return what pydantic makes of a value; raise `WrongEntry` if it refuses.
+    """Validate a value with pydantic; raise `WrongEntry` if it refuses.
 
     `skipped` are names of types that pydantic may put among the keys of a path.
     """
@@ -80,7 +80,7 @@ def validate(check: Callable[[Any], Any], given: Any, *skipped: str) -> Any:
 
 
 def validated(check: Callable[[Any], Any], given: Any, position: str, key: str = "") -> Any:
-    """Return what pydantic makes of a table that stands in some position.
+    """Validate a table with pydantic; raise `InputError` that names the entry.
 
     Where a key says what else the table has, pydantic puts its value before the other keys.
     """
@@ -131,7 +131,7 @@ def _shown(value: object) -> str:
 
 
 def entry_name(path: Sequence[str]) -> str:
-    """Return what a message calls an entry."""
+    """Return the name of an entry in messages, such as ``elements[0].k``."""
     plain = re.compile(r"[\w-]+", re.ASCII)
     parts = (
         f"[{key}]" if key.isdigit() else f".{key}" if plain.fullmatch(key) else f'."{key[:60]}"'
@@ -141,7 +141,7 @@ def entry_name(path: Sequence[str]) -> str:
 
 
 def type_name(value: object) -> str:
-    """Return what a value is, in the words of TOML."""
+    """Return the kind of a value in the words of TOML."""
     if isinstance(value, bool):
         return "true or false"
     for kind, words in (
@@ -182,9 +182,9 @@ def read_part(
     key: str,
     readers: Mapping[str, Callable[[Any], Any]],
 ) -> P:
-    """Make an object of a table whose entry `key` says which class; the others are arguments.
+    """Make an object from a table: the entry `key` names the class, the others are arguments.
 
-    `readers` make arguments of entries that are more than numbers, texts and arrays.
+    `readers` convert entries that are not numbers, texts or arrays.
     """
     table = {key: given} if isinstance(given, str) else given
     if not isinstance(table, Mapping):
@@ -224,14 +224,14 @@ def read_part(
 
 
 def _plain(given: Any) -> Any:
-    """Return keys of tables that are whole numbers as such: powers and harmonics."""
+    """Convert keys that are integers, such as powers and harmonics."""
     if not isinstance(given, Mapping):
         return given
     return {int(key) if str(key).isdecimal() else key: value for key, value in given.items()}
 
 
 def part_table(part: Any, key: str, write: Callable[[Any], Any]) -> dict[str, Any]:
-    """Return the table of which `read_part` makes a part again."""
+    """Return the table from which `read_part` makes the part."""
     values = {_entry_name(item): getattr(part, item.name) for item in dataclasses.fields(part)}
     given = {name: write(value) for name, value in values.items() if value not in (None, "")}
     return {key: type(part).__name__, **given}

@@ -158,7 +158,7 @@ _INSTEAD = {
 
 
 def explain_unknown_function(name: str) -> str:
-    """Return the sentence about a function that formulas do not have."""
+    """Return the message about a function that formulas do not have."""
     if name in _NOT_SMOOTH:
         return f"{name} {_CORNER}{_DRY if name in ('sign', 'sgn') else ''}"
     if name in _INSTEAD:

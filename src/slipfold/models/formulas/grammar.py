@@ -134,7 +134,7 @@ BINDING = {"+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "^": POWER}
 
 
 def _position() -> Any:
-    """Return the field for where a node begins in the text; it plays no part in comparisons."""
+    """Return the field for the position of a node in the text, which comparisons ignore."""
     return field(default=0, compare=False)
 
 
@@ -185,7 +185,7 @@ Tree = Number | Name | Negative | Binary | Call
 def fold(tree: Tree, combine: Callable[[Tree, tuple[T, ...]], T]) -> T:
     """Combine the values of all nodes, from the leaves to the root.
 
-    It has a stack of its own: the tree of a sum of thousands of terms is too deep for recursion.
+    An explicit stack replaces recursion: trees of long sums are thousands of levels deep.
     """
     waiting: list[tuple[Tree, bool]] = [(tree, False)]
     values: list[T] = []
@@ -234,7 +234,7 @@ def names_in(tree: Tree) -> dict[str, int]:
 
 
 def format_tree(tree: Tree) -> str:
-    """Write a tree as a formula with as few parentheses as give the same tree again."""
+    """Write a tree as a formula with the minimum of parentheses."""
     return fold(tree, _written)[0]
 
 
@@ -378,7 +378,7 @@ class _Parser:
 
 
 def _unknown(name: str, arguments: list[Tree]) -> str:
-    """Return the sentence about an unknown function, which may be a state at a time."""
+    """Return the message about an unknown function, which may be a state at another time."""
     time = arguments[0] if len(arguments) == 1 else None
     if isinstance(time, Binary) and time.operator == "-" and time.left == Name("t"):
         return f"{name}({format_tree(time)}) is a state at another time; delays are not supported"

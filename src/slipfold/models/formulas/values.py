@@ -61,7 +61,7 @@ def _quotient(left: Tree, right: Tree) -> Tree | None:
 
 
 def _reciprocal(tree: Tree) -> Tree | None:
-    """Return one over a tree in bounded functions; None if there is no need or no such form."""
+    """Return the inverse of a tree in bounded functions; None if it needs none or has none."""
     match tree:
         case Binary("^", Call("cosh", (x,)), Number(n)) if n > 0 and n % 2 == 0:
             double = Binary("*", Number(2.0), x)
@@ -175,7 +175,7 @@ class _Product:
 
 
 class CoefficientFinder:
-    """Separates formulas from their coefficients, and collects these.
+    """Separates coefficients from formulas and collects them.
 
     `constant` names the parameters, and formulas of parameters alone.
 

@@ -11,12 +11,12 @@ from slipfold.models.quantities import Expression, Output, Symbols
 
 
 def normal_name(contact: str) -> str:
-    """Return the name under which equations look for a normal force that is given."""
+    """Return the name of a given normal force among the states."""
     return f"normal force of {contact}"
 
 
 def friction_name(contact: str, axis: int) -> str:
-    """Return the name under which they look for a component of friction that is given."""
+    """Return the name of a given component of friction among the states."""
     return f"friction {axis} of {contact}"
 
 
@@ -24,8 +24,8 @@ def friction_name(contact: str, axis: int) -> str:
 class Contact(ContactState):
     """A contact of a model, which may stick; symbols of states, coefficients and phase.
 
-    A model with contacts takes the forces in them from among its states where they are given there,
-    under the names `normal_name` and `friction_name`, instead of from its laws.
+    Forces that are given among the states, under the names `normal_name` and `friction_name`,
+    replace those of the law.
     """
 
     name: str
@@ -36,11 +36,11 @@ class Contact(ContactState):
     values: Symbols  # parameters of the law, among others
     given: tuple[Expression, ...] = ()  # friction force in N, where it does not follow from the law
     opens: bool = False  # whether the normal force may vanish, and friction with it
-    # Names of the model's limits that mean nothing to a trajectory that may stick and open
+    # Names of limits of the model that do not apply to trajectories that may stick and open
     limits: tuple[str, ...] = ()
 
     def in_states(self, q: Symbols) -> Contact:
-        """Return the contact with the forces that are among the states, if they are."""
+        """Return the contact with the forces given among the states, if there are any."""
         if normal_name(self.name) not in q:
             return self
         given = tuple(q[name] for name in self.friction_names)

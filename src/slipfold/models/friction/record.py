@@ -62,7 +62,7 @@ def _plain(value: Any) -> Any:
 
 
 def read_law(given: Any) -> FrictionLaw:
-    """Make a friction law of what stands in a file; raise `WrongEntry` if it cannot be."""
+    """Make a friction law from an entry of a file; raise `WrongEntry` if it is wrong."""
     return read_part(given, friction_laws(), "law", {"of": read_law, "elements": _laws})
 
 

@@ -39,7 +39,7 @@ def read_matrix(path: Path, name: str) -> Any:
             f"{path} is a MATLAB file of version 7.3, which cannot be read; save it in MATLAB with "
             "the option -v7"
         ) from error
-    # Damaged files make the readers fail in many ways; none of them is worth a traceback.
+    # Damaged files make the readers fail in many ways; a message says more than a traceback.
     except Exception as error:
         why = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise InputError(
@@ -79,7 +79,7 @@ _READERS: dict[str, Callable[[Path], Any]] = {
 
 
 def _chosen(names: Collection[str], path: Path, name: str) -> str:
-    """Return which of the variables in a file is the matrix."""
+    """Return the name of the matrix among the variables of a file."""
     if len(names) == 1:
         return next(iter(names))
     long_name = {"M": "mass", "C": "damping", "K": "stiffness"}.get(name, name)
@@ -95,7 +95,7 @@ def _chosen(names: Collection[str], path: Path, name: str) -> str:
 
 @dataclass(frozen=True)
 class MatrixSettings:
-    """What counts as large, symmetric, regular and zero in matrices."""
+    """Bounds of size, symmetry, regularity and rounding of matrices."""
 
     dense: int = 600  # largest size at which full arrays are used; beyond it sparse ones
     modal: int = 80  # largest size of equations with modes, which take longer to compile
@@ -146,7 +146,7 @@ class Matrix:
         return result
 
     def array(self) -> Any:
-        """Return the matrix as it is best calculated with: full if small, SciPy sparse if large."""
+        """Return the matrix for calculations: full if small, SciPy sparse if large."""
         if self.size <= MATRICES.dense:
             return self.dense()
         # SciPy takes a while to load, and small structures do without it.

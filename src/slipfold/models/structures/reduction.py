@@ -125,7 +125,7 @@ class Reduction:
             object.__setattr__(self, "up_to", value)
 
     def _fits(self, mass: Matrix, stiffness: Matrix, names: tuple[str, ...]) -> None:
-        """Raise `InputError` if no calculation is needed to see that it cannot be reduced so."""
+        """Refuse matrices and counts that do not fit, before anything is computed."""
         require_symmetric(
             stiffness,
             "K",

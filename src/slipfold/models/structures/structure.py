@@ -66,15 +66,15 @@ class Structure(MechanicalModel):
         `HarmonicForce`, `MultiHarmonicForce`, `TabulatedForce`, `BaseMotion`.
     length_scale
         Displacements are in units of this length in m, rates in this length a second. Give about
-        the size of the motion: orbits are accepted at a residual of 1e-10 of it. Without it the
-        size finds itself.
+        the amplitude: orbits are accepted at a residual of 1e-10 of it. Without it characteristic
+        scales are computed.
     triangles
         What a matrix is that has at most one entry of each mirrored pair: ``"symmetric"`` for one
         triangle of a symmetric matrix, which is completed; ``"whole"`` for a matrix that is taken
         as it is. None refuses it.
     watch
         Displacements in m that are outputs, as directions by name, such as ``{"u_tip": "tip"}``:
-        with a reduction they are how a displacement that is no state is seen.
+        with a reduction they show displacements that are not states.
     name, title
         Short name, and one line that says what it is, for results and figures.
     **values
@@ -132,7 +132,7 @@ class Structure(MechanicalModel):
         self._become(assemble(definition), {**given, **values})
 
     def _become(self, assembly: Assembly, values: Mapping[str, float | str]) -> None:
-        """Take the names of an assembly."""
+        """Adopt states, parameters and limits of an assembly."""
         first = next(iter(assembly.amplitudes), None)
         self._take(
             _assembly=assembly,
@@ -272,7 +272,7 @@ class Structure(MechanicalModel):
     def declared_scales(self) -> Array:
         """Displacements in the length scale, rates by the circular frequency, memories by the laws.
 
-        Without a length scale displacements and rates are left to be found.
+        Without a length scale those of displacements and rates are NaN: they are computed.
         """
         return self._scales(self._values["f"]) if self.forced else self.unforced_scales()
 
@@ -327,7 +327,7 @@ class Structure(MechanicalModel):
 
     @property
     def surface_speeds(self) -> Mapping[str, bool]:
-        """Those of the contacts."""
+        """Names of the speeds of moving surfaces, and whether contacts stick to them."""
         contacts = self._assembly.definition.contacts
         return {item._full_name("Vd"): item.law.sticks for item in contacts}
 
