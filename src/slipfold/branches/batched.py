@@ -18,11 +18,12 @@ from slipfold.arrays import Array
 from slipfold.branches.batched_points import (
     LAST_STEP,
     AtLimit,
+    FollowedOrbits,
     locate_zeros,
     orbits_at_limits,
     refine_zeros,
 )
-from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchedBranch, Located, Step, Walk
+from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchedBranch, Located, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.make_branch import assemble, describe
@@ -289,55 +290,53 @@ def _refine_points(
     branches: Sequence[BatchedBranch],
     tolerance: float,
 ) -> None:
-    """Add all orbits to branches that were followed, corrected by the flow itself."""
-    limits = orbits_at_limits(orbits, branches, tolerance)
+    """Add all orbits to branches that were followed, and their ends, corrected by the flow."""
     ended = [branch for branch in branches if branch.ordinary]
-    parts, rows = list[list[Step]](), list[Array]()
-    for branch in ended:
-        steps, last = branch.steps, len(branch.steps)
-        if branch.end == "limit":
-            last = _last_before(limits.get(branch), branch, cases[branch.case], tolerance)
-        own = slice(int(branch.first is not None), last)
-        lines = [tangent for _, tangent, _ in steps]
-        held = hold_parameter(orbits.size)
-        lines[0], lines[-1] = held * np.sign(lines[0][-1]), held * np.sign(lines[-1][-1])
-        parts.append(steps[own])
-        rows += lines[own]
-    if not rows:
+    if not ended:
         return
+    parts = [branch.steps[int(branch.first is not None) :] for branch in ended]
+    rows = list[Array]()
+    for branch, part in zip(ended, parts, strict=True):
+        own = [tangent for _, tangent, _ in part]
+        ends = [0] * (branch.first is None) + [-1] * (branch.end == "span")
+        for end in ends:
+            own[end] = hold_parameter(orbits.size) * np.sign(own[end][-1])
+        rows += own
     which = np.repeat([branch.case for branch in ended], [len(part) for part in parts])
     z = np.array([step[0] for part in parts for step in part])
-    result, end = orbits.settled(which, z, np.array(rows), tolerance), 0
+    result, last = orbits.settled(which, z, np.array(rows), tolerance), 0
+    followed = list[FollowedOrbits]()
     for branch, part in zip(ended, parts, strict=True):
-        orbits_of_branch = result.of(slice(end, end + len(part)))
-        end += len(part)
-        case = cases[branch.case]
-        if not (orbits_of_branch.residuals <= tolerance).all():
-            case.leave("residual")
-        if not case.failure:
-            arclengths = [step[2] for step in part]
-            _complete(branch, orbits_of_branch, arclengths, limits.get(branch))
-
-
-def _last_before(
-    limit: AtLimit | None, branch: BatchedBranch, case: BatchedCase, tolerance: float
-) -> int:
-    """Return the number of points before a limit: the walk may have taken one too many."""
-    if limit is None or not (limit.orbit.residuals <= tolerance).all():
-        case.leave("limit not located")
-        return len(branch.steps) - 1
-    if any(item.arclength >= limit.arclength for item in branch.located):
-        case.leave("beyond the limit")
-    return sum(arclength < limit.arclength for _, _, arclength in branch.steps)
+        own_orbits = result.of(slice(last, last + len(part)))
+        followed.append(FollowedOrbits(branch, own_orbits, np.array([step[2] for step in part])))
+        last += len(part)
+    limits = orbits_at_limits(
+        orbits, [item for item in followed if item.branch.end == "limit"], tolerance
+    )
+    for item in followed:
+        _complete(item, cases[item.branch.case], limits.get(item.branch), tolerance)
 
 
 def _complete(
-    branch: BatchedBranch, inner: Converged, arclengths: Sequence[float], limit: AtLimit | None
+    followed: FollowedOrbits, case: BatchedCase, limit: AtLimit | None, tolerance: float
 ) -> None:
     """Add the points of a branch and its end."""
-    orbits = branch.orbits
+    branch, arclengths = followed.branch, followed.arclengths
+    orbits, count = branch.orbits, len(arclengths)
+    if branch.end == "limit":
+        if limit is None or not (limit.orbit.residuals <= tolerance).all():
+            case.leave("limit not located")
+            return
+        if any(item.arclength >= limit.arclength for item in branch.located):
+            case.leave("beyond the limit")
+        count = int(np.count_nonzero(arclengths < limit.arclength))  # one too many were followed
+    inner = followed.orbits.of(slice(count))
+    if not (inner.residuals <= tolerance).all():
+        case.leave("residual")
+    if case.failure:
+        return
     branch.points = [] if branch.first is None else [branch.first]
-    branch.points += _points(orbits, inner, arclengths)
+    branch.points += _points(orbits, inner, arclengths[:count].tolist())
     if limit is None:
         branch.stopped = span_end(orbits, branch.points[-1])
         return

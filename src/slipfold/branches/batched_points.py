@@ -25,8 +25,8 @@ ITERATIONS = 12
 """Maximum number of points; the flow itself needs one or two more."""
 
 LAST = 3
-"""Orbits at the end of a branch that are corrected again before a limit is located: near a
-singularity explicit steps are too inexact to show on which side of the limit they lie."""
+"""Orbits at the end of a branch between which a limit may lie: near a singularity explicit steps
+are too inexact to show on which side of it they lie."""
 
 BEYOND = 1.5
 """Step beyond a limit, over its estimated distance; less if there is no orbit at its end, so near
@@ -148,6 +148,15 @@ def refine_zeros(
 
 
 @dataclass(frozen=True, eq=False)
+class FollowedOrbits:
+    """The orbits of a branch, corrected by the flow itself."""
+
+    branch: BatchedBranch
+    orbits: Converged
+    arclengths: Array
+
+
+@dataclass(frozen=True, eq=False)
 class AtLimit:
     """The last orbit of a branch, at a limit of the model."""
 
@@ -158,24 +167,14 @@ class AtLimit:
 
 
 def orbits_at_limits(
-    orbits: OrbitBatch, branches: Sequence[BatchedBranch], tolerance: float
+    orbits: OrbitBatch, ended: Sequence[FollowedOrbits], tolerance: float
 ) -> dict[BatchedBranch, AtLimit]:
     """Return where branches that end at a limit meet it, as far as that is located."""
-    ended = [item for item in branches if item.end == "limit" and len(item.steps) >= LAST]
-    if not ended:
-        return {}
-    steps = [step for branch in ended for step in branch.steps[-LAST:]]
-    z, tangents, arclengths = (np.array(item) for item in zip(*steps, strict=True))
-    cases = np.repeat([branch.case for branch in ended], LAST)
-    settled = orbits.settled(cases, z, tangents, tolerance)
-    margins = orbits.margins(cases, settled.z)
     bracketed, brackets = list[BatchedBranch](), list[Bracket]()
-    for row, branch in enumerate(ended):
-        last = slice(row * LAST, (row + 1) * LAST)
-        parts = settled.z[last], tangents[last], arclengths[last], margins[last]
-        bracket = _limit_bracket(orbits, branch.case, *parts)
+    for item in ended:
+        bracket = _limit_bracket(orbits, item)
         if bracket is not None:
-            bracketed.append(branch)
+            bracketed.append(item.branch)
             brackets.append(bracket)
     names = [limit.name for limit in orbits.model.limits]
 
@@ -195,17 +194,18 @@ def orbits_at_limits(
     }
 
 
-def _limit_bracket(
-    orbits: OrbitBatch, case: int, z: Array, tangents: Array, arclengths: Array, margins: Array
-) -> Bracket | None:
-    """Return two orbits between which one limit is broken; None if there is no such limit.
-
-    Shapes: z, tangents (LAST, u); arclengths (LAST,); margins (LAST, n_limits).
-    """
+def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits) -> Bracket | None:
+    """Return two orbits between which one limit is broken; None if there is no such limit."""
+    last, case = slice(-LAST, None), followed.branch.case
+    z, tangents = followed.orbits.z[last], followed.orbits.tangents[last]
+    arclengths = followed.arclengths[last]
+    if len(z) < LAST:
+        return None
+    own, factor = np.array([case]), BEYOND
+    margins = orbits.margins(np.full(LAST, case), z)
     if not (margins[-2] > 0).all():
         z, tangents, arclengths = z[:-1], tangents[:-1], arclengths[:-1]
         margins = margins[:-1]
-    own, factor = np.array([case]), BEYOND
     maximum = MAX_DISTANCE * (arclengths[-1] - arclengths[-2])
     for _ in range(ATTEMPTS):
         if not (margins[-1] > 0).all():
