@@ -7,8 +7,8 @@ from scipy.stats import qmc
 import slipfold as sf
 from slipfold.branches.batched import follow_batch
 from slipfold.branches.response import trace_response
-from slipfold.branches.stops import LIMIT_CLOSE
-from slipfold.continuation.locate import CLOSE
+from slipfold.branches.stops import STOP
+from slipfold.continuation.locate import ZERO
 
 SPAN = (0.0, 0.98)
 
@@ -47,7 +47,7 @@ def assert_alike(response, branches, width):
         told = [(point.type, point.criticality) for point in special]
         assert told == [(point.type, point.criticality) for point in other.special]
         for point, known in zip(special, other.special, strict=True):
-            uncertain = point.uncertainty + known.uncertainty + 2 * CLOSE * width
+            uncertain = point.uncertainty + known.uncertainty + 2 * ZERO.close * width
             assert abs(point.value - known.value) <= uncertain
             assert point.coefficient == pytest.approx(known.coefficient, rel=COEFFICIENT)
 
@@ -73,7 +73,7 @@ def test_whole_branches_are_those_of_each_response_alone():
             assert [end.kind for end in one.ends] == [end.kind for end in other.ends]
             assert [end.reason for end in one.ends] == [end.reason for end in other.ends]
             # At a limit each margin may be left with what an arclength so short makes of it.
-            assert abs(one.stopped.value - other.stopped.value) <= 4 * LIMIT_CLOSE
+            assert abs(one.stopped.value - other.stopped.value) <= 4 * STOP.limit_close
             assert one.residual.max() <= sf.Settings().newton.tolerance
             assert one.nodes.shape[1:] == other.nodes.shape[1:]
             some = len(one) // 4  # where multipliers of 1e4 do not magnify errors of the orbit
@@ -116,7 +116,7 @@ def test_limits_that_are_some_steps_beyond_the_last_orbit():
         alone = trace_response(model, "Nd", SPAN)
         assert [branch.stopped.kind for branch in branches] == ["limit", "span"]
         assert branches[0].stopped.reason == alone[0].stopped.reason
-        assert abs(branches[0].stopped.value - alone[0].stopped.value) <= 4 * LIMIT_CLOSE
+        assert abs(branches[0].stopped.value - alone[0].stopped.value) <= 4 * STOP.limit_close
 
 
 def test_rest_under_a_pulsing_spring_loses_its_stability_where_it_does_alone():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.continuation.locate import CLOSE
+from slipfold.continuation.locate import ZERO
 from slipfold.studies.works import ResponseWork
 
 
@@ -71,7 +71,9 @@ def test_responses_of_many_cases_go_side_by_side():
         for row, point in zip(rows, alone.special, strict=True):
             assert found.listed["type"][row] == point.type
             assert found.listed["criticality"][row] == point.criticality
-            uncertain = found.listed["uncertainty"][row] + point.uncertainty + 2 * CLOSE * 0.045
+            uncertain = (
+                found.listed["uncertainty"][row] + point.uncertainty + 2 * ZERO.close * 0.045
+            )
             assert abs(found.listed["value"][row] - point.value) <= uncertain
 
 

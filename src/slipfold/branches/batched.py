@@ -16,14 +16,13 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.branches.batched_points import (
-    LAST_STEP,
     AtLimit,
     FollowedOrbits,
     locate_zeros,
     orbits_at_limits,
     refine_zeros,
 )
-from slipfold.branches.batched_walk import MAX_ROUNDS, SMALLEST, BatchedBranch, Located, Walk
+from slipfold.branches.batched_walk import BATCH, BatchedBranch, Located, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.make_branch import assemble, describe
@@ -47,13 +46,6 @@ from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import ITERATIONS, Converged, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENTS, Shooting
-
-MINIMUM_BATCH = 16
-"""Minimum number of cases for a batch: four are as quick individually, and compiling takes
-seconds."""
-
-BATCH = 64
-"""Number of cases of a batch: in one of 16 each takes twice as long, in one of 128 four fifths."""
 
 Report = Callable[[str, float], None]
 """Called with the stage of the computation and the finished fraction of it."""
@@ -156,8 +148,8 @@ def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
     allowed = (
         settings.discretization != "collocation"
         and settings.newton.iterations >= ITERATIONS
-        and steps.smallest <= SMALLEST
-        and steps.largest * MAX_ROUNDS > 4  # several spans
+        and steps.smallest <= BATCH.smallest
+        and steps.largest * BATCH.max_rounds > 4  # several spans
     )
     return linearized_steps_of(model) if allowed else None
 
@@ -185,7 +177,7 @@ def _responses(
         return []
     rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
     which = np.array(list(curves))
-    result = orbits.correct(which, np.array(guesses), rows, LAST_STEP, NEAR)
+    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, NEAR)
     branches = list[BatchedBranch]()
     for row, (number, curve) in enumerate(curves.items()):
         if result.found[row]:

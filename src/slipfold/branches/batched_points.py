@@ -8,39 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.batched_walk import BatchedBranch, Bracket, Located
-from slipfold.branches.stops import LIMIT_CLOSE
+from slipfold.branches.batched_walk import BATCH, BatchedBranch, Bracket, Located
+from slipfold.branches.stops import STOP
 from slipfold.continuation.interpolation import hermite_each
-from slipfold.continuation.locate import CLOSE, BracketedZero
-from slipfold.continuation.newton import EXACT
+from slipfold.continuation.locate import ZERO, BracketedZero
+from slipfold.continuation.newton import NEWTON
 from slipfold.orbits.orbit_batch import EXACTLY, TESTS, Converged, OrbitBatch, Solutions
-
-LAST_STEP = 1e-6
-"""A correction shorter than this is the last: the next one would be as long as its square."""
-
-NEAR = 1e-7
-"""Distance from a zero at which secant steps with the flow itself begin."""
-
-ITERATIONS = 12
-"""Maximum number of points; the flow itself needs one or two more."""
-
-LAST = 3
-"""Orbits at the end of a branch between which a limit may lie: near a singularity explicit steps
-are too inexact to show on which side of it they lie."""
-
-BEYOND = 1.5
-"""Step beyond a limit, over its estimated distance; less if there is no orbit at its end, so near
-to a singularity."""
-
-SHORTER = 0.7
-"""Ratio of such a step to one before it that met no orbit."""
-
-ATTEMPTS = 12
-"""Maximum number of such steps; one is enough where margins fall in proportion to arclengths."""
-
-MAX_DISTANCE = 5.0
-"""Maximum of such a step, over the distance of the last two orbits: explicit steps may break the
-limit up to three of these before the flow itself does."""
 
 Function = Callable[[Sequence[Bracket], Solutions], Array]
 """The function with a zero in each bracket, of an orbit for each, shape (k,)."""
@@ -56,7 +29,7 @@ def locate_zeros(
     orbits: OrbitBatch,
     brackets: Sequence[Bracket],
     function: Function = critical_values,
-    near: float = NEAR,
+    near: float = BATCH.near,
 ) -> list[Located | None]:
     """Locate the zeros within brackets, along their chords; None where that fails."""
     result: list[Located | None] = [None] * len(brackets)
@@ -74,7 +47,7 @@ def locate_zeros(
         for item, length in zip(brackets, lengths.tolist(), strict=True)
     ]
     active = list(range(len(brackets)))
-    for _ in range(ITERATIONS):
+    for _ in range(BATCH.iterations):
         if not active:
             break
         at = np.array([zeros[i].next_guess() for i in active])
@@ -82,7 +55,7 @@ def locate_zeros(
         guess, _ = hermite_each(ends, z[active], slopes[active], at)
         off = at - ((guess - z[active, 0]) * rows[active]).sum(axis=1)
         guess += off[:, None] * rows[active]
-        solutions = orbits.correct(cases[active], guess, rows[active], LAST_STEP, np.inf)
+        solutions = orbits.correct(cases[active], guess, rows[active], BATCH.last_step, np.inf)
         values = function([brackets[i] for i in active], solutions)
         remaining = []
         for row, i in enumerate(active):
@@ -107,7 +80,7 @@ def refine_zeros(
     items: Sequence[Located],
     tolerance: float,
     function: Function = critical_values,
-    close: float = CLOSE,
+    close: float = ZERO.close,
 ) -> list[tuple[Converged, float] | None]:
     """Return zeros by the flow itself, each with its remaining value; None where that fails.
 
@@ -125,7 +98,7 @@ def refine_zeros(
         if not len(active):
             break
         own = cases[active]
-        now = orbits.correct(own, z[active], rows[active], EXACT, np.inf, EXACTLY)
+        now = orbits.correct(own, z[active], rows[active], NEWTON.exact, np.inf, EXACTLY)
         residuals = orbits.residuals(own, now.z)
         here = Converged(now.z, now.tangents, now.monodromies, residuals)
         value = function([items[i].bracket for i in active.tolist()], here)
@@ -183,10 +156,10 @@ def orbits_at_limits(
         each = orbits.margins(np.array([item.case for item in brackets]), solutions.z)
         return np.asarray(each[np.arange(len(which)), which])
 
-    near = zip(bracketed, locate_zeros(orbits, brackets, margin, LIMIT_CLOSE), strict=True)
+    near = zip(bracketed, locate_zeros(orbits, brackets, margin, STOP.limit_close), strict=True)
     located = [(branch, item) for branch, item in near if item is not None]
     items = [item for _, item in located]
-    zeros = refine_zeros(orbits, items, tolerance, margin, LIMIT_CLOSE)
+    zeros = refine_zeros(orbits, items, tolerance, margin, STOP.limit_close)
     return {
         branch: AtLimit(zero[0], item.arclength, names.index(item.bracket.kind), zero[1])
         for (branch, item), zero in zip(located, zeros, strict=True)
@@ -196,18 +169,18 @@ def orbits_at_limits(
 
 def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits) -> Bracket | None:
     """Return two orbits between which one limit is broken; None if there is no such limit."""
-    last, case = slice(-LAST, None), followed.branch.case
+    last, case = slice(-BATCH.last, None), followed.branch.case
     z, tangents = followed.orbits.z[last], followed.orbits.tangents[last]
     arclengths = followed.arclengths[last]
-    if len(z) < LAST:
+    if len(z) < BATCH.last:
         return None
-    own, factor = np.array([case]), BEYOND
-    margins = orbits.margins(np.full(LAST, case), z)
+    own, factor = np.array([case]), BATCH.beyond
+    margins = orbits.margins(np.full(BATCH.last, case), z)
     if not (margins[-2] > 0).all():
         z, tangents, arclengths = z[:-1], tangents[:-1], arclengths[:-1]
         margins = margins[:-1]
-    maximum = MAX_DISTANCE * (arclengths[-1] - arclengths[-2])
-    for _ in range(ATTEMPTS):
+    maximum = BATCH.max_distance * (arclengths[-1] - arclengths[-2])
+    for _ in range(BATCH.attempts):
         if not (margins[-1] > 0).all():
             break
         length = arclengths[-1] - arclengths[-2]
@@ -215,11 +188,11 @@ def _limit_bracket(orbits: OrbitBatch, followed: FollowedOrbits) -> Bracket | No
         further, row = factor * float((margins[-1] / falls * length).min()), tangents[-1:]
         if not further < maximum:
             return None
-        now = orbits.correct(own, z[-1:] + further * row, row, LAST_STEP, further)
+        now = orbits.correct(own, z[-1:] + further * row, row, BATCH.last_step, further)
         if not now.found[0]:
-            factor *= SHORTER
+            factor *= BATCH.shorter
             continue
-        factor = BEYOND
+        factor = BATCH.beyond
         z, tangents = np.concatenate([z, now.z]), np.concatenate([tangents, now.tangents])
         arclengths = np.append(arclengths, arclengths[-1] + further)
         margins = np.concatenate([margins, orbits.margins(own, now.z)])

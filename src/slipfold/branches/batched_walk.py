@@ -16,35 +16,63 @@ from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
 from slipfold.branches.closed_branches import AROUND
-from slipfold.branches.stops import ONE
+from slipfold.branches.stops import STOP
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import BIRTH, FIRST
 from slipfold.continuation.interpolation import POINTS, lengths_of
 from slipfold.continuation.search import Interpolated, arclengths_between, interpolation_weights
 from slipfold.continuation.settings import Stepping, Steps
-from slipfold.continuation.step_length import REACH
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found
 from slipfold.continuation.walk import Front, FrontEquations, Trial
 from slipfold.flow.modes import contacts_of
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
-CLOSE = 1e-5
-"""A correction shorter than this is the last: the next one would be as long as its square."""
 
-ROUGHLY = 1e-8
-"""Error of a step in time along a branch. Orbits and multipliers are then known to 1e-6: enough to
-choose steps and to bracket what is located more exactly."""
+@dataclass(frozen=True)
+class BatchRules:
+    """Rules for following responses in batches."""
 
-SMALLEST = 1e-6
-"""A branch that needs a smaller step is left."""
+    # A correction shorter than this is the last: the next one would be as long as its square
+    close: float = 1e-5
+    # Error of a step in time along a branch. Orbits and multipliers are then known to 1e-6: enough
+    # to choose steps and to bracket what is located more exactly
+    roughly: float = 1e-8
+    # A branch that needs a smaller step is left
+    smallest: float = 1e-6
+    # Largest multiplier, and largest change of an orbit by an error where a multiplier is near one.
+    # Beyond, rounding begins to matter, and the branch is left
+    amplified: float = 1e6
+    # Steps of each branch after which those that have not ended are left
+    max_rounds: int = 400
+    # A correction shorter than this is the last: the next one would be as long as its square
+    last_step: float = 1e-6
+    # Distance from a zero at which secant steps with the flow itself begin
+    near: float = 1e-7
+    # Maximum number of points; the flow itself needs one or two more
+    iterations: int = 12
+    # Orbits at the end of a branch between which a limit may lie: near a singularity explicit steps
+    # are too inexact to show on which side of it they lie
+    last: int = 3
+    # Step beyond a limit, over its estimated distance; less if there is no orbit at its end, so
+    # near to a singularity
+    beyond: float = 1.5
+    # Ratio of such a step to one before it that met no orbit
+    shorter: float = 0.7
+    # Maximum number of such steps; one is enough where margins fall in proportion to arclengths
+    attempts: int = 12
+    # Maximum of such a step, over the distance of the last two orbits: explicit steps may break the
+    # limit up to three of these before the flow itself does
+    max_distance: float = 5.0
+    # Minimum number of cases for a batch: four are as quick individually, and compiling takes
+    # seconds
+    minimum_size: int = 16
+    # Number of cases of a batch: in one of 16 each takes twice as long, in one of 128 four fifths
+    size: int = 64
 
-AMPLIFIED = 1e6
-"""Largest multiplier, and largest change of an orbit by an error where a multiplier is near one.
-Beyond, rounding begins to matter, and the branch is left."""
 
-MAX_ROUNDS = 400
-"""Steps of each branch after which those that have not ended are left."""
+BATCH = BatchRules()
+
 
 PD, FOLD, NS, LP = range(len(TESTS))
 
@@ -135,11 +163,11 @@ class Walk(FrontEquations):
         self._departs = np.array([branch.first is not None for branch in branches])
         self._active: Mask = np.ones(k, bool)
         z, tangents = (np.array([branch.steps[0][i] for branch in branches]) for i in (0, 1))
-        tests, step = np.zeros((k, len(TESTS))), np.full(k, FIRST)
+        tests, step = np.zeros((k, len(TESTS))), np.full(k, STEP.first)
         self._correct_first_orbits(z, tangents, tests)
         self._choose_first_steps(z, tangents, step)
         start = z[:, None], tangents[:, None], tests[:, None], np.zeros((k, 1))
-        settings = Stepping(steps=replace(steps, smallest=SMALLEST / 4))
+        settings = Stepping(steps=replace(steps, smallest=BATCH.smallest / 4))
         self._front = Front(self, *start, step, [(-1, self._low, self._high)], settings)
         self._points = steps.points
         for branch in branches:
@@ -152,7 +180,7 @@ class Walk(FrontEquations):
         The parameter may go back at folds; the reported fraction does not.
         """
         fraction = 0.0
-        for _ in range(MAX_ROUNDS):
+        for _ in range(BATCH.max_rounds):
             active = np.flatnonzero(self._active)
             if not len(active):
                 return
@@ -166,7 +194,7 @@ class Walk(FrontEquations):
     ) -> Corrected:
         """Return the orbits nearest guesses, those on an end of the span exactly on it."""
         given = self._cases[rows], guesses, normals
-        result = self._orbits.correct(*given, CLOSE, REACH, ROUGHLY)
+        result = self._orbits.correct(*given, BATCH.close, STEP.reach, BATCH.roughly)
         at_end = np.abs(normals[:, -1]) == 1
         result.z[at_end, -1] = guesses[at_end, -1]
         return result
@@ -186,7 +214,7 @@ class Walk(FrontEquations):
         if not len(rows):
             return
         given = self._cases[rows], z[rows], tangents[rows]
-        result = self._orbits.correct(*given, CLOSE, np.inf, ROUGHLY)
+        result = self._orbits.correct(*given, BATCH.close, np.inf, BATCH.roughly)
         z[rows], tangents[rows], tests[rows] = result.z, result.tangents, result.tests
         self._signs[rows], self._unstable[rows] = result.signs, _unstable(result)
         for row, count in zip(rows.tolist(), self._unstable[rows], strict=True):
@@ -200,7 +228,7 @@ class Walk(FrontEquations):
         firsts = [branch.first for branch in self._branches if branch.first is not None]
         others = [np.delete(p.multipliers, np.abs(p.multipliers - 1).argmin()) for p in firsts]
         outside = np.array([np.count_nonzero(np.abs(item) > 1) for item in others])
-        step[active] = BIRTH
+        step[active] = STEP.birth
         for _ in range(6):
             if not len(active):
                 return
@@ -210,7 +238,7 @@ class Walk(FrontEquations):
                     self._cases[active],
                     z[active] + fraction * along,
                     tangents[active],
-                    *(CLOSE, REACH, ROUGHLY),
+                    *(BATCH.close, STEP.reach, BATCH.roughly),
                 )
                 for fraction in (1.0, 0.25)
             )
@@ -228,12 +256,12 @@ class Walk(FrontEquations):
         front = self._front
         if self._orbits.period % 2 == 0:
             apart = 0.9 * lengths_of(self._halves(front.z[active, -1]))
-            front.step[active] = np.minimum(front.step[active], np.maximum(BIRTH, apart))
+            front.step[active] = np.minimum(front.step[active], np.maximum(STEP.birth, apart))
         trial = front.take(active)
         tests, ambiguous = self._examined(trial)
         accepted = trial.fits & ~ambiguous
         front.shorten(active[trial.fits & ambiguous], 0.5)
-        self._stop(active[~accepted & (front.step[active] < SMALLEST)], "steps")
+        self._stop(active[~accepted & (front.step[active] < BATCH.smallest)], "steps")
         for row in np.flatnonzero(accepted & (tests >= 0)).tolist():
             self._add_bracket(trial, row, int(tests[row]))
         self._accept(trial, np.flatnonzero(accepted))
@@ -306,13 +334,13 @@ class Walk(FrontEquations):
         self._store_points(active)
         self._signs[active], self._unstable[active] = result.signs[rows], _unstable(result)[rows]
         multipliers = result.multipliers[rows]
-        near_one = np.abs(multipliers - 1).min(axis=1) < ONE
-        undetermined = near_one & (result.stiffness[rows] > AMPLIFIED)
+        near_one = np.abs(multipliers - 1).min(axis=1) < STOP.one
+        undetermined = near_one & (result.stiffness[rows] > BATCH.amplified)
         self._stop(active[regular & undetermined], "undetermined")
-        self._stop(active[np.abs(multipliers).max(axis=1) > AMPLIFIED], "growth")
+        self._stop(active[np.abs(multipliers).max(axis=1) > BATCH.amplified], "growth")
         if self._orbits.period % 2 == 0:
             here, there = self._halves(before), self._halves(front.z[active, -1])
-            near = lengths_of(there) < np.minimum(0.1 * BIRTH, lengths_of(here))
+            near = lengths_of(there) < np.minimum(0.1 * STEP.birth, lengths_of(here))
             self._stop(active[regular & (((here * there).sum(axis=1) < 0) | near)], "copy")
         # Where it turned back it may come to its beginning.
         away = ~self._departs[active] & (front.count[active] > POINTS + 1)

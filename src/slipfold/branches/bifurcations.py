@@ -15,10 +15,10 @@ from slipfold.branches.branch_point import find_crossing
 from slipfold.branches.closed_branches import SAME_ORBIT, noise_beside_birth
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import hermite, lagrange
-from slipfold.continuation.locate import ALONG, BLURRED, LostCurveError, locate, point_at
+from slipfold.continuation.locate import ZERO, LostCurveError, locate, point_at
 from slipfold.continuation.search import Zeros, contracts_between, locate_test
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
-from slipfold.continuation.walk import EDGE
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -105,7 +105,7 @@ class Bifurcations(Zeros[OrbitPoint]):
     ) -> MonitorResult[OrbitPoint] | None:
         """Return where the branch leaves the span, if it turns back outside it."""
         low, high = min(self._span), max(self._span)
-        value, on = self._orbits.value, EDGE * (high - low)
+        value, on = self._orbits.value, STEP.edge * (high - low)
         outside = [item.point for item in found if not low - on <= value(item.point.z) <= high + on]
         if not outside:
             return None
@@ -163,9 +163,9 @@ class Bifurcations(Zeros[OrbitPoint]):
         if first.type != second.type:
             return False
         orbits, z = self._orbits, second.point.z
-        if abs(first.point.z[-1] - z[-1]) > BLURRED:
+        if abs(first.point.z[-1] - z[-1]) > ZERO.blurred:
             return False
-        return orbits.distance(orbits.adopt(first.point.curve, first.point.z), z) < BLURRED
+        return orbits.distance(orbits.adopt(first.point.curve, first.point.z), z) < ZERO.blurred
 
     def excludes(self, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether perturbations shrink on all orbits between two points."""
@@ -437,7 +437,7 @@ def _on_other_branch(near: list[OrbitPoint], chord: Array) -> OrbitPoint | None:
 
     Newton's method leaves a branch only next to the crossing.
     """
-    least = ALONG * float(np.linalg.norm(chord))
+    least = ZERO.along * float(np.linalg.norm(chord))
     return next((point for point in near if abs(float(point.tangent @ chord)) < least), None)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.locate import LostCurveError
-from slipfold.continuation.newton import STILL
+from slipfold.continuation.newton import NEWTON
 from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers
@@ -69,7 +69,7 @@ def find_crossing(curve: OrbitCurve, point: OrbitPoint, along: Array) -> Crossin
         place = place + step
         if np.linalg.norm(place) > ELSEWHERE:
             return None
-        if np.linalg.norm(step) < STILL:
+        if np.linalg.norm(step) < NEWTON.still:
             break
     solved = reduced.solve(place)
     if solved is None:
@@ -192,5 +192,5 @@ class _Reduction:
                 rounding = float(np.finfo(float).eps * np.linalg.norm(inverse, 2))
                 return _Solved(z, remainder, moves, slopes, linearization, rounding)
             # The derivatives are those before the step: they are taken once it is rounding.
-            still = bool(np.linalg.norm(step) < STILL)
+            still = bool(np.linalg.norm(step) < NEWTON.still)
         return None

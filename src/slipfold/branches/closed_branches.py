@@ -9,12 +9,11 @@ import numpy as np
 
 from slipfold.arrays import Array
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import BIRTH
 from slipfold.continuation.interpolation import POINTS, hermite, well_spaced
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
-from slipfold.continuation.walk import EDGE
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
@@ -78,7 +77,7 @@ def _meets_its_copy(orbits: Orbits, before: OrbitPoint, point: OrbitPoint) -> bo
     here, there = asymmetry(orbits, before.z), asymmetry(orbits, point.z)
     # A step may also land beside the parent, within what Newton's method can tell apart. There
     # small steps leave from, too.
-    near = np.linalg.norm(there) < min(0.1 * BIRTH, float(np.linalg.norm(here)))
+    near = np.linalg.norm(there) < min(0.1 * STEP.birth, float(np.linalg.norm(here)))
     return bool(here @ there < 0 or near)
 
 
@@ -88,7 +87,7 @@ def step_beside_parent(point: OrbitPoint) -> float:
     Near the parent the halves of the orbit differ by about 1.4 times the arclength to it. A longer
     step could land on another branch that leaves the same parent nearby.
     """
-    return max(BIRTH, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
+    return max(STEP.birth, 0.9 * float(np.linalg.norm(asymmetry(point.curve.orbits, point.z))))
 
 
 def asymmetry(orbits: Orbits, z: Array) -> Array:
@@ -165,7 +164,7 @@ class MeetsCopy:
         orbits, before = self._curve.orbits, interval.before
         direction = asymmetry(orbits, before.z)
         direction /= np.linalg.norm(direction)
-        for back in (BIRTH, 4 * BIRTH, 16 * BIRTH):
+        for back in (STEP.birth, 4 * STEP.birth, 16 * STEP.birth):
             if back < place - before.arclength:
                 last = point_at(self._curve, interval.known, place - back)
                 # Newton's method may fall onto the parent, where the halves do not differ, or onto
@@ -321,7 +320,7 @@ class Returns:
             for _ in range(ABEAM):
                 first = orbits.in_phase(first, passed.z)
                 place += float((first - passed.z) @ passed.tangent)
-                if not before.arclength < place <= point.arclength + EDGE:
+                if not before.arclength < place <= point.arclength + STEP.edge:
                     return None
                 passed = point_at(self._curve, known, place)
         except LostCurveError:

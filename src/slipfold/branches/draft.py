@@ -29,20 +29,27 @@ from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.normal_forms.normal_form import normal_form
 from slipfold.orbits.orbit_batch import TESTS, Corrected, OrbitBatch, correct_orbits
 
-APART = 0.02
-"""Minimum distance of the points that are corrected, over the length of the branch. Steps are short
-where test functions change quickly; a drawn line needs fewer points."""
 
-DISTINCT = 1e-3
-"""Minimum distance of two special points, over the length of the branch. A thousandth of it is the
-error to which they are located, which takes one secant more than a drawing shows."""
+@dataclass(frozen=True)
+class DraftRules:
+    """Rules for drafts."""
 
-SPREAD, CLOSE = 3.0, 0.05
-"""Neighbors that move this many times as far apart as they were are no longer neighbors, unless
-they are this close, in scaled variables."""
+    # Minimum distance of the points that are corrected, over the length of the branch. Steps are
+    # short where test functions change quickly; a drawn line needs fewer points
+    apart: float = 0.02
+    # Minimum distance of two special points, over the length of the branch. A thousandth of it is
+    # the error to which they are located, which takes one secant more than a drawing shows
+    distinct: float = 1e-3
+    # Neighbors that move this many times as far apart as they were are no longer neighbors, unless
+    # they are this close, in scaled variables
+    spread: float = 3.0
+    close: float = 0.05
+    # Maximum fraction of the points that may be missing at the end of a branch
+    dropped: float = 0.4
 
-DROPPED = 0.4
-"""Maximum fraction of the points that may be missing at the end of a branch."""
+
+DRAFT = DraftRules()
+
 
 REASON = "a draft, from neighboring parameter values, as far as that is sure"
 
@@ -131,7 +138,7 @@ class _Draft:
         inner = slice(int(self.first is not None), len(guesses) - int(self.last is not None))
         result = correct_orbits(self.orbits, guesses[inner], self._rows(guesses)[inner])
         count = self._reliable(result)
-        if count < (1 - DROPPED) * len(result.z):
+        if count < (1 - DRAFT.dropped) * len(result.z):
             return None
         complete = count == len(result.z)
         first = self._doubled(self.first, result.z[0])
@@ -242,10 +249,10 @@ class _Draft:
         if [item.kind for item in brackets] != [item.type for item in special] or _may_hide(curve):
             return None
         length = float(s[-1])
-        batch, near = OrbitBatch.of_branch(self.orbits), 1e-3 * DISTINCT * length
+        batch, near = OrbitBatch.of_branch(self.orbits), 1e-3 * DRAFT.distinct * length
         located = [item for item in locate_zeros(batch, brackets, near=near) if item is not None]
         apart = np.diff([item.arclength for item in located])
-        failed = len(located) < len(brackets) or (apart < DISTINCT * length).any()
+        failed = len(located) < len(brackets) or (apart < DRAFT.distinct * length).any()
         return None if failed else located
 
     def _normal_forms(
@@ -313,7 +320,7 @@ def _thinned(s: Array, at_special: list[float]) -> list[int]:
 
     Between two special points at least one is chosen, so that they are distinguished.
     """
-    apart = APART * float(np.ptp(s))
+    apart = DRAFT.apart * float(np.ptp(s))
     chosen = [0, len(s) - 1]
     taken = [float(s[0]), float(s[-1]), *at_special]
     for left, right in pairwise(sorted(taken)):
@@ -347,7 +354,7 @@ def _coherent(z: Array, before: Array) -> bool:
     """Whether neighbors are still neighbors."""
     apart = np.linalg.norm(np.diff(z, axis=0), axis=1)
     longest = float(np.linalg.norm(np.diff(before, axis=0), axis=1).max())
-    return bool((apart < SPREAD * longest + CLOSE).all())
+    return bool((apart < DRAFT.spread * longest + DRAFT.close).all())
 
 
 def _may_hide(curve: _Curve) -> bool:

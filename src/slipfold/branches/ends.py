@@ -21,10 +21,11 @@ from slipfold.continuation.end import End
 from slipfold.continuation.follow import Endings
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.newton import SINGULAR
-from slipfold.continuation.pieces import LOOKS
+from slipfold.continuation.pieces import PIECE
 from slipfold.continuation.settings import Stepping
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, TracedCurve
-from slipfold.continuation.walk import EDGE, Failure, walk
+from slipfold.continuation.walk import Failure, walk
 from slipfold.errors import BREAKDOWNS
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
@@ -190,7 +191,7 @@ def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
     Beside a quotient 0/0 it is rounding which of the two ends the shortest steps.
     """
     try:
-        beyond = [orbits.linearize(last.z + step * last.tangent).defect for step in LOOKS]
+        beyond = [orbits.linearize(last.z + step * last.tangent).defect for step in PIECE.looks]
     except BREAKDOWNS:
         return True
     return not np.isfinite(beyond).all()
@@ -218,7 +219,7 @@ def _end_on_edge(
     if away(points[-1]) > NEAR_EDGE or not kept:
         return None
     before = kept[-1]
-    step = min(2 * away(before) / max(abs(before.tangent[-1]), EDGE), STEPS_OVER * NEAR_EDGE)
+    step = min(2 * away(before) / max(abs(before.tangent[-1]), STEP.edge), STEPS_OVER * NEAR_EDGE)
     over: OrbitPoint | None = None
     for beyond in islice(walk(orbits, kept, step, (), settings), STEPS_OVER):
         if isinstance(beyond, Failure):
@@ -234,7 +235,7 @@ def _end_on_edge(
         result = Bifurcations(orbits, span).between([*kept, over], before, over)
     except LostCurveError:
         return None
-    place = next((i for i, item in enumerate(result) if away(item.point) < EDGE), None)
+    place = next((i for i, item in enumerate(result) if away(item.point) < STEP.edge), None)
     if place is None:
         return None
     z = result[place].point.z.copy()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.stops import CONSTANT
+from slipfold.branches.stops import STOP
 from slipfold.continuation.end import End
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.newton import Rule, find_root, solve_each
@@ -54,7 +54,7 @@ class Homoclinic:
         """Return the point at which the branch has practically ended."""
         orbits, points = self._orbits, [*interval.traced.points, interval.point]
         growth, value = _growth(orbits, points), orbits.value(interval.point.z)
-        if _stands(orbits, points, CONSTANT) and _passes_saddle(points[-1]):
+        if _stands(orbits, points, STOP.constant) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
                 f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
@@ -139,7 +139,7 @@ def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
 def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
-    if _growth(orbits, points) < GROWN or np.ptp(values) < CONSTANT:  # a family of centers
+    if _growth(orbits, points) < GROWN or np.ptp(values) < STOP.constant:  # a family of centers
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])

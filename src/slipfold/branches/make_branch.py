@@ -19,8 +19,8 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.branches.switching_boundaries import FoundGrazing
 from slipfold.continuation.curve_set import FollowedCurve
 from slipfold.continuation.end import End
-from slipfold.continuation.locate import CLOSE
-from slipfold.continuation.pieces import CLOSE as SEAM_CLOSE
+from slipfold.continuation.locate import ZERO
+from slipfold.continuation.pieces import PIECE
 from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
@@ -76,7 +76,7 @@ def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
     if again is not None:
         moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
         if not solved:
-            moved += SEAM_CLOSE + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
+            moved += PIECE.close + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
         if isinstance(found, FoundGrazing):
             moved += float(found.place.error[-1])
         uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
@@ -125,7 +125,7 @@ def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
     again, rounding = recomputed(orbits, point)
     moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
     if again is not None:
-        moved = abs(again.z[-1] - point.z[-1]) + CLOSE * abs(point.tangent[-1]) + rounding
+        moved = abs(again.z[-1] - point.z[-1]) + ZERO.close * abs(point.tangent[-1]) + rounding
         multiplier_uncertainty = multiplier_change(
             point.multipliers, again.multipliers, point.monodromy
         )
@@ -223,7 +223,7 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
     """
     point, other = found.point, found.other
     if isinstance(found, SeveralCritical):  # Newton's method is singular there
-        along = found.error + CLOSE
+        along = found.error + ZERO.close
         blurred = along * abs(point.tangent[-1]) * orbits.width
         return blurred, along * _multiplier_rates(orbits, point, point.tangent)
     if other is None:

@@ -30,8 +30,9 @@ from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
 from slipfold.branches.switching import RADIUS, Junction, find_meeting, junctions_on
 from slipfold.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
-from slipfold.continuation.follow import BIRTH, follow
-from slipfold.continuation.locate import CLOSE
+from slipfold.continuation.follow import follow
+from slipfold.continuation.locate import ZERO
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import InputError
@@ -81,7 +82,7 @@ def trace_response(
 def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
     """Return the first point; inside the span also with the opposite tangent."""
     value = orbits.value(point.z)
-    inside = min(abs(value - end) for end in span) > CLOSE * orbits.width
+    inside = min(abs(value - end) for end in span) > ZERO.close * orbits.width
     return (point, orbits.turned(point)) if inside else (point,)
 
 
@@ -278,7 +279,7 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     others = start.multipliers[apart.argsort()[critical:]]
     outside = int(np.count_nonzero(np.abs(others) > 1))
     # Of several branches each is known at that distance, and nearer to the point it is not.
-    longest = step = BIRTH if critical == 1 else RADIUS
+    longest = step = STEP.birth if critical == 1 else RADIUS
     for _ in range(6):
         first = first_point(orbits, start, step, settings)
         if not isinstance(first, Failure) and 0 <= first.unstable - outside <= critical:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,26 +17,29 @@ from slipfold.orbits.limits import limit_margins
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
 
-FAMILY = 150
-"""Number of orbits at one value of the parameter after which a family ends. Around a center they
-are thirty thousand times as large then, and rounding soon prevents corrections."""
 
-AWAY = 10
-"""Equilibria with one value of the parameter, none of them singular, after which they run away."""
+@dataclass(frozen=True)
+class StopRules:
+    """Rules for ending curves of orbits."""
 
-CONSTANT = 1e-9
-"""Change of the parameter, in spans, that counts as zero: special points are located more exactly,
-so that all further ones would have the same value."""
+    # Number of orbits at one value of the parameter after which a family ends. Around a center they
+    # are thirty thousand times as large then, and rounding soon prevents corrections
+    family: int = 150
+    # Equilibria with one value of the parameter, none of them singular, after which they run away
+    away: int = 10
+    # Change of the parameter, in spans, that counts as zero: special points are located more
+    # exactly, so that all further ones would have the same value
+    constant: float = 1e-9
+    # Arclength to which a limit is located: its bound is a convention within 1e-4 anyway
+    limit_close: float = 1e-9
+    # Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by
+    # 1e-5 then, more than Newton's method takes for rounding, and steps would become ever shorter
+    loose: float = 1e9
+    # Distance of a multiplier from one beyond which errors move an orbit little
+    one: float = 1e-3
 
-LIMIT_CLOSE = 1e-9
-"""Arclength to which a limit is located: its bound is a convention within 1e-4 anyway."""
 
-LOOSE = 1e9
-"""Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by 1e-5
-then, more than Newton's method takes for rounding, and steps would become ever shorter."""
-
-ONE = 1e-3
-"""Distance of a multiplier from one beyond which errors move an orbit little."""
+STOP = StopRules()
 
 
 class Limits:
@@ -61,7 +65,7 @@ class Limits:
                 return float(self._margins(item)[index])
 
             ends = interval.before, interval.point
-            at = locate(curve, interval.known, *ends, margin, LIMIT_CLOSE)
+            at = locate(curve, interval.known, *ends, margin, STOP.limit_close)
             reason = limit.reason.format(value=margin(at) + limit.bound)
             cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
         return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
@@ -109,10 +113,10 @@ class Undetermined:
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the second orbit in a row that rounding moves far; one is a branch point."""
-        if interval.leaves or not self._moves(interval.before) > LOOSE:
+        if interval.leaves or not self._moves(interval.before) > STOP.loose:
             return MonitorResult()
         moves = self._moves(interval.point)
-        if not moves > LOOSE:
+        if not moves > STOP.loose:
             return MonitorResult()
         reason = (
             f"an error of the equations moves the orbit by {moves:.0e} times as much: to rounding "
@@ -124,7 +128,7 @@ class Undetermined:
     def _moves(self, point: OrbitPoint) -> float:
         """Return the ratio of changes of an orbit to errors of its equations; 0 if it is small."""
         orbits, part = self._orbits, point.linearization
-        if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > ONE:
+        if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > STOP.one:
             return 0.0
         bordered = part.bordered(point.tangent)
         last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment
@@ -149,21 +153,21 @@ class Families:
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
         """Return the last of many points with the same value of the parameter."""
-        orbits, points = self._orbits, [*interval.traced.points, interval.point][-FAMILY:]
-        if orbits.kind == "equilibrium" and _runs_away(points[-AWAY:]):
+        orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
+        if orbits.kind == "equilibrium" and _runs_away(points[-STOP.away :]):
             where = f" while {orbits.vary} stays at {orbits.value(points[-1].z):.9g}"
             end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
             return MonitorResult(stop=Stop(interval.point, end))
         values = [point.z[-1] for point in points]
-        if len(interval.traced.points) < FAMILY or max(values) - min(values) > CONSTANT:
+        if len(interval.traced.points) < STOP.family or max(values) - min(values) > STOP.constant:
             return MonitorResult()
         if not _in_family(points):  # in a canard explosion the parameter is constant as well
             return MonitorResult()
         value = orbits.value(points[-1].z)
-        rounded = 0.0 if abs(value) < CONSTANT * orbits.width else value
+        rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value
         reason = (
-            f"{FAMILY} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, as "
-            "around a center, that continues; stop it at an amplitude by an event"
+            f"{STOP.family} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, "
+            "as around a center, that continues; stop it at an amplitude by an event"
         )
         return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
 
@@ -172,7 +176,7 @@ def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     """Whether equilibria move though the parameter does not: none of them is singular."""
     values = [point.z[-1] for point in points]
     regular = all(abs(point.tests["fold"]) > ON_CIRCLE for point in points)
-    return len(points) == AWAY and max(values) - min(values) < CONSTANT and regular
+    return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
 
 
 def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:

@@ -12,8 +12,7 @@ import numpy as np
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
 from slipfold.continuation.pieces import (
-    APART,
-    LOOKS,
+    PIECE,
     PieceBoundary,
     Vanishing,
     ahead_of,
@@ -110,7 +109,7 @@ class SwitchingBoundaries:
         met = self._met(kind, boundary)
         found = Found(kind, met or boundary.before, float("inf"))
         end = _end(kind, self._orbits, found.point)
-        beyond = boundary.after if boundary.apart < APART else None
+        beyond = boundary.after if boundary.apart < PIECE.apart else None
         known = kind == "MEET" and _is_known(found, interval.traced)
         return MonitorResult([] if known else [found], Stop(boundary.before, end, beyond=beyond))
 
@@ -190,7 +189,7 @@ def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool
     if not traced.found:
         return False
     last = traced.found[-1]
-    near = found.point.arclength - last.point.arclength < max(LOOKS) + APART
+    near = found.point.arclength - last.point.arclength < max(PIECE.looks) + PIECE.apart
     return last.type == found.type and near and abs(last.point.z[-1] - found.point.z[-1]) < SAME
 
 

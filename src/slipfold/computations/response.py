@@ -359,7 +359,7 @@ def responses(
     >>> result.failures
     {2: 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
     """
-    from slipfold.branches.batched import MINIMUM_BATCH
+    from slipfold.branches.batched_walk import BATCH
     from slipfold.results.responses import INTERRUPTED, Responses
 
     changed = checked_model(model).replace(**parameters)
@@ -389,7 +389,7 @@ def responses(
 
     try:
         for case, values in enumerate(cases):
-            if case % SIMULTANEOUS == 0 and total >= MINIMUM_BATCH and not events:
+            if case % SIMULTANEOUS == 0 and total >= BATCH.minimum_size and not events:
                 batch = _batch(changed, vary, (first, last), cases, case, chosen, send)
             result = batch.pop(case, lambda: None)() or _one(
                 changed, vary, (first, last), values, settings=chosen, events=events

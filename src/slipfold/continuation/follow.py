@@ -10,22 +10,10 @@ from slipfold.continuation.curve import Curve, P
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError, lost_reason
 from slipfold.continuation.settings import Stepping
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, Monitor, StepInterval, Stop, TracedCurve
-from slipfold.continuation.walk import EDGE, Bound, Failure, first_point, reaches, walk
+from slipfold.continuation.walk import Bound, Failure, first_point, reaches, walk
 from slipfold.errors import BREAKDOWNS
-
-FIRST = 0.02
-"""First step from a regular point, in scaled variables."""
-
-BIRTH = 3e-3
-"""First step from a point of another curve, and distance before it of the last regular point of a
-closing curve: curves are singular there."""
-
-MEMORY = 6
-"""Points before the current one that are interpolated."""
-
-RETREAT = 0.3
-"""Ratio of the next step to one between whose ends the curve was not found."""
 
 
 class Endings(Generic[P]):
@@ -81,7 +69,7 @@ def follow(
     follower = _Follower(traced, bounds, monitors, settings, cap, endings, watch)
     try:
         given = first_step() if callable(first_step) else first_step
-        step: float | None = given or (BIRTH if departs else FIRST)
+        step: float | None = given or (STEP.birth if departs else STEP.first)
         if _leaves_at_once(traced, step or 0.0, bounds, settings):
             traced.end, step = endings.left(traced), None
         while step is not None:
@@ -90,7 +78,7 @@ def follow(
             if other is not None:
                 traced.curve, traced.points[-1] = other
                 traced.end = None
-                step = BIRTH if departs and len(traced.points) == 1 else FIRST
+                step = STEP.birth if departs and len(traced.points) == 1 else STEP.first
     except KeyboardInterrupt:
         traced.end = endings.interrupted(traced)
         return traced
@@ -120,7 +108,7 @@ class _Follower(Generic[P]):
         curve. If the description of the curve changes, the next step is returned.
         """
         traced = self.traced
-        recent, taken = traced.recent(MEMORY), len(traced.points) - 1
+        recent, taken = traced.recent(STEP.memory), len(traced.points) - 1
         monitors = self.monitors(traced.curve) if callable(self.monitors) else self.monitors
         given = self.bounds, self.settings, self.cap, taken
         first = traced.points[-1]
@@ -133,7 +121,7 @@ class _Follower(Generic[P]):
                 _extend(traced, item, monitors)
             except BREAKDOWNS as error:
                 length = item.arclength - before.arclength
-                step = RETREAT * (min(length, first_step) if before is first else length)
+                step = STEP.retreat * (min(length, first_step) if before is first else length)
                 if step >= self.settings.steps.smallest:
                     return step
                 traced.end = self.endings.failed(traced, Failure("failed", lost_reason(error)))
@@ -174,7 +162,9 @@ def _leaves_at_once(
         return False
     if not traced.departs:
         return any(
-            start.tangent[i] > EDGE if high - start.z[i] < EDGE else start.tangent[i] < -EDGE
+            start.tangent[i] > STEP.edge
+            if high - start.z[i] < STEP.edge
+            else start.tangent[i] < -STEP.edge
             for i, low, high in on
         )
     # Where it departs, it may run along the bound at first.
@@ -183,12 +173,12 @@ def _leaves_at_once(
 
 
 def _is_on(value: float, low: float, high: float) -> bool:
-    return min(abs(value - low), abs(high - value)) <= EDGE
+    return min(abs(value - low), abs(high - value)) <= STEP.edge
 
 
 def _extend(traced: TracedCurve[P], point: P, monitors: Sequence[Monitor[P]]) -> None:
     """Add a point and all that lies between it and the one before."""
-    interval = StepInterval(traced, point, MEMORY)
+    interval = StepInterval(traced, point, STEP.memory)
     found: list[Found[P]] = []
     stop: Stop[P] | None = None
     for monitor in monitors:
@@ -218,11 +208,6 @@ def _is_earlier(stop: Stop[P], interval: StepInterval[P]) -> bool:
     return stop.point.arclength < interval.point.arclength
 
 
-FLAT = 1e-7
-"""Change of a parameter between two points, in spans, whose sign rounding may decide: with
-multipliers of 1e7 orbits are known to about 1e-8."""
-
-
 def reverses(before: P, after: P, found: Sequence[Found[P]], components: int) -> bool:
     """Whether a parameter moves against both tangents of a step without special points."""
     if found or components == 0 or before.piece != after.piece:
@@ -230,7 +215,7 @@ def reverses(before: P, after: P, found: Sequence[Found[P]], components: int) ->
     own = slice(-components, None)
     moved = (after.z - before.z)[own]
     against = (before.tangent[own] * moved < 0) & (after.tangent[own] * moved < 0)
-    return bool((against & (abs(moved) > FLAT)).any())
+    return bool((against & (abs(moved) > STEP.flat)).any())
 
 
 def unexplained_reversal(traced: TracedCurve[P]) -> P | None:
@@ -249,7 +234,7 @@ def unexplained_reversal(traced: TracedCurve[P]) -> P | None:
             found = (item.point for item in traced.found)
             if not any(
                 before.arclength <= item.arclength <= after.arclength
-                and rises * (item.z[component] - extremum.z[component]) > -FLAT
+                and rises * (item.z[component] - extremum.z[component]) > -STEP.flat
                 for item in found
             ):
                 return extremum
@@ -265,7 +250,7 @@ def _reversals(points: Sequence[P], component: int) -> Iterator[tuple[P, P, P, i
             points[index].piece != points[index - 1].piece
         ):  # where pieces meet there may be a corner
             direction = 0
-        elif abs(step) > FLAT:
+        elif abs(step) > STEP.flat:
             if step * direction < 0:
                 between = points[last : index + 1]
                 heights = [direction * point.z[component] for point in between]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -22,34 +22,48 @@ from slipfold.continuation.interpolation import (
 from slipfold.continuation.newton import correct
 from slipfold.errors import breakdown
 
-CLOSE = 1e-12
-"""Arclength to which a zero is located; the parameter then is right to 1e-12 of the span."""
 
-EVALUATIONS = 40
-"""Maximum number of points; 8 are seldom needed."""
+@dataclass(frozen=True)
+class ZeroRules:
+    """Rules for finding and locating zeros between two points."""
 
-ASIDE = 0.5
-"""Where Newton's method fails at a zero, a point at this fraction of `close` from it is taken."""
+    # Arclength to which a zero is located; the parameter then is right to 1e-12 of the span
+    close: float = 1e-12
+    # Maximum number of points; 8 are seldom needed
+    evaluations: int = 40
+    # Where Newton's method fails at a zero, a point at this fraction of `close` from it is taken
+    aside: float = 0.5
+    # Arclength within which rounding, magnified by large multipliers, may hide a zero. The point's
+    # uncertainty, computed separately, says how much it does
+    blurred: float = 1e-6
+    # If the cosine between tangent and chord is smaller, the interval is bisected first
+    along: float = 0.3
+    # Evaluations after which every other one bisects, whatever the interpolation returns
+    interpolations: int = 8
+    # Points outside a bracket that are interpolated as well: they save one of four evaluations
+    neighbors: int = 2
+    # Values that a polynomial goes through
+    values: int = 6
+    # Newton steps to its zero, from the value nearest to zero
+    corrections: int = 5
+    # Maximum number of halvings of an interval, to 1/128 of a step
+    depth: int = 7
+    # Where else an interval is divided, in its length, if Newton's method left the curve there
+    elsewhere: tuple[float, ...] = (0.5, 0.3, 0.7, 0.15, 0.85)
+    # Points that test functions are interpolated through
+    knots: int = 4
+    # Arclengths between two points at which functions are interpolated
+    grid: int = 16
+    # Fraction of its interpolation error below which a test function may have changed its sign
+    # twice: a parabola with that error in its slope falls by so much
+    unsure: float = 0.25
+    # A test function that falls between two points to this fraction of its values is examined
+    dip: float = 0.15
+    # Fraction of its distance from zero by which the bound of the multipliers may change in a step
+    change: float = 0.5
 
-BLURRED = 1e-6
-"""Arclength within which rounding, magnified by large multipliers, may hide a zero. The point's
-uncertainty, computed separately, says how much it does."""
 
-ALONG = 0.3
-"""If the cosine between tangent and chord is smaller, the interval is bisected first."""
-
-
-INTERPOLATIONS = 8
-"""Evaluations after which every other one bisects, whatever the interpolation returns."""
-
-NEIGHBORS = 2
-"""Points outside a bracket that are interpolated as well: they save one of four evaluations."""
-
-KNOTS = 6
-"""Values that a polynomial goes through."""
-
-CORRECTIONS = 5
-"""Newton steps to its zero, from the value nearest to zero."""
+ZERO = ZeroRules()
 
 
 class LostCurveError(ArithmeticError):
@@ -99,7 +113,7 @@ def locate(
     a: P,
     b: P,
     function: Callable[[P], float],
-    close: float = CLOSE,
+    close: float = ZERO.close,
 ) -> P:
     """Return the zero of a function that has different signs at two points.
 
@@ -120,20 +134,20 @@ def locate(
             b, values = middle, (values[0], value)
     outside = [(s, function(point)) for s, point in chord.use_neighbors(history)]
     zero = BracketedZero(chord.length, values, outside)
-    for _ in range(EVALUATIONS):
+    for _ in range(ZERO.evaluations):
         s = zero.next_guess()
         try:
             point = chord.point_at(s)
         except LostCurveError:  # Newton's method is singular exactly at a branch point
-            s += ASIDE * close
+            s += ZERO.aside * close
             point = chord.point_at(s)
         value = function(point)
         if value == 0.0 or zero.error(s, value) <= close or zero.width <= close:
             return point
         insert(history, point)
         zero.add(s, value)
-    if zero.width > BLURRED:
-        raise LostCurveError(f"a zero was not located in {EVALUATIONS} points")
+    if zero.width > ZERO.blurred:
+        raise LostCurveError(f"a zero was not located in {ZERO.evaluations} points")
     return point
 
 
@@ -164,7 +178,7 @@ class BracketedZero:
         s, count = _polynomial_zero([*self._tried, *self._outside], start), len(self._tried) - 2
         if not self._low < s < self._high:
             s = _inverse_interpolation(self._tried, self._low, self._high)
-        if not self._low < s < self._high or (count > INTERPOLATIONS and count % 2):
+        if not self._low < s < self._high or (count > ZERO.interpolations and count % 2):
             return 0.5 * (self._low + self._high)
         return s
 
@@ -208,7 +222,7 @@ class Projection(Generic[P]):
 
     def _runs_along(self, point: P) -> bool:
         """Whether the curve runs along the row at a point, not back or across."""
-        return float(point.tangent @ self._row) > ALONG
+        return float(point.tangent @ self._row) > ZERO.along
 
     def _position(self, point: P) -> float:
         return float((point.z - self._a.z) @ self._row)
@@ -248,7 +262,7 @@ class _Chord(Projection[P]):
             alone = all(abs(s - other) > apart for other, _ in chosen)
             if near and alone and self._runs_along(point):
                 chosen.append((s, point))
-        chosen = sorted(chosen, key=lambda item: abs(item[0] - 0.5 * self.length))[:NEIGHBORS]
+        chosen = sorted(chosen, key=lambda item: abs(item[0] - 0.5 * self.length))[: ZERO.neighbors]
         self._points += [self._projected(point, s) for s, point in chosen]
         return chosen
 
@@ -267,7 +281,7 @@ def _polynomial_zero(values: Sequence[tuple[float, float]], start: float) -> flo
 
     In Newton's form and plain floats: there are few of them.
     """
-    nearest = sorted(values, key=lambda item: abs(item[0] - start))[:KNOTS]
+    nearest = sorted(values, key=lambda item: abs(item[0] - start))[: ZERO.values]
     where, factors = [item[0] for item in nearest], [item[1] for item in nearest]
     if len(set(where)) < len(where):
         return np.nan
@@ -275,7 +289,7 @@ def _polynomial_zero(values: Sequence[tuple[float, float]], start: float) -> flo
         for i in range(len(where) - 1, order - 1, -1):
             factors[i] = (factors[i] - factors[i - 1]) / (where[i] - where[i - order])
     s = start
-    for _ in range(CORRECTIONS):
+    for _ in range(ZERO.corrections):
         value, slope = 0.0, 0.0
         for x, factor in zip(reversed(where), reversed(factors), strict=True):
             slope = slope * (s - x) + value

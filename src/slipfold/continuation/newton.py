@@ -13,40 +13,40 @@ import numpy as np
 
 from slipfold.arrays import Array
 
-STILL = 1e-10
-"""Distance from where derivatives were taken below which they count as those of the solution:
-multipliers, which may change a hundred times as much, are then right to 1e-8."""
 
-EXACT = 1e-12
-"""Estimated distance from the solution at which chord steps end; a Newton step follows."""
+@dataclass(frozen=True)
+class NewtonRules:
+    """Rules for the convergence and the failure of Newton's method."""
 
-GROWTH = 10.0
-"""A correction this many times the one before means divergence."""
+    # Distance from where derivatives were taken below which they count as those of the solution:
+    # multipliers, which may change a hundred times as much, are then right to 1e-8
+    still: float = 1e-10
+    # Estimated distance from the solution at which chord steps end; a Newton step follows
+    exact: float = 1e-12
+    # A correction this many times the one before means divergence
+    growth: float = 10.0
+    # Length of a correction below which chord steps follow, or may come first
+    chord: float = 0.03
+    # Maximum ratio of a chord step to the one before; else derivatives are computed again
+    chord_gain: float = 0.5
+    # Newton's method is aborted if the first chord step exceeds this multiple of the trust radius
+    hopeless: float = 100.0
+    # Ratio of a correction to the one before above which Newton's method no longer converges
+    stalled: float = 0.3
+    # Length of a correction below which one that no longer shrinks is a rounding error. Multipliers
+    # magnify it: a solution with multipliers of 1e5 is known to 1e-10 at best. The residual decides
+    rounding: float = 1e-5
+    # Length of an unknown whose last digit is no longer rounding: corrections of it have no effect,
+    # so that it would meet any equations
+    farthest: float = rounding / np.finfo(float).eps
+    chord_steps: int = 8
 
-CHORD = 0.03
-"""Length of a correction below which chord steps follow, or may come first."""
 
-CHORD_STEPS = 8
+NEWTON = NewtonRules()
 
-CHORD_GAIN = 0.5
-"""Maximum ratio of a chord step to the one before; else derivatives are computed again."""
-
-HOPELESS = 100.0
-"""Newton's method is aborted if the first chord step exceeds this multiple of the trust radius."""
 
 SINGULAR = "the equations met a singularity of the model"
 TOO_SHARP = "the curve turns too sharply"
-
-STALLED = 0.3
-"""Ratio of a correction to the one before above which Newton's method no longer converges."""
-
-ROUNDING = 1e-5
-"""Length of a correction below which one that no longer shrinks is a rounding error. Multipliers
-magnify it: a solution with multipliers of 1e5 is known to 1e-10 at best. The residual decides."""
-
-FARTHEST = ROUNDING / np.finfo(float).eps
-"""Length of an unknown whose last digit is no longer rounding: corrections of it have no effect, so
-that it would meet any equations."""
 
 
 class Linearized(Protocol):
@@ -114,9 +114,9 @@ def correct(
     """
     z, left = guess, np.inf
     if expected is not None:
-        longest = min(CHORD, reach) / CHORD_GAIN
+        longest = min(NEWTON.chord, reach) / NEWTON.chord_gain
         z, _, left = _chord_steps(equations, expected.bordered(row), z, 0.0, longest)
-        if left > HOPELESS * reach:
+        if left > NEWTON.hopeless * reach:
             failure = TOO_SHARP if np.isfinite(left) else SINGULAR
             return Correction(z, None, None, np.inf, 0.0, left, 0, failure)
     linearization, bordered = None, None
@@ -134,24 +134,29 @@ def correct(
         step = bordered.solve(_right(defect, float(row @ (guess - z))))
         previous, moved = moved, length_of(step)
         # On a branch point, where chord steps may lead, no step exists.
-        arrived = moved <= STILL or (left <= EXACT and isnan(moved))
-        if (arrived or STALLED * previous < moved < ROUNDING) and length_of(z) < FARTHEST:
+        arrived = moved <= NEWTON.still or (left <= NEWTON.exact and isnan(moved))
+        if (arrived or NEWTON.stalled * previous < moved < NEWTON.rounding) and length_of(
+            z
+        ) < NEWTON.farthest:
             mismatch = equations.residual(defect)
             if mismatch <= tolerance:
                 z, failure = z if isnan(moved) else z + step, ""
-                if not moved <= STILL:  # derivatives are those of where it ends
+                if not moved <= NEWTON.still:  # derivatives are those of where it ends
                     linearization, moved = _linearized(equations, z), 0.0
                     bordered = None if linearization is None else linearization.bordered(row)
                     failure = SINGULAR if linearization is None else ""
                 break
-        if not moved < max(GROWTH * previous, ROUNDING) or length_of(z) > FARTHEST:
+        if (
+            not moved < max(NEWTON.growth * previous, NEWTON.rounding)
+            or length_of(z) > NEWTON.farthest
+        ):
             failure = "Newton's method diverged"
             break
         if moved > reach:
             failure = TOO_SHARP
             break
         z, left = z + step, np.inf
-        if moved < CHORD:
+        if moved < NEWTON.chord:
             z, moved, left = _chord_steps(equations, bordered, z, float(row @ (guess - z)), moved)
     return Correction(
         z,
@@ -191,7 +196,7 @@ def _chord_steps(
     steps: list[Array] = []
     turned: list[Array] = []  # each step over the square of its length
     left = np.inf
-    for _ in range(CHORD_STEPS):
+    for _ in range(NEWTON.chord_steps):
         defect = equations.defect(z)
         if not isfinite(np.dot(defect, defect)):  # as are all its terms; cheaper than to ask each
             break
@@ -204,11 +209,11 @@ def _chord_steps(
                 break
             step = step / gained
         left = length = length_of(step)
-        if not 0 < length <= CHORD_GAIN * moved:  # nothing is left to do where it is zero
+        if not 0 < length <= NEWTON.chord_gain * moved:  # nothing is left to do where it is zero
             break
-        left *= length / moved if steps else CHORD_GAIN
+        left *= length / moved if steps else NEWTON.chord_gain
         z, moved, constraint = z + step, length, 0.0
-        if left <= EXACT:
+        if left <= NEWTON.exact:
             break
         steps.append(step)
         turned.append(step / (length * length))

@@ -16,23 +16,36 @@ from slipfold.continuation.interpolation import POINTS, lagrange
 from slipfold.continuation.locate import LostCurveError, Projection, insert, point_at
 from slipfold.continuation.newton import correct
 
-CLOSE = 1e-11
-"""Arclength to which the end of a piece is located, by bisection: nothing is smooth across it."""
 
-LOST = 1e-6
-"""Arclength to which the end of a piece is located if there is no next piece."""
+@dataclass(frozen=True)
+class PieceRules:
+    """Rules for the ends of smooth pieces."""
 
-LOOKS = (1e-6, 1e-5, 1e-4, 1e-3)
-"""Steps onto the next piece, which show in which direction of its tangent it lies."""
+    # Arclength to which the end of a piece is located, by bisection: nothing is smooth across it
+    close: float = 1e-11
+    # Arclength to which the end of a piece is located if there is no next piece
+    lost: float = 1e-6
+    # Steps onto the next piece, which show in which direction of its tangent it lies
+    looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3)
+    # Steps towards a fold between two pieces, and the fraction of the distance that each leaves
+    hops: int = 4
+    left: float = 1e-3
+    # Distance above which the end of a piece and the beginning of the next are not connected
+    apart: float = 1e-4
+    # Maximum distance of the other piece, in steps
+    reach: float = 100.0
+    # Arclength backward over which the first rate of the function is estimated
+    probe: float = 1e-4
+    # Maximum number of steps to the zero, the smallest fraction of the distance that each leaves,
+    # and the ratio of the function after the last one to its target
+    approaches: int = 16
+    nearer: float = 0.2
+    enough: float = 1.5
+    # Maximum distance of a point of the next piece from the zero, over that of the guess
+    astray: float = 30.0
 
-HOPS, LEFT = 4, 1e-3
-"""Steps towards a fold between two pieces, and the fraction of the distance that each leaves."""
 
-APART = 1e-4
-"""Distance above which the end of a piece and the beginning of the next are not connected."""
-
-REACH = 100.0
-"""Maximum distance of the other piece, in steps."""
+PIECE = PieceRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +86,11 @@ def locate_boundary(curve: Curve[P], known: Sequence[P], a: P, b: P) -> PieceBou
     their chord.
     """
     boundary = _bisected(curve, known, a, b)
-    if boundary.apart < APART:
+    if boundary.apart < PIECE.apart:
         return boundary
     with suppress(LostCurveError):
         again = _bisected(curve, known, a, b, _parameter_row(a, b.z[-1] - a.z[-1]))
-        if again.apart < APART:
+        if again.apart < PIECE.apart:
             return again
     return boundary
 
@@ -92,7 +105,7 @@ def _bisected(
     """
     chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b, row)
     low, high = 0.0, chord.length
-    while high - low > max(CLOSE, 2 * np.spacing(high)):
+    while high - low > max(PIECE.close, 2 * np.spacing(high)):
         s = 0.5 * (low + high)
         middle = chord.point_at(s)
         if middle.piece == a.piece:
@@ -137,7 +150,7 @@ def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
     None if the piece continues where no point was computed at first.
     """
     own, end = [point for point in known if point.piece == a.piece], b
-    while end.arclength - a.arclength > LOST:
+    while end.arclength - a.arclength > PIECE.lost:
         try:
             middle = _halfway(curve, own, a, end)
         except LostCurveError:
@@ -147,7 +160,7 @@ def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
             a = middle
         else:
             end = middle
-    beyond = _solution(curve, a.z + 2 * LOST * a.tangent, a.tangent, 0.0, a.z, np.inf)
+    beyond = _solution(curve, a.z + 2 * PIECE.lost * a.tangent, a.tangent, 0.0, a.z, np.inf)
     return None if beyond is not None and beyond.piece == a.piece else a
 
 
@@ -170,24 +183,24 @@ def locate_fold(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
     There is no solution beyond, so the curve ends shortly before. The other piece has a point at
     the same value of the parameter, which shows where they meet.
     """
-    other = next(filter(None, (_opposite(curve, last, step) for step in LOOKS)), None)
+    other = next(filter(None, (_opposite(curve, last, step) for step in PIECE.looks)), None)
     if other is None:
         return None
-    for _ in range(HOPS):
+    for _ in range(PIECE.hops):
         left, beyond = _distances(last, other)
-        if not CLOSE < left < 1:
+        if not PIECE.close < left < 1:
             break
-        row, hop = last.tangent, (1 - LEFT) * left
+        row, hop = last.tangent, (1 - PIECE.left) * left
         nearer = _solution(curve, last.z + hop * row, row, last.arclength + hop, last.z, np.inf)
         if nearer is None or nearer.piece != last.piece:
             break
-        across = _opposite(curve, nearer, 2 * LEFT * left)
+        across = _opposite(curve, nearer, 2 * PIECE.left * left)
         if across is None:
             break
         last, other = nearer, across
     left, beyond = _distances(last, other)
     other = other if beyond > 0 else curve.turned(other)
-    apart = max(float(np.linalg.norm(other.z - last.z)), CLOSE)
+    apart = max(float(np.linalg.norm(other.z - last.z)), PIECE.close)
     met = replace(last, z=last.z + left * last.tangent) if 0 < left < apart else last
     return PieceBoundary(last, replace(other, arclength=last.arclength + apart), met)
 
@@ -198,12 +211,12 @@ def locate_ahead(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
     No step along the tangent leads onto the next piece. None if no first point of it is found.
     """
     row = _parameter_row(last, last.tangent[-1])
-    for step in LOOKS:
+    for step in PIECE.looks:
         guess = last.z + step * abs(last.tangent[-1]) * row
-        point = _solution(curve, guess, row, last.arclength + step, last.z, REACH * step)
+        point = _solution(curve, guess, row, last.arclength + step, last.z, PIECE.reach * step)
         if point is not None and point.piece != last.piece:
             boundary = _bisected(curve, [last], last, point, row)
-            return boundary if boundary.apart < APART else None
+            return boundary if boundary.apart < PIECE.apart else None
     return None
 
 
@@ -212,7 +225,7 @@ def _opposite(curve: Curve[P], last: P, step: float) -> P | None:
     guess = last.z + step * last.tangent
     guess[-1] = last.z[-1]
     row = _parameter_row(last)
-    point = _solution(curve, guess, row, last.arclength, last.z, REACH * step)
+    point = _solution(curve, guess, row, last.arclength, last.z, PIECE.reach * step)
     return None if point is None or point.piece == last.piece else point
 
 
@@ -229,7 +242,7 @@ def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
     The tangent jumps, and the parameter may turn. A piece that is thinner than the first step is
     skipped. None if there is no solution nearby.
     """
-    for step in LOOKS:
+    for step in PIECE.looks:
         for sign in (1.0, -1.0):
             row = sign * after.tangent
             s = after.arclength + step
@@ -247,21 +260,11 @@ def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
 POWERS = np.array([0.0, 1.0, 1.5, 2.0])
 """Powers of the vanishing function in which unknowns are expanded."""
 
-PROBE = 1e-4
-"""Arclength backward over which the first rate of the function is estimated."""
-
-APPROACHES, NEARER, ENOUGH = 16, 0.2, 1.5
-"""Maximum number of steps to the zero, the smallest fraction of the distance that each leaves, and
-the ratio of the function after the last one to its target."""
-
 AIMS = 2.0 ** np.array([3.0, 2.0, 1.0, 0.0])
 """Values of the function at the points from which the zero is extrapolated, over the smallest."""
 
 DISTANCES = 4.0 ** np.arange(6)
 """Distances beyond the zero of guesses at the next piece, over that of the farthest point."""
-
-ASTRAY = 30.0
-"""Maximum distance of a point of the next piece from the zero, over that of the guess."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,19 +310,19 @@ def locate_vanishing(
         passed.append((s, point.z))
         return point, value
 
-    before, here, last = -PROBE, 0.0, left(start)
+    before, here, last = -PIECE.probe, 0.0, left(start)
     probed = at(before)
     if probed is None or last is None:
         return None
     earlier, aims = probed[1], least * AIMS
-    for _ in range(APPROACHES):
+    for _ in range(PIECE.approaches):
         rate = (earlier - last) / (here - before)
         if not 0 < last < rate * (farthest - here):
             return None
         zero = here + last / rate
-        if last <= ENOUGH * aims[0]:
+        if last <= PIECE.enough * aims[0]:
             break
-        s = zero - max(NEARER, aims[0] / last) * (zero - here)
+        s = zero - max(PIECE.nearer, aims[0] / last) * (zero - here)
         nearer = at(s)
         if nearer is None:
             return None
@@ -363,7 +366,7 @@ def beyond_vanishing(curve: Curve[P], place: Vanishing[P]) -> P | None:
         back = ahead.copy()
         back[-1] = place.z[-1] - distance * nearest.tangent[-1]
         for guess, row in ((ahead, nearest.tangent), (back, _parameter_row(nearest))):
-            point = _solution(curve, guess, row, 0.0, place.z, ASTRAY * distance)
+            point = _solution(curve, guess, row, 0.0, place.z, PIECE.astray * distance)
             if point is None or point.piece == nearest.piece:
                 continue
             away = point.z - place.z

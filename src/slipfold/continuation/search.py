@@ -13,17 +13,8 @@ import numpy as np
 from slipfold.arrays import Array, Mask
 from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.interpolation import lagrange, polynomial_weights, well_spaced
-from slipfold.continuation.locate import ALONG, insert, locate, point_at
+from slipfold.continuation.locate import ZERO, insert, locate, point_at
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval
-
-DEPTH = 7
-"""Maximum number of halvings of an interval, to 1/128 of a step."""
-
-ELSEWHERE = (0.5, 0.3, 0.7, 0.15, 0.85)
-"""Where else an interval is divided, in its length, if Newton's method left the curve there."""
-
-KNOTS = 4
-"""Points that test functions are interpolated through."""
 
 
 class Zeros(Generic[P]):
@@ -63,15 +54,15 @@ class Zeros(Generic[P]):
         and both halves are searched. The interval is halved as well if its special points do not
         explain how the two points differ.
         """
-        arclength = _ambiguous_arclength(self, history, a, b) if depth < DEPTH else None
+        arclength = _ambiguous_arclength(self, history, a, b) if depth < ZERO.depth else None
         if arclength is not None and self.excludes(a, b):
             return []
         if arclength is None:
             found = self.located(history, a, b)
             explained = self.accounts_for(found, a, b)
-            if depth >= DEPTH and not explained:
+            if depth >= ZERO.depth and not explained:
                 found += self.hidden(found, history, a, b)
-            if depth >= DEPTH or explained:
+            if depth >= ZERO.depth or explained:
                 return sorted(found, key=lambda item: item.point.arclength)
             arclength = 0.5 * (a.arclength + b.arclength)
         middle = self._point_between(history, a, b, arclength)
@@ -86,9 +77,9 @@ class Zeros(Generic[P]):
         that of neither end.
         """
         length = b.arclength - a.arclength
-        for place in (arclength, *(a.arclength + fraction * length for fraction in ELSEWHERE)):
+        for place in (arclength, *(a.arclength + fraction * length for fraction in ZERO.elsewhere)):
             point = point_at(self.curve, history, place)
-            if max(abs(float(point.tangent @ end.tangent)) for end in (a, b)) > ALONG:
+            if max(abs(float(point.tangent @ end.tangent)) for end in (a, b)) > ZERO.along:
                 break
         return point
 
@@ -142,7 +133,7 @@ def _ambiguous_arclength(monitor: Zeros[P], history: Sequence[P], a: P, b: P) ->
     Each function is interpolated from its values, and from what it is computed from. The better of
     the two is the one that changes less if a point is left out.
     """
-    near = well_spaced(history, a.arclength, b.arclength, KNOTS)
+    near = well_spaced(history, a.arclength, b.arclength, ZERO.knots)
     grid = arclengths_between(a.arclength, b.arclength)
     ends = np.array([monitor.values(a), monitor.values(b)])
     arclengths = np.array([point.arclength for point in near])
@@ -164,21 +155,10 @@ def _index(points: Sequence[P], point: P) -> int:
 # -- test functions between two points, of one curve or of many -----------------------------------
 
 
-GRID = 16
-"""Arclengths between two points at which functions are interpolated."""
-
-UNSURE = 0.25
-"""Fraction of its interpolation error below which a test function may have changed its sign twice:
-a parabola with that error in its slope falls by so much."""
-
-DIP = 0.15
-"""A test function that falls between two points to this fraction of its values is examined."""
-
-
 def arclengths_between(first: float | Array, last: float | Array) -> Array:
     """Return arclengths between two points, shape (t,); or of each of many curves, shape (k, t)."""
-    spacing = np.asarray((last - first) / (GRID + 1))[..., None]
-    return np.arange(1, GRID + 1) * spacing + np.asarray(first)[..., None]
+    spacing = np.asarray((last - first) / (ZERO.grid + 1))[..., None]
+    return np.arange(1, ZERO.grid + 1) * spacing + np.asarray(first)[..., None]
 
 
 def interpolation_weights(
@@ -242,7 +222,7 @@ class Interpolated:
         """
         first, last = self.ends[..., 0, :], self.ends[..., 1, :]
         touches = self._above_zero.min(axis=-2) < 0
-        unsure = (np.abs(self.ends) < UNSURE * self.end_errors).any(axis=-2)
+        unsure = (np.abs(self.ends) < ZERO.unsure * self.end_errors).any(axis=-2)
         several = np.count_nonzero(self._changes, axis=-2) > 1
         # A function that is not defined everywhere, or is zero everywhere.
         known = np.isfinite(self.inside).all(axis=-2) & ((first != 0) | (last != 0))
@@ -270,7 +250,7 @@ class Interpolated:
     def _above_zero(self) -> Array:
         """Lower bounds of these, shape (t, f)."""
         minimum = np.abs(self.ends).min(axis=-2)[..., None, :]
-        return self._inner - np.maximum(self.errors, DIP * minimum)
+        return self._inner - np.maximum(self.errors, ZERO.dip * minimum)
 
     @cached_property
     def _changes(self) -> Mask:
@@ -280,10 +260,6 @@ class Interpolated:
         np.sign(inner, out=signs[..., 1:-1, :])
         signs[..., -1, :] = -1.0
         return np.asarray(signs[..., 1:, :] != signs[..., :-1, :])
-
-
-CHANGE = 0.5
-"""Fraction of its distance from zero by which the bound of the multipliers may change in a step."""
 
 
 def contracts_between(a: Point, b: Point) -> bool:
@@ -296,7 +272,11 @@ def contracts_between(a: Point, b: Point) -> bool:
     if not -np.inf < min(a.growth, b.growth) <= growth < 0:
         return False
     same = all((a.tests[name] > 0) == (b.tests[name] > 0) for name in a.tests)
-    return same and a.orientation == b.orientation and abs(a.growth - b.growth) <= CHANGE * -growth
+    return (
+        same
+        and a.orientation == b.orientation
+        and abs(a.growth - b.growth) <= ZERO.change * -growth
+    )
 
 
 def contraction_drift(recent: Sequence[Point], point: Point) -> float:
@@ -312,6 +292,6 @@ def contraction_drift(recent: Sequence[Point], point: Point) -> float:
         return 0.0
     weights = lagrange([item.arclength for item in recent], point.arclength)
     expected = float(weights @ [item.growth for item in recent])
-    allowed = CHANGE * min(-recent[-1].growth, -point.growth)
+    allowed = ZERO.change * min(-recent[-1].growth, -point.growth)
     change = max(abs(point.growth - expected), abs(point.growth - recent[-1].growth))
     return float(change / allowed)

@@ -9,37 +9,65 @@ import numpy as np
 
 from slipfold.arrays import Array, Mask
 
-ERROR = 3e-3
-"""Distance between predicted and corrected point that the steps aim at, in scaled variables."""
 
-DRIFT = 0.15
-"""Error of the extrapolated test functions that the steps aim at, relative to their size.
+@dataclass(frozen=True)
+class StepRules:
+    """Rules for the acceptance and the length of steps."""
 
-Interpolation between the points is then ten times better still. The search for bifurcations needs
-that, and so do lines drawn through the points: with 0.3 there are a sixth fewer points, and lines
-of drafts have errors of up to 8e-4 of their range."""
+    # Distance between predicted and corrected point that the steps aim at, in scaled variables
+    error: float = 3e-3
+    # Error of the extrapolated test functions that the steps aim at, relative to their size.
+    # Interpolation between the points is then ten times better still. The search for bifurcations
+    # needs that, and so do lines drawn through the points: with 0.3 there are a sixth fewer points,
+    # and lines of drafts have errors of up to 8e-4 of their range
+    drift: float = 0.15
+    # A step is at most this many times as long as the one before
+    longer: float = 2.5
+    # The prediction's error grows with the step to the power of 1/0.22 or so
+    power: float = 0.22
+    # A step whose errors exceed their aims by this factor is taken again, shorter
+    reject: float = 4.0
+    # Corrections that are longer than this lead elsewhere
+    reach: float = 2 * reject * error
+    # A step is at least this fraction of the one before
+    minimum: float = 0.2
+    # Maximum ratio of the next step to one that was rejected, to one whose correction did not
+    # converge, and to one without a correction
+    rejected: float = 0.7
+    diverged: float = 0.6
+    failed: float = 0.35
+    # Maximum ratio of the next step to one that was shortened: the curve is getting harder
+    harder: float = 0.8
+    # Weight of the error of polynomials through the test functions where a prediction from
+    # derivatives is better. Lines drawn through the points are such polynomials, and need this many
+    # points
+    lines: float = 0.25
+    # Error of the prediction, relative to its aim, below which that weight falls in proportion: the
+    # lines are straight, however fast multipliers rotate
+    straight: float = 0.01
+    # Distance from a bound that counts as none. Rounding may bring a guess beyond a bound on which
+    # the curve begins and along which it runs, as a pitchfork does: then its point decides
+    edge: float = 1e-9
+    # Length of an unknown above which steps may be longer in proportion: at a resonance orbits are
+    # many times as large as the state scales
+    large: float = 10.0
+    # Bisections for the arclength at which a prediction reaches a bound: it is corrected anyway
+    bisections: int = 12
+    # First step from a regular point, in scaled variables
+    first: float = 0.02
+    # First step from a point of another curve, and distance before it of the last regular point of
+    # a closing curve: curves are singular there
+    birth: float = 3e-3
+    # Points before the current one that are interpolated
+    memory: int = 6
+    # Ratio of the next step to one between whose ends the curve was not found
+    retreat: float = 0.3
+    # Change of a parameter between two points, in spans, whose sign rounding may decide: with
+    # multipliers of 1e7 orbits are known to about 1e-8
+    flat: float = 1e-7
 
-LONGER = 2.5
-"""A step is at most this many times as long as the one before."""
 
-POWER = 0.22
-"""The prediction's error grows with the step to the power of 1/0.22 or so."""
-
-REJECT = 4.0
-"""A step whose errors exceed their aims by this factor is taken again, shorter."""
-
-REACH = 2 * REJECT * ERROR
-"""Corrections that are longer than this lead elsewhere."""
-
-MINIMUM = 0.2
-"""A step is at least this fraction of the one before."""
-
-REJECTED, DIVERGED, FAILED = 0.7, 0.6, 0.35
-"""Maximum ratio of the next step to one that was rejected, to one whose correction did not
-converge, and to one without a correction."""
-
-HARDER = 0.8
-"""Maximum ratio of the next step to one that was shortened: the curve is getting harder."""
+STEP = StepRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +81,7 @@ class Measures:
     @property
     def fits(self) -> Mask:
         """Whether each step is accepted."""
-        fits = (self.turn <= 1) & (self.error <= REJECT) & (self.drift <= REJECT)
+        fits = (self.turn <= 1) & (self.error <= STEP.reject) & (self.drift <= STEP.reject)
         return np.asarray(fits)
 
     @cached_property
@@ -64,12 +92,12 @@ class Measures:
         singular point there is no tangent, and the turn is not a number.
         """
         allowed = np.minimum(ratio_by_geometry(self.error, self.turn), ratio_by_tests(self.drift))
-        return np.asarray(np.minimum(np.maximum(0.9 * allowed, MINIMUM), LONGER))
+        return np.asarray(np.minimum(np.maximum(0.9 * allowed, STEP.minimum), STEP.longer))
 
 
 def ratio_by_geometry(error: Array, turn: Array) -> Array:
     """Return the ratio of the next step to this one that prediction and tangent allow."""
-    return np.asarray(np.fmin(error**-POWER, 0.9 / np.maximum(turn, 1e-3)))
+    return np.asarray(np.fmin(error**-STEP.power, 0.9 / np.maximum(turn, 1e-3)))
 
 
 def ratio_by_tests(drifted: Array) -> Array:
@@ -85,7 +113,7 @@ def drift(errors: Array, values: Array, actual: Array, noise: float, coarse: flo
     scales = np.maximum(np.maximum(np.abs(values).max(axis=-2), np.abs(actual)), noise)
     # A function may not be defined everywhere.
     largest = np.fmax(errors / scales, 0.0).max(axis=-1, initial=0.0)
-    return np.asarray(largest / (DRIFT * coarse))
+    return np.asarray(largest / (STEP.drift * coarse))
 
 
 def shortened_after_failure(moved: Array) -> Array:
@@ -93,6 +121,8 @@ def shortened_after_failure(moved: Array) -> Array:
 
     `moved` is the length of its last correction, infinite where there was none.
     """
-    factor = (np.maximum(ERROR, moved) / ERROR) ** -POWER
-    diverged = (moved > ERROR) & (moved < np.inf)
-    return np.where(diverged, np.minimum(np.maximum(factor, MINIMUM), DIVERGED), FAILED)
+    factor = (np.maximum(STEP.error, moved) / STEP.error) ** -STEP.power
+    diverged = (moved > STEP.error) & (moved < np.inf)
+    return np.where(
+        diverged, np.minimum(np.maximum(factor, STEP.minimum), STEP.diverged), STEP.failed
+    )

@@ -24,11 +24,7 @@ from slipfold.continuation.newton import TOO_SHARP, correct
 from slipfold.continuation.search import contraction_drift
 from slipfold.continuation.settings import Stepping
 from slipfold.continuation.step_length import (
-    ERROR,
-    HARDER,
-    LONGER,
-    REACH,
-    REJECTED,
+    STEP,
     Measures,
     drift,
     ratio_by_geometry,
@@ -39,25 +35,6 @@ from slipfold.errors import BREAKDOWNS, breakdown
 
 Bound = tuple[int, float, float]
 """A component of the unknown, with the smallest and the largest value it may take."""
-
-LINES = 0.25
-"""Weight of the error of polynomials through the test functions where a prediction from derivatives
-is better. Lines drawn through the points are such polynomials, and need this many points."""
-
-STRAIGHT = 0.01
-"""Error of the prediction, relative to its aim, below which that weight falls in proportion: the
-lines are straight, however fast multipliers rotate."""
-
-EDGE = 1e-9
-"""Distance from a bound that counts as none. Rounding may bring a guess beyond a bound on which the
-curve begins and along which it runs, as a pitchfork does: then its point decides."""
-
-LARGE = 10.0
-"""Length of an unknown above which steps may be longer in proportion: at a resonance orbits are
-many times as large as the state scales."""
-
-BISECTIONS = 12
-"""Bisections for the arclength at which a prediction reaches a bound: it is corrected anyway."""
 
 
 class Corrected(Protocol):
@@ -146,7 +123,7 @@ class Front:
         self.arclengths = np.pad(arclengths, missing)
         self.count = np.full(k, count)
         self.step = np.minimum(step, settings.steps.largest)
-        self._growth = np.full(k, LONGER)
+        self._growth = np.full(k, STEP.longer)
         # Each bound is two walls, beyond which the component has the sign of the direction.
         self._components = np.repeat([index for index, _, _ in bounds], 2).astype(np.int64)
         self._walls = np.array([value for _, low, high in bounds for value in (low, high)])
@@ -174,7 +151,7 @@ class Front:
         if len(rejected):
             ratio = np.where(
                 found,
-                np.minimum(measures.factor, REJECTED),
+                np.minimum(measures.factor, STEP.rejected),
                 shortened_after_failure(result.moved),
             )
             self.shorten(rows[rejected], ratio[rejected])
@@ -185,13 +162,13 @@ class Front:
     def shorten(self, rows: Indices, ratio: Array | float) -> None:
         """Shorten the next steps of some curves."""
         self.step[rows] *= ratio
-        self._growth[rows], self._held[rows], self._holds[rows] = HARDER, -1, 0
+        self._growth[rows], self._held[rows], self._holds[rows] = STEP.harder, -1, 0
 
     def accept(self, trial: Trial, which: Indices) -> None:
         """Add points of a trial, by their numbers in it."""
         rows, result = trial.rows[which], trial.result
         factor = np.minimum(trial.measures.factor[which], self._growth[rows])
-        large = np.maximum(1.0, lengths_of(self.z[rows, -1]) / LARGE)
+        large = np.maximum(1.0, lengths_of(self.z[rows, -1]) / STEP.large)
         self.step[rows] = np.minimum(self.step[rows] * factor, self._settings.steps.largest * large)
         new = self.arclengths[rows, -1] + trial.length[which]
         for history, values in (
@@ -203,7 +180,7 @@ class Front:
             history[rows, :-1] = history[rows, 1:]
             history[rows, -1] = values
         self.count[rows] += 1
-        self._growth[rows], self._held[rows], self._holds[rows] = LONGER, -1, 0
+        self._growth[rows], self._held[rows], self._holds[rows] = STEP.longer, -1, 0
 
     def by_count(self, rows: Indices) -> Iterator[tuple[int, Indices]]:
         """Yield how many points are known, and which of some curves have so many."""
@@ -222,7 +199,7 @@ class Front:
         guesses, held = self._equations.aligned(rows, guesses), self._held[rows]
         free = held < 0
         if free.any():
-            held[free] = self._first_wall(rows, guesses, target, EDGE)[free]
+            held[free] = self._first_wall(rows, guesses, target, STEP.edge)[free]
         for i in np.flatnonzero(held >= 0).tolist():
             wall, row = int(held[i]), rows[i : i + 1]
             index, value = self._components[wall], self._walls[wall]
@@ -260,7 +237,7 @@ class Front:
 
         near, far = self.arclengths[rows, -1], np.array([beyond])
         rising = component(far) > value
-        for _ in range(BISECTIONS):
+        for _ in range(STEP.bisections):
             middle = 0.5 * (near + far)
             if (component(middle) > value) == rising:
                 far = middle
@@ -274,7 +251,7 @@ class Front:
         self, rows: Indices, result: Corrected, distance: Array, length: Array, turn: Array
     ) -> Measures:
         coarse = self._settings.coarse
-        error = np.maximum(distance, 1e-12) / (ERROR * coarse)
+        error = np.maximum(distance, 1e-12) / (STEP.error * coarse)
         turn = turn / self._settings.steps.turn
         drifted = np.zeros(len(rows))
         for count, which in self.by_count(rows):
@@ -292,9 +269,9 @@ class Front:
         weights = polynomial_weights(known, (known[:, -1] + length)[:, None])
         errors = np.abs(actual - (weights @ values)[:, 0])
         drifted = drift(errors, values, actual, noise, coarse)
-        allowed = np.minimum(ratio_by_geometry(error, turn), LONGER)
+        allowed = np.minimum(ratio_by_geometry(error, turn), STEP.longer)
         limiting = ratio_by_tests(drifted) < allowed
-        jumping = np.flatnonzero(limiting & (error < STRAIGHT))
+        jumping = np.flatnonzero(limiting & (error < STEP.straight))
         if len(jumping):
             own = values[jumping], actual[jumping]
             errors[jumping] = _without_jumps(errors[jumping], *own)
@@ -307,7 +284,7 @@ class Front:
             extrapolated = self._equations.extrapolated(row, weights[i])
             if extrapolated is not None:
                 better = np.fmin(errors[i], np.abs(actual[i] - extrapolated))
-                lines = LINES * min(1.0, error[i] / STRAIGHT) * drifted[i]
+                lines = STEP.lines * min(1.0, error[i] / STEP.straight) * drifted[i]
                 drifted[i] = max(drift(better, values[i], actual[i], noise, coarse), lines)
             drifted[i] = min(drifted[i], self._equations.contraction_drift(row) / coarse)
         return drifted
@@ -439,7 +416,7 @@ class _OneCurve(FrontEquations, Generic[P]):
     ) -> _Solution[P]:
         """Return the solution nearest the guess."""
         guess, row, arclength = guesses[0], normals[0], float(arclengths[0])
-        newton, reach = self._settings.newton, REACH * self._settings.coarse
+        newton, reach = self._settings.newton, STEP.reach * self._settings.coarse
         moved, self._corrected = np.inf, None
         try:
             expected = derivatives(self._curve, self.recent, arclength)

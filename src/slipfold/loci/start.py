@@ -14,8 +14,9 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.continuation.curve_set import Start
 from slipfold.continuation.end import End
-from slipfold.continuation.follow import BIRTH, follow
+from slipfold.continuation.follow import follow
 from slipfold.continuation.newton import correct
+from slipfold.continuation.step_length import STEP
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
@@ -88,7 +89,7 @@ def regular_start(
     except BREAKDOWNS as error:
         raise _no_locus(curve, z, breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
-    step = BIRTH if crosses else FIRST
+    step = STEP.birth if crosses else FIRST
     return LocusStart(curve, both, departs=bool(crosses), crosses=crosses, step=step)
 
 
@@ -173,7 +174,7 @@ def _complex_side(start: LocusStart, settings: Settings) -> Iterator[LocusStart]
     """Return the direction in which a pair that meets on the real axis is complex."""
     sides = []
     for point in start.points:
-        first = first_point(start.curve, point, BIRTH, settings)
+        first = first_point(start.curve, point, STEP.birth, settings)
         if not isinstance(first, Failure) and is_complex(first):
             sides.append(point)
     if sides:
@@ -186,7 +187,7 @@ def is_complex(point: OrbitPoint) -> bool:
     return tests["BT"] > 0 if "BT" in tests else tests["R1"] > 0 < tests["R2"]
 
 
-FIRST_STEPS = (BIRTH, 4 * BIRTH, 16 * BIRTH, 64 * BIRTH)
+FIRST_STEPS = (STEP.birth, 4 * STEP.birth, 16 * STEP.birth, 64 * STEP.birth)
 """First steps that are tried: equations of folds vanish with the third power of the amplitude."""
 
 RESOLVED = 0.1
@@ -281,7 +282,7 @@ def _born(
         after = first_point(curve, start, step, settings)
         if isinstance(after, Failure):
             continue
-        if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * BIRTH:
+        if np.linalg.norm(asymmetry(first.orbits, after.z)) < 0.5 * STEP.birth:
             continue
         if step < FIRST_STEPS[-1] and not _is_resolved(start, after):
             continue
@@ -311,8 +312,11 @@ def _leaving_along(
     start = _leaving(curve, point.z, tangent, point.monodromy, point.residual)
     if start is None:
         return
-    after = first_point(curve, start, BIRTH, settings)
-    if not isinstance(after, Failure) and abs(float((after.z - point.z) @ tangent)) > 0.5 * BIRTH:
+    after = first_point(curve, start, STEP.birth, settings)
+    if (
+        not isinstance(after, Failure)
+        and abs(float((after.z - point.z) @ tangent)) > 0.5 * STEP.birth
+    ):
         images = after.z, 2 * point.z - after.z
         yield LocusStart(curve, (start,), departs=True, crosses=crosses, beside=images)
 

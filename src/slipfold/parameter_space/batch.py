@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.branches.batched_walk import CLOSE, ROUGHLY
+from slipfold.branches.batched_walk import BATCH
 from slipfold.continuation.interpolation import polynomial_weights
-from slipfold.continuation.search import DIP
+from slipfold.continuation.locate import ZERO
 from slipfold.flow.explicit_steps import linearized_steps_of
 from slipfold.models.model import Model
 from slipfold.newton import Rule, correct_many, solve_each
@@ -90,7 +90,7 @@ def _dips(values: Array) -> Mask:
     """Return where the polynomial through values at the first fractions dips, (m, k) to (m,)."""
     known, grid = np.array(FRACTIONS[: values.shape[1]]), np.linspace(0.0, 1.0, 41)
     curve = values @ polynomial_weights(known, grid).T
-    return np.asarray(curve.min(axis=1) < DIP * values[:, [0, -1]].min(axis=1))
+    return np.asarray(curve.min(axis=1) < ZERO.dip * values[:, [0, -1]].min(axis=1))
 
 
 NEARLY = 1e-10
@@ -171,7 +171,7 @@ class BatchedThresholds:
             result = find_orbits(batch, states[rows, -1], ends[rows])
             states[rows, -1] = batch.states(every, result.z)[:, 0]
             multipliers[rows] = result.multipliers
-            moved[rows] = np.maximum(result.moved, ROUGHLY)
+            moved[rows] = np.maximum(result.moved, BATCH.roughly)
             residuals[rows], clear[rows] = batch.residuals(every, result.z), self._clear(result)
         paths = Paths(ends, states, doubles)
         proved = self._prove(orbits, paths, multipliers, moved, clear)
@@ -199,7 +199,7 @@ class BatchedThresholds:
         paths.states[:, :-1] = states.reshape(*shape, n).swapaxes(0, 1)
         multipliers = result.multipliers.reshape(*shape, n).swapaxes(0, 1)
         multipliers = np.concatenate([multipliers, at_end[:, None]], axis=1)
-        moved = np.maximum(result.moved, ROUGHLY).reshape(shape).T
+        moved = np.maximum(result.moved, BATCH.roughly).reshape(shape).T
         moved = np.column_stack([moved, moved_last])
         moved[~np.isfinite(paths.states).all(axis=2)] = np.inf
         proved = find_doubts(multipliers, moved, paths.doubles) == ""
@@ -216,7 +216,7 @@ def find_orbits(orbits: OrbitBatch, states: Array, values: Array) -> Corrected:
     every = np.arange(len(states))
     normals = np.tile(hold_parameter(orbits.size), (len(states), 1))
     guesses = orbits.join(every, states[:, None], values)
-    return orbits.correct(every, guesses, normals, CLOSE, APPROACH.longest, ROUGHLY)
+    return orbits.correct(every, guesses, normals, BATCH.close, APPROACH.longest, BATCH.roughly)
 
 
 class _Doubling:
@@ -272,7 +272,7 @@ class _Doubling:
         left, values, right = _smallest_singular(matrices + np.eye(n))
         moved = np.linalg.norm(z - self._before[rows], axis=1)
         self._before[rows] = z
-        renew = np.flatnonzero(np.isnan(self._gradients[rows, 0]) | (moved > 10 * CLOSE))
+        renew = np.flatnonzero(np.isnan(self._gradients[rows, 0]) | (moved > 10 * BATCH.close))
         if len(renew):
             perturbed = z[renew]
             perturbed[:, :n] += PERTURBATION * right[renew]

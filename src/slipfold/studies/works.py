@@ -11,7 +11,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from slipfold.branches.batched import BATCH, MINIMUM_BATCH, BatchedCase, follow_batch
+from slipfold.branches.batched import BatchedCase, follow_batch
+from slipfold.branches.batched_walk import BATCH
 from slipfold.branches.response import trace_response
 from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint
@@ -197,8 +198,8 @@ def _loss_values(loss: Loss) -> tuple[Any, ...]:
 class ResponseWork(LossWork):
     """All branches of the response: their first loss of stability and all special points."""
 
-    together_from: ClassVar[int] = MINIMUM_BATCH
-    side_by_side: ClassVar[int] = BATCH
+    together_from: ClassVar[int] = BATCH.minimum_size
+    side_by_side: ClassVar[int] = BATCH.size
 
     what: Literal["response"]
     largest_period: int = Field(Settings().largest_period, ge=1)
