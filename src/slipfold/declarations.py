@@ -5,11 +5,11 @@ from __future__ import annotations
 import difflib
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import wraps
 from numbers import Integral, Real
 from textwrap import fill
-from typing import Annotated, Any, Literal, TypeVar, cast, get_args
+from typing import Annotated, Any, ForwardRef, TypeVar, cast, get_args
 
 from slipfold.errors import InputError
 
@@ -18,10 +18,15 @@ SIMILAR = 0.8
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-Kind = Literal[
-    "text", "texts", "flag", "whole", "wholes", "number", "numbers", "pair", "grid",
-    "intervals", "values", "spans",
-]  # fmt: skip
+METAVARS = {
+    "text": "TEXT", "texts": "TEXT", "flag": "", "whole": "N", "wholes": "N", "number": "R",
+    "numbers": "R", "pair": "FROM:TO", "grid": "N1xN2", "intervals": "NAME=FIRST:LAST",
+    "values": "NAME=VALUE", "entries": "NAME=VALUE", "spans": "NAME=FIRST:LAST",
+}  # fmt: skip
+"""Kinds of parameters, and what a command calls their values: ``entries`` are always by name."""
+
+TYPES = {bool: "flag", int: "whole", int | None: "whole", float: "number"}
+"""Kinds by type; where the type does not tell, a declaration names its kind."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,8 @@ class Option:
     """What is said of a parameter wherever it can be given, and how a command reads it."""
 
     help: str
-    kind: Kind = "text"
-    metavar: str | None = None
+    kind: str = "text"
+    metavar: str = ""
     minimum: int = 1  # of a whole number
     maximum: int | None = None
     flags: tuple[str, ...] = ()  # names on the command line, if not that of the parameter
@@ -46,6 +51,14 @@ class Option:
             if len(pair) != 2:
                 raise InputError(f"{name} = {value!r} are not two numbers; give e.g. (60, 50)")
             return self._whole(name, pair[0]), self._whole(name, pair[1])
+        if self.kind in ("intervals", "entries") and not isinstance(value, Mapping):
+            raise InputError(
+                f"{name} = {value!r} is not by name; give e.g. {name}={{'x': {self.example}}}"
+            )
+        if self.kind == "texts" and (isinstance(value, str | Real) or not iterable(value)):
+            return (value,)
+        if self.kind == "pair" and (isinstance(value, str) or not iterable(value, 2)):
+            raise InputError(f"{name} = {value!r} are not two values; give e.g. (0, 1)")
         if self.kind == "flag" and type(value).__name__ not in ("bool", "bool_", "dict"):
             raise InputError(f"{name} = {value!r} is not True or False; give one of them")
         if self.kind == "number":
@@ -54,6 +67,11 @@ class Option:
                 raise InputError(f"{name} = {value!r} is not a positive number; give e.g. 1e-9")
             return float(value)
         return value
+
+    @property
+    def example(self) -> str:
+        """A value of an entry."""
+        return "(0, 1)" if self.kind == "intervals" else "0.1"
 
     def _whole(self, name: str, value: Any) -> int:
         whole = isinstance(value, Integral) and not isinstance(value, bool)
@@ -66,11 +84,24 @@ class Option:
         """Give numbers in a file their bounds: tolerances are positive."""
         from pydantic import Field
 
-        if self.kind not in ("whole", "number"):
+        kind = next((kind for type_, kind in TYPES.items() if type_ == source), self.kind)
+        if kind not in ("whole", "number"):
             return handler(source)
-        whole = self.kind == "whole"
+        whole = kind == "whole"
         bounds = Field(ge=self.minimum, le=self.maximum) if whole else Field(gt=0)
         return handler(Annotated[source, bounds])
+
+
+def iterable(value: Any, count: int | None = None) -> bool:
+    """Whether something has items, and as many.
+
+    >>> iterable((1, 2), 2), iterable(0.5)
+    (True, False)
+    """
+    try:
+        return count in (None, len(tuple(value)))
+    except TypeError:
+        return False
 
 
 def flags_of(name: str, option: Option) -> tuple[str, ...]:
@@ -126,6 +157,8 @@ def documented(function: Function) -> Function:
         bound = signature.bind(*given, **named)
         for name, value in bound.arguments.items():
             optional = value is None and signature.parameters[name].default is None
+            if name == "on_progress" and not optional and not callable(value):
+                raise InputError(f"on_progress = {value!r} is not a function; give one")
             if name in options and not optional:
                 bound.arguments[name] = options[name].checked(name, value)
         for name in bound.arguments.get("parameters", ()):
@@ -165,4 +198,9 @@ def default_of(function: Callable[..., Any], name: str) -> Any:
 
 def declared(annotation: Any) -> Option | None:
     """Return the declaration of a parameter by its type, None if there is none."""
-    return next((item for item in get_args(annotation) if isinstance(item, Option)), None)
+    given = get_args(annotation)
+    option = next((item for item in given if isinstance(item, Option)), None)
+    if option is None or option.kind != "text" or isinstance(given[0], str | ForwardRef):
+        return option
+    kind = next((kind for type_, kind in TYPES.items() if type_ == given[0]), "text")
+    return replace(option, kind=kind)

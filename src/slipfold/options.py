@@ -54,7 +54,6 @@ State = Annotated[
         "Starting state at phase zero, shape (n_states,), or some states by name; by default the "
         "model's own. A state on an unstable equilibrium of an autonomous model is moved by 1e-6.",
         "values",
-        "NAME=VALUE",
         flags=("--start", "--state"),
         command_help="Starting state at phase zero, by default the model's own.",
     ),
@@ -65,19 +64,14 @@ Start = Annotated[
         "States by name, near an orbit, cycle or equilibrium that is followed instead of the "
         "response; with `settled` the initial state of the transient. With a value of the varied "
         "parameter the branch begins there, in both directions.",
-        "values",
-        "NAME=VALUE",
+        "entries",
     ),
 ]
-Starts = Annotated[
-    int, Option("Number of starts in the box, at each value if a parameter varies.", "whole", "N")
-]
-SweepStarts = Annotated[
-    int, Option("Starts from the box at each value; 0 for none.", "whole", "N", minimum=0)
-]
+Starts = Annotated[int, Option("Number of starts in the box, at each value if a parameter varies.")]
+SweepStarts = Annotated[int, Option("Starts from the box at each value; 0 for none.", minimum=0)]
 Seed = Annotated[
     int,
-    Option("Seed of random starts, samples or noise.", "whole", "N", minimum=0),
+    Option("Seed of random starts, samples or noise.", minimum=0),
 ]
 
 # -- how long solutions are followed -----------------------------------------------------------
@@ -86,9 +80,7 @@ Periods = Annotated[
     int | None,
     Option(
         "Forcing periods to integrate, 1000 by default; of an autonomous model intervals of its "
-        "``duration``, by default until the solution is steady, 16,000 at most.",
-        "whole",
-        "N",
+        "``duration``, by default until the solution is steady, 16,000 at most."
     ),
 ]
 ExponentPeriods = Annotated[
@@ -96,45 +88,33 @@ ExponentPeriods = Annotated[
     Option(
         "Forcing periods to follow, of an autonomous model intervals of its ``duration``; by "
         "default as many as needed: 32,000 at most, or 128,000 if the kind of solution is still "
-        "unknown, no contact sticks and there are six states at most.",
-        "whole",
-        "N",
+        "unknown, no contact sticks and there are six states at most."
     ),
 ]
 SearchPeriods = Annotated[
     int | None,
     Option(
         "Forcing periods after which a solution near no known attractor is classified by its "
-        "exponents, 1024 by default; of an autonomous model characteristic times.",
-        "whole",
-        "N",
+        "exponents, 1024 by default; of an autonomous model characteristic times."
     ),
 ]
-SweepPeriods = Annotated[
-    int, Option("Forcing periods stored at each value.", "whole", "N", minimum=2)
-]
-SweepTransient = Annotated[
-    int, Option("Forcing periods left out first at each value.", "whole", "N", minimum=0)
-]
+SweepPeriods = Annotated[int, Option("Forcing periods stored at each value.", minimum=2)]
+SweepTransient = Annotated[int, Option("Forcing periods left out first at each value.", minimum=0)]
 RegimeTransient = Annotated[
-    int, Option("Forcing periods before the test whether a solution repeats.", "whole", "N")
+    int, Option("Forcing periods before the test whether a solution repeats.")
 ]
 SteadyTolerance = Annotated[
     float,
     Option(
         "Distance from a periodic response, cycle or equilibrium that counts as steady, in scaled "
-        "states.",
-        "number",
-        "R",
+        "states."
     ),
 ]
 ExponentTolerance = Annotated[
     float,
     Option(
         "Error of all exponents, per forcing period or interval, at which the computation ends "
-        "unless periods are given.",
-        "number",
-        "R",
+        "unless periods are given."
     ),
 ]
 
@@ -148,16 +128,12 @@ Span = Annotated[
         "fine."
     ),
 ]
-Points = Annotated[
-    int, Option("Number of equidistant values of the parameter.", "whole", "N", minimum=2)
-]
+Points = Annotated[int, Option("Number of equidistant values of the parameter.", minimum=2)]
 BasinPoints = Annotated[
     int | tuple[int, int],
     Option("Starts along both axes, or along each, e.g. 300x200.", "grid", "N|NxM", minimum=2),
 ]
-RegimePoints = Annotated[
-    tuple[int, int], Option("Values of each parameter.", "grid", "N1xN2", minimum=2)
-]
+RegimePoints = Annotated[tuple[int, int], Option("Values of each parameter.", "grid", minimum=2)]
 Plane = Annotated[
     Mapping[str, Interval],
     Option(
@@ -205,16 +181,12 @@ Settled = Annotated[
     bool,
     Option(
         "Integrate from the start of the span until the solution is steady, and follow the branch "
-        "of that attractor instead of the response; with `tori` a torus, too.",
-        "flag",
+        "of that attractor instead of the response; with `tori` a torus, too."
     ),
 ]
 Gradients = Annotated[
     bool,
-    Option(
-        "Compute the derivatives of every special point with respect to every other parameter.",
-        "flag",
-    ),
+    Option("Compute the derivatives of every special point with respect to every other parameter."),
 ]
 Search = Annotated[
     "bool | Mapping[str, Interval]",
@@ -233,8 +205,7 @@ Tori = Annotated[
     bool,
     Option(
         "Also follow the quasi-periodic tori that emanate from Neimark-Sacker points; with "
-        "`settled` the torus that the solution converges to.",
-        "flag",
+        "`settled` the torus that the solution converges to."
     ),
 ]
 Cases = Annotated[
@@ -282,8 +253,7 @@ Regions = Annotated[
     bool,
     Option(
         "Find the regions between the loci and the stable responses in each, checked by "
-        "simulations; takes a forced model, all types and both periods.",
-        "flag",
+        "simulations; takes a forced model, all types and both periods."
     ),
 ]
 Regimes = Annotated[
@@ -293,7 +263,6 @@ Regimes = Annotated[
         "period 1 or 2 is stable: higher periods, tori, chaos, stick-slip; about a millisecond to "
         "a second each.",
         "grid",
-        "N1xN2",
     ),
 ]
 Point = Annotated[
@@ -322,7 +291,7 @@ Distributions = Annotated[
         '(standard deviation), ``"uniform 2deg"`` (half the width), ``"uniform 0.4:0.6"``, '
         '``"lognormal 5%"`` or ``"normal 5%:0.4:0.6"`` (truncated); sizes in percent of the value, '
         "with a unit, or in the SI unit. Or a table as studies have it.",
-        "values",
+        "entries",
         "NAME=normal:SIZE",
         flags=("--distribution",),
         command_help="Distribution of a parameter: normal (standard deviation), uniform (half the "
@@ -340,9 +309,7 @@ Correlation = Annotated[
         command_help="Correlation of two uncertain parameters, e.g. mu,Vd=0.5.",
     ),
 ]
-Samples = Annotated[
-    int, Option("Number of samples (Sobol's, scrambled), a power of 2.", "whole", "N")
-]
+Samples = Annotated[int, Option("Number of samples (Sobol's, scrambled), a power of 2.")]
 Loads = Annotated[
     Sequence[float | str],
     Option(
@@ -357,8 +324,7 @@ Indices = Annotated[
     bool,
     Option(
         "Compute Sobol's indices as well, from ``samples * (d + 2)`` more thresholds of d "
-        "parameters.",
-        "flag",
+        "parameters."
     ),
 ]
 Choose = Annotated[
@@ -387,17 +353,13 @@ Above = Annotated[
 ]
 Outside = Annotated[
     "tuple[Number, Number] | None",
-    Option(
-        "A window that the threshold is to leave, on whichever side vibrates less.",
-        "pair",
-        "FROM:TO",
-    ),
+    Option("A window that the threshold is to leave, on whichever side vibrates less.", "pair"),
 ]
 Keep = Annotated[
     "Mapping[str, tuple[SpecialPoint | HasPoint, Number]] | None",
     Option(
         "Further thresholds by names of your own, each with its lower bound.",
-        "values",
+        "entries",
         "TYPE:PERIOD=VALUE",
         command_help="A further threshold and its lower bound, e.g. PD:1=40mN.",
     ),
@@ -432,7 +394,6 @@ Errors = Annotated[
         "Standard deviation of the measurements, one for all quantities or one for each, in their "
         "units.",
         "numbers",
-        "R",
         flags=("--error",),
     ),
 ]
@@ -489,8 +450,6 @@ StudyExecutor = Annotated[
 ]
 Resume = Annotated[
     bool,
-    Option(
-        "Continue with the cases in the store; a store that has some is refused otherwise.", "flag"
-    ),
+    Option("Continue with the cases in the store; a store that has some is refused otherwise."),
 ]
-RetryFailed = Annotated[bool, Option("Compute failed cases again, too; implies `resume`.", "flag")]
+RetryFailed = Annotated[bool, Option("Compute failed cases again, too; implies `resume`.")]

@@ -51,7 +51,8 @@ def test_options_of_a_study_are_those_of_the_function(work, name):
     for option, field in work.model_fields.items():
         if option not in ("what", "start"):
             assert field.default == parameters[option].default
-            assert field.metadata == [declared(parameters[option].annotation)], option
+            (known,) = field.metadata
+            assert known.help == declared(parameters[option].annotation).help
 
 
 def test_a_value_that_is_not_given_is_the_default_of_the_function():
@@ -92,3 +93,27 @@ def test_a_number_given_as_text_is_refused():
         slipfold.sweep(model, "Nd", (0, 0.1), points="20")
     with pytest.raises(slipfold.InputError, match="tolerance = 0 is not a positive number"):
         slipfold.simulate(model, tolerance=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "sentence"),
+    [
+        ("response", {"start": [0, 0]}, "start = [0, 0] is not by name"),
+        ("response", {"on_progress": 3}, "on_progress = 3 is not a function"),
+        ("responses", {"over": None}, "over does not give the same parameters"),
+        (
+            "design",
+            {"choose": ["Vd"], "load": 0.02, "above": 0.05},
+            "choose = ['Vd'] is not by na",
+        ),
+        ("design", {"choose": {}, "load": 0.02, "outside": 0.05}, "outside = 0.05 are not two val"),
+        ("measure", {"values": [0.01], "quantities": "max y", "errors": "1mm"}, "are not numbers"),
+        ("study", {"given": 3}, "3 is not a study"),
+    ],
+)
+def test_wrong_shapes_are_refused_in_a_sentence(name, arguments, sentence):
+    function = getattr(slipfold, name)
+    usual = {"model": slipfold.SlidingOscillator(), "vary": "Nd", "span": (0, 0.1), "point": None}
+    needed = {key: usual[key] for key in usual if key in inspect.signature(function).parameters}
+    with pytest.raises(slipfold.InputError, match=re.escape(sentence)):
+        function(**needed, **arguments)

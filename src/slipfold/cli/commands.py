@@ -27,7 +27,7 @@ from slipfold.cli.reading import (
     parse_whole,
 )
 from slipfold.cli.running import Outputs, exit_statuses
-from slipfold.declarations import Option, declared, flags_of, resolved
+from slipfold.declarations import METAVARS, Option, declared, flags_of, resolved
 from slipfold.errors import InputError
 from slipfold.options import Box, Search
 from slipfold.progress import Observer
@@ -143,7 +143,11 @@ def option(name: str, declared: Option, default: Any = REQUIRED) -> inspect.Para
     several, flag = declared.kind not in (*SINGLE, "flag"), declared.kind == "flag"
     help_ = re.sub(r"(?<!`)`(\w+)`(?!`)", r"--\1", declared.command_help or declared.help)
     help_ = help_.replace("`", "") + " Repeatable." * (several and declared.kind != "spans")
-    how = typer.Option(*flags_of(name, declared), metavar=declared.metavar, help=help_)
+    how = typer.Option(
+        *flags_of(name, declared),
+        metavar=declared.metavar or METAVARS[declared.kind] or None,
+        help=help_,
+    )
     kind: Any = bool if flag else list[str] if several else str
     if not flag and default is not REQUIRED:
         default = None if several else _as_text(default, declared)
@@ -210,7 +214,10 @@ PARSERS: Mapping[str, Callable[[Any, str, Option], Any]] = {
     "pair": lambda text, flag, declared: parse_pair(text, flag),
     "grid": lambda text, flag, declared: parse_points(text, flag, declared.minimum),
     "intervals": lambda texts, flag, declared: parse_intervals(texts, flag),
-    "values": lambda texts, flag, declared: parse_assignments(texts, flag, example="x=0.1"),
+    **dict.fromkeys(
+        ("values", "entries"),
+        lambda texts, flag, declared: parse_assignments(texts, flag, example="x=0.1"),
+    ),
 }
 """What reads each kind of option."""
 
@@ -261,7 +268,7 @@ def read_model(texts: Values, values: Values) -> Values:
 
 def vary_option(help_: str) -> inspect.Parameter:
     """Return ``--vary``."""
-    return option("vary", Option(help_, "spans", "NAME=FIRST:LAST", flags=("--vary",)))
+    return option("vary", Option(help_, "spans", flags=("--vary",)))
 
 
 VARY = vary_option("Parameter to vary and its ends, e.g. Nd=0:0.98 or f=14:11Hz.")
@@ -312,7 +319,7 @@ def _read_values(texts: Values, values: Values) -> Values:
 VALUES = Reader(
     (
         VARY,
-        option("points", Option("Equidistant values of it, from first to last.", "whole", "N"), 21),
+        option("points", Option("Equidistant values of it, from first to last.", "whole"), 21),
     ),
     _read_values,
 )
@@ -334,11 +341,11 @@ STEPS = {
     ),
     ("newton", "tolerance"): (
         "tolerance",
-        Option("Largest residual of an orbit, in scaled states.", "number", "R"),
+        Option("Largest residual of an orbit, in scaled states.", "number"),
     ),
     ("steps", "points"): (
         "max_points",
-        Option("Points after which a branch or locus stops.", "whole", "N"),
+        Option("Points after which a branch or locus stops.", "whole"),
     ),
 }
 """Settings by their places, and the options that set them."""

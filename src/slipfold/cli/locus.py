@@ -58,8 +58,7 @@ Only = Annotated[
     bool,
     Option(
         "With RESPONSE.nc, follow the loci through its special points alone, and none that start "
-        "at points of codimension two on them.",
-        "flag",
+        "at points of codimension two on them."
     ),
 ]
 

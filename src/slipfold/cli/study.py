@@ -39,10 +39,10 @@ READERS = {
         lambda texts, _: {"files": Outputs(texts["json"], texts["out"], texts["csv"])},
     ),
 }
-Check = Annotated[bool, Option("Print what would be computed, and how long it may take.", "flag")]
+Check = Annotated[bool, Option("Print what would be computed, and how long it may take.")]
 Workers = Annotated[
     int | None,
-    Option("Processes to compute in; as many as there are cores.", "whole", "N"),
+    Option("Processes to compute in; as many as there are cores."),
 ]
 Scheduler = Annotated[
     str | None,
@@ -125,18 +125,15 @@ Folder = Annotated[
 ]
 Processes = Annotated[
     int | None,
-    Option("Processes to compute with; one a processor by default.", "whole", "N"),
+    Option("Processes to compute with; one a processor by default."),
 ]
-WithTori = Annotated[
-    bool, Option("Follow the tori, too, and draw them in figures 2 and 3.", "flag")
-]
+WithTori = Annotated[bool, Option("Follow the tori, too, and draw them in figures 2 and 3.")]
 WithMotions = Annotated[
     bool,
     Option(
         "Draw the long-term behavior, too: tori in figures 2 and 3 as with --tori, both completed "
         "with chaos, hysteresis with its basins, regimes over the bifurcation set; some ten "
-        "minutes more.",
-        "flag",
+        "minutes more."
     ),
 ]
 

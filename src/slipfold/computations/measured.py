@@ -110,7 +110,12 @@ def checked_values(parameter: Parameter, values: Values) -> np.ndarray:
 
 def checked_errors(errors: ArrayLike, count: int) -> np.ndarray:
     """Return a standard deviation for each quantity, shape (q,)."""
-    given = np.asarray(errors, dtype=float)
+    try:
+        given = np.asarray(errors, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"errors = {errors!r} are not numbers; give standard deviations in SI units"
+        ) from None
     if given.ndim > 1 or (given.ndim == 1 and len(given) != count):
         raise InputError(f"errors = {errors!r} are not {count} numbers; give one, or one for each")
     if not (np.isfinite(given) & (given >= 0)).all():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -487,7 +487,8 @@ def _columns(
     """Return the values of each parameter that differs, one a case."""
     table: Any = over
     if not hasattr(over, "keys"):  # one mapping a case; a table has keys, be it a mapping or not
-        rows = list(over)
+        given: Any = over
+        rows = list(given) if isinstance(given, Iterable) else [given]
         if not all(hasattr(row, "keys") and set(row) == set(rows[0]) for row in rows):
             raise InputError("over does not give the same parameters in each case, by name")
         table = {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}

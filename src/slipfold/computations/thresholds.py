@@ -392,7 +392,7 @@ def _demands(parameter: Parameter, above: Any, outside: Any) -> list[tuple[str, 
             "an interval that the threshold must leave"
         )
     if outside is not None:
-        low, high = (_number(end, parameter) for end in outside)
+        low, high = interval(parameter, outside, "interval", rising=True)
         return [("above", high), ("below", low)]
     single = isinstance(above, str) or np.ndim(above) == 0
     return [("above", _number(each, parameter)) for each in ([above] if single else above)]

@@ -157,6 +157,8 @@ def read_plan(given: str | Path | Mapping[str, Any]) -> Plan:
     """Read and check what a study is to compute."""
     if isinstance(given, Mapping):
         return _plan(given, "the study", Path())
+    if not isinstance(given, str | Path):
+        raise InputError(f"{given!r} is not a study; give the name of its file, or a mapping")
     source = source_of_file(Path(given), "another file that holds a study")
     return _plan(source.tables, str(given), Path(given).parent)
 
