@@ -29,9 +29,8 @@ from slipfold.models.structures.component import (
     weighted_sum,
 )
 from slipfold.models.structures.contacts import FrictionContact
-from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.definition import Definition
-from slipfold.models.structures.matrices import MATRICES, lowest_modes
+from slipfold.models.structures.matrices import MATRICES, Damping, lowest_modes
 from slipfold.models.structures.reduction import Reduced
 
 MAX_DEGREES = 200

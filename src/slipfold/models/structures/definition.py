@@ -17,14 +17,19 @@ from slipfold.models.structures.component import (
     brief,
 )
 from slipfold.models.structures.contacts import FrictionContact, NormalLoad
-from slipfold.models.structures.damping import Damping
 from slipfold.models.structures.forcing import (
     BaseMotion,
     HarmonicForce,
     MultiHarmonicForce,
     TabulatedForce,
 )
-from slipfold.models.structures.matrices import Matrix, as_matrix, check_mass, require_symmetric
+from slipfold.models.structures.matrices import (
+    Damping,
+    Matrix,
+    as_matrix,
+    check_mass,
+    require_symmetric,
+)
 from slipfold.models.structures.reduction import Reduction
 from slipfold.models.structures.springs import (
     CubicSpring,

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo
 
-from slipfold.models.definitions.schema import Line, Table
 from slipfold.models.definitions.source import Source
+from slipfold.models.definitions.system_file import Line, Table
 from slipfold.models.definitions.tables import (
     WrongEntry,
     check_keys,
@@ -25,9 +25,14 @@ from slipfold.models.friction.law import FrictionLaw
 from slipfold.models.friction.record import law_record, read_law
 from slipfold.models.structures.component import Direction
 from slipfold.models.structures.contacts import ConstantLoad, ContactLoad, ModulatedLoad, NormalLoad
-from slipfold.models.structures.damping import Damping, ModalDamping, ProportionalDamping
 from slipfold.models.structures.definition import COMPONENTS, Definition
-from slipfold.models.structures.matrices import Matrix, read_matrix
+from slipfold.models.structures.matrices import (
+    Damping,
+    Matrix,
+    ModalDamping,
+    ProportionalDamping,
+    read_matrix,
+)
 from slipfold.models.structures.reduction import CraigBampton, ModalReduction
 
 FORM = (
