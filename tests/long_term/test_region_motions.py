@@ -119,8 +119,7 @@ def test_a_set_has_them_on_request(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ({"regimes": (60, 50), "regions": False}, "need regions"),
-        ({"regimes": 60}, "are not two numbers"),
+        ({"regimes": (60, 50), "regions": False}, "needs regions"),
         ({"regimes": (60, 0)}, "regimes = 0 is not a whole number of at least 1"),
     ],
 )

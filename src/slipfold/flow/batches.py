@@ -50,11 +50,11 @@ class StepBudget:
     # Fraction of the remainder of a trajectory that `call` steps must gain; less is a singularity
     progress: float = 1e-5
 
-    def is_exceeded(self, most: int, taken: int, free: int, left: Array, gained: Array) -> bool:
+    def is_exceeded(self, maximum: int, taken: int, free: int, left: Array, gained: Array) -> bool:
         """Whether trajectories hardly gained in the last call, or will not end in most steps."""
         if np.any(gained < self.progress * left):
             return True
-        return taken >= free and not np.all(left * self.call <= gained * (most - taken))
+        return taken >= free and not np.all(left * self.call <= gained * (maximum - taken))
 
 
 BUDGET = StepBudget()
@@ -117,9 +117,9 @@ def sampled(batch: Any, times: Array) -> Array:
     states = np.full((len(times), *start.shape), np.nan)
     batch.set_time(times[0])
     batch.state[:] = start
-    for place, ends in enumerate(times):
+    for index, ends in enumerate(times):
         arrived = arrive(batch, ends)
-        states[place] = np.where(arrived, batch.state, np.nan)
+        states[index] = np.where(arrived, batch.state, np.nan)
         if not arrived.any():
             break
     return states
@@ -150,19 +150,19 @@ def pass_through(single: Any, times: Array, rest: Rest, *, patient: bool = True)
     Shapes: times (m,).
     """
     states = np.full((len(times), len(single.state)), np.nan)
-    place = 0
-    while place < len(times):
-        left = times[place:]
+    index = 0
+    while index < len(times):
+        left = times[index:]
         outcome, *_, known = single.propagate_grid(
             left, max_steps=min(BUDGET.call * len(left), BUDGET.steep)
         )
-        states[place : place + len(known)] = known
-        place += len(known)
-        if int(outcome) != STEP_LIMIT or place == len(times) or not patient:
+        states[index : index + len(known)] = known
+        index += len(known)
+        if int(outcome) != STEP_LIMIT or index == len(times) or not patient:
             break
-        outcome = continue_to(single, times[place], rest, steep=_turns(single))
+        outcome = continue_to(single, times[index], rest, steep=_turns(single))
         if outcome is None:
-            states[place:] = rest.through(single, times[place:])
+            states[index:] = rest.through(single, times[index:])
         if outcome in (None, STEP_LIMIT):
             break
     return states
@@ -181,9 +181,9 @@ def padded(items: Array) -> Array:
     return np.concatenate([items, np.repeat(items[-1:], LANES - len(items), axis=0)])
 
 
-def by_lane(values: Array, some: slice) -> Array:
+def by_lane(values: Array, rows: slice) -> Array:
     """Constants by lane: shape (n_c, 1) if all trajectories share them, (n_c, LANES) if not."""
-    return values[:, None] if values.ndim == 1 else padded(values[some]).T
+    return values[:, None] if values.ndim == 1 else padded(values[rows]).T
 
 
 def set_out(batch: Any, start: Array) -> None:

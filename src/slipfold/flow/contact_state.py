@@ -144,18 +144,18 @@ class Instant:
         now, rows = self.now, range(len(self.now.slip))
         friction, rates = [0.0] * len(rows), list(now.free)
         stuck = list[int]()
-        for contact, (status, place) in enumerate(zip(mode, self.places, strict=True)):
+        for contact, (status, components) in enumerate(zip(mode, self.places, strict=True)):
             if status is Status.OPEN:
                 continue
             for row in rows:
                 rates[row] += now.by_normal[row][contact] * now.normal[contact]
             if status is Status.STICK:
-                stuck += range(place.start, place.stop)
+                stuck += range(components.start, components.stop)
                 continue
             known = (given or {}).get(contact)
-            forces = self._sliding(contact, status, place) if known is None else known
-            friction[place] = forces
-            for column, force in enumerate(forces, place.start):
+            forces = self._sliding(contact, status, components) if known is None else known
+            friction[components] = forces
+            for column, force in enumerate(forces, components.start):
                 for row in rows:
                     rates[row] += now.by_friction[row][column] * force
         if stuck:
@@ -169,14 +169,14 @@ class Instant:
                 rates[row] = 0.0
         return friction, rates
 
-    def _sliding(self, contact: int, status: Status, place: slice) -> Numbers:
+    def _sliding(self, contact: int, status: Status, components: slice) -> Numbers:
         """Return the friction of a contact that slips."""
         now, starts = self.now, contact in self.rest
         size = (now.starting if starts else now.kinetic)[contact]
-        if place.stop - place.start == 1:
-            forth = status is Status.FORTH if starts else now.slip[place.start] > 0
+        if components.stop - components.start == 1:
+            forth = status is Status.FORTH if starts else now.slip[components.start] > 0
             return [size if forth else -size]
-        along = (self._borne if starts else now.slip)[place]
+        along = (self._borne if starts else now.slip)[components]
         length = math.hypot(*along)
         return [size * part / length if length else math.nan for part in along]
 
@@ -191,11 +191,11 @@ class Instant:
 
         Other contacts keep their mode; those that stick have the friction they need.
         """
-        place = self.places[contact]
-        size = range(place.stop - place.start)
-        alone = self.forces(mode, {contact: [0.0 for _ in size]})[1][place]
+        components = self.places[contact]
+        size = range(components.stop - components.start)
+        alone = self.forces(mode, {contact: [0.0 for _ in size]})[1][components]
         columns = [
-            self.forces(mode, {contact: [float(i == axis) for i in size]})[1][place]
+            self.forces(mode, {contact: [float(i == axis) for i in size]})[1][components]
             for axis in size
         ]
         return alone, [[column[row] - alone[row] for column in columns] for row in size]
@@ -228,7 +228,7 @@ class Instant:
         straight = (Status.STICK, Status.FORTH, Status.BACK)
         sizes = [self.places[item].stop - self.places[item].start for item in self.rest]
         choices = product(*(planar if size == 2 else straight for size in sizes))
-        for chosen in sorted(choices, key=lambda some: -some.count(Status.STICK)):
+        for chosen in sorted(choices, key=lambda mode: -mode.count(Status.STICK)):
             yield _changed(self.moving, dict(zip(self.rest, chosen, strict=True)))
 
     def violations(self, mode: Mode) -> dict[int, Status]:
@@ -236,21 +236,21 @@ class Instant:
         friction, rates = self.forces(mode)
         result = {}
         for contact in self.rest:
-            place, most = self.places[contact], self.now.holding[contact]
+            components, limit = self.places[contact], self.now.holding[contact]
             if mode[contact] is Status.STICK:
-                if math.hypot(*friction[place]) > most * (1 + CONTACT.slack):
-                    planar = place.stop - place.start == 2
-                    straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
+                if math.hypot(*friction[components]) > limit * (1 + CONTACT.slack):
+                    planar = components.stop - components.start == 2
+                    straight = Status.FORTH if friction[components.start] > 0 else Status.BACK
                     result[contact] = Status.SLOW if planar else straight
             elif mode[contact] is Status.SLOW:
                 alone, change = self.response(mode, contact)
                 start = self.now.starting[contact]
                 away = outward(alone, change, start)[1]
-                if away < -CONTACT.slack * largest(change) * most:
+                if away < -CONTACT.slack * largest(change) * limit:
                     result[contact] = Status.STICK
             else:
-                size = abs(self.now.by_friction[place.start][place.start]) * most
-                if float(mode[contact]) * rates[place.start] < -CONTACT.slack * size:
+                size = abs(self.now.by_friction[components.start][components.start]) * limit
+                if float(mode[contact]) * rates[components.start] < -CONTACT.slack * size:
                     result[contact] = Status.STICK
         return result
 
@@ -296,4 +296,4 @@ def _solved(matrix: list[Numbers], right: Numbers) -> Numbers:
 def _changed(mode: Mode, changes: Mapping[int, Status]) -> Mode:
     if not changes:
         return mode
-    return tuple(changes.get(place, status) for place, status in enumerate(mode))
+    return tuple(changes.get(components, status) for components, status in enumerate(mode))

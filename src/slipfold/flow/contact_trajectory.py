@@ -182,8 +182,8 @@ def _sampled(model: Model, part: SmoothPhase, n: int, per_period: int) -> list[C
     mode = part.reported_mode
     values = _evaluated(model.kind, mode).along(states, phases, constants)
     pieces, done = [], 0
-    for place, status in zip(flow.quantities.places, mode, strict=True):
-        d = place.stop - place.start
+    for components, status in zip(flow.quantities.places, mode, strict=True):
+        d = components.stop - components.start
         own = np.split(values[:, done : done + 4 * d + 1], [d, 2 * d, 2 * d + 1, 3 * d + 1], axis=1)
         slip, friction, normal, plate, displacement = own
         if status is Status.STICK:
@@ -214,8 +214,8 @@ def _displacement(model: Model, contact: Contact) -> list[Expression]:
     symbols = model_symbols(model)
     rates = model.rates(symbols.states, symbols.coefficients, symbols.phase)
     moved = {
-        name: symbols.states[place]
-        for place, rate in rates.items()
+        name: symbols.states[state]
+        for state, rate in rates.items()
         for name, symbol in symbols.states.items()
         if rate == symbol
     }
@@ -223,7 +223,7 @@ def _displacement(model: Model, contact: Contact) -> list[Expression]:
     for slip in contact.slip:
         slopes = {name: hy.diff(slip, symbol) for name, symbol in symbols.states.items()}
         determined = all(name in moved for name, slope in slopes.items() if slope != ZERO)
-        parts = [-slopes[name] * place for name, place in moved.items()]
+        parts = [-slopes[name] * position for name, position in moved.items()]
         result.append(hy.sum(parts) if determined else hy.expression(math.nan))
     return result
 

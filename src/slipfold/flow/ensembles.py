@@ -125,11 +125,11 @@ class BatchSteps:
 
     def _pace(self, repeated: float, worst: float) -> None:
         """Choose the number of steps in the next period."""
-        place = self._place
+        index = self._place
         if repeated > 0.2:  # of all calls, for single trajectories
-            self._place = min(place + 1, len(EXPLICIT.calls) - 1)
-        elif repeated < 0.02 and place > 0:
-            longer = EXPLICIT.calls[place] / EXPLICIT.calls[place - 1]
+            self._place = min(index + 1, len(EXPLICIT.calls) - 1)
+        elif repeated < 0.02 and index > 0:
+            longer = EXPLICIT.calls[index] / EXPLICIT.calls[index - 1]
             self._place -= 2 * worst * longer**EXPLICIT.order < EXPLICIT.ensemble_tolerance
 
 
@@ -202,18 +202,18 @@ class SingleTrajectory:
         """Propagate a state over a period in which a contact may stick."""
         if self._hybrid is None:
             self._hybrid, self._before = HybridIntegration(self.model, state), done
-        motion = self._hybrid
-        first, seen = motion.modes[-1], len(motion.recorder.modes)
-        motion.advance(1)
-        if motion.stopped is not None:
-            later = self._before * motion.constants.period
-            self.stopped = replace(motion.stopped, time=motion.stopped.time + later)
+        trajectory = self._hybrid
+        first, seen = trajectory.modes[-1], len(trajectory.recorder.modes)
+        trajectory.advance(1)
+        if trajectory.stopped is not None:
+            later = self._before * trajectory.constants.period
+            self.stopped = replace(trajectory.stopped, time=trajectory.stopped.time + later)
             return []
-        modes = [first, *motion.recorder.modes[seen:]]
+        modes = [first, *trajectory.recorder.modes[seen:]]
         self.stuck = any(status in (Status.STICK, Status.OPEN) for mode in modes for status in mode)
         if not self.stuck and not self._sticks:
             self._hybrid = None  # the next period may have no events
-        return [motion.strobe[-1]]
+        return [trajectory.strobe[-1]]
 
 
 def released(model: Model, starts: Array, phases: Array) -> tuple[Array, dict[int, GuardStop]]:
@@ -406,8 +406,8 @@ def models_with(model: Model, count: int, values: Mapping[str, ArrayLike]) -> li
             )
         columns[name] = column
     ends = [
-        {name: float(column[place]) for name, column in columns.items()}
-        for place in (0, count // 2, count - 1)
+        {name: float(column[index]) for name, column in columns.items()}
+        for index in (0, count // 2, count - 1)
     ]
     model = measured_within(model, ends) if columns else measured(model)
     if not columns:

@@ -49,7 +49,7 @@ class Equations:
     def feeds(self) -> NDArray[np.bool_]:
         """Of each rate the states that are in it, shape (n, n)."""
         result = [set(hy.get_variables([item])) for item in self.field]
-        return np.array([[name in some for name in self.names] for some in result])
+        return np.array([[name in variables for name in self.names] for variables in result])
 
     @cached_property
     def forced(self) -> bool:
@@ -164,9 +164,9 @@ class Constants:
             scales = np.broadcast_to(scales, (*count, scales.shape[-1]))
         return np.concatenate([values, scales], axis=-1)
 
-    def of(self, some: slice) -> tuple[Array, Array]:
+    def of(self, rows: slice) -> tuple[Array, Array]:
         """Return what is known and the scales of some trajectories, by lane of an integrator."""
-        return by_lane(self.known, some), by_lane(self.scales, some)
+        return by_lane(self.known, rows), by_lane(self.scales, rows)
 
 
 FAR = 16.0
@@ -233,12 +233,12 @@ def with_variations(
         for column, change in enumerate([*([()] * columns), *changes])
     ]
     symbols, field = list(states), list(equations.field)
-    for place, (rate, row) in enumerate(zip(equations.field, slopes, strict=True)):
+    for index, (rate, row) in enumerate(zip(equations.field, slopes, strict=True)):
         for column in along:
             terms = [a * b for a, b in zip(row, column, strict=False) if a != zero]
             if len(column) > len(states):
                 terms.append(column[-1] * rate / coefficients[-1])
             field.append(hy.sum(terms) if terms else zero)
-            symbols.append(column[place])
+            symbols.append(column[index])
     names = tuple(str(symbol) for symbol in symbols)
     return replace(equations, names=names, states=tuple(symbols), field=tuple(field))

@@ -160,20 +160,20 @@ def _natural(model: Model, state: Array) -> float:
         return DURATION.default
     flow = flow_of(model.replace(**{DURATION.name: 1.0}))
     constants = flow.constants_of(model.replace(**{DURATION.name: 1.0}))
-    motion = flow.dense(
+    trajectory = flow.dense(
         state, constants, EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
     )
-    if motion is not None and motion.implicit:  # fast decay sets no interval
+    if trajectory is not None and trajectory.implicit:  # fast decay sets no interval
         slower = np.abs(values[values.real > -np.abs(values.imag)])
         fastest = float(slower.max(initial=0.0)) or fastest
-        motion = flow.dense(
+        trajectory = flow.dense(
             state, constants, EQUILIBRIUM.trial_length / fastest, EQUILIBRIUM.trial_steps
         )
-    if motion is None:
+    if trajectory is None:
         return DURATION.default
     # A round is about two of 20 intervals. Steps of what begins small are longer at first: the
     # fastest eigenvalue turns or grows by 12 at most.
-    return rounded_down(min(motion.end / 20, 12 / fastest))
+    return rounded_down(min(trajectory.end / 20, 12 / fastest))
 
 
 def rounded_down(length: float) -> float:

@@ -104,9 +104,9 @@ def _build_plain(equations: Equations, limits: Sequence[Limit], count: int, *, l
     scales = [hy.expression(f"scale of {name}") for name in equations.names]
     one = _step(equations, limits, step, scales)
     states, error = list(equations.states), hy.expression(0.0)
-    for place in range(count):
+    for index in range(count):
         there: dict[str, Expression] = dict(zip(equations.names, states, strict=True))
-        there[str(equations.phase)] = equations.phase + float(place) * step
+        there[str(equations.phase)] = equations.phase + float(index) * step
         *states, more = hy.subs(one, there)
         error = error + more
     arguments = [*equations.states, equations.phase, step, *equations.coefficients, *scales]
@@ -132,11 +132,11 @@ def _step(
 def stage_slopes(equations: Equations, step: Expression) -> list[list[Expression]]:
     """Changes of the states over the step at the rates of each stage."""
     result = list[list[Expression]]()
-    for row, place in zip(method().A, method().C, strict=True):
+    for row, fraction in zip(method().A, method().C, strict=True):
         there: dict[str, Expression] = dict(
             zip(equations.names, moved_by(equations, result, row[: len(result)]), strict=True)
         )
-        there[str(equations.phase)] = equations.phase + float(place) * step
+        there[str(equations.phase)] = equations.phase + float(fraction) * step
         length = step * equations.coefficients[-1]
         result.append([length * rate for rate in hy.subs(list(equations.field), there)])
     return result
@@ -288,17 +288,17 @@ class LinearizedSteps:
     def _advance(
         self,
         whole: Array,
-        some: NDArray[np.int64],
+        rows: NDArray[np.int64],
         ends: Array,
         passed: _Passed,
         tolerance: float,
     ) -> NDArray[np.bool_]:
         """Take a few steps with some trajectories; return which have arrived."""
-        size, count, watched = self.states * (self.states + 2), len(some), self.limits
+        size, count, watched = self.states * (self.states + 2), len(rows), self.limits
         # Full registers: other code computes the remainder, so that results would depend on the
         # number of trajectories.
         more = -count % 16
-        work = np.ascontiguousarray(whole[:, np.concatenate([some, np.full(more, some[0])])])
+        work = np.ascontiguousarray(whole[:, np.concatenate([rows, np.full(more, rows[0])])])
         ends = np.concatenate([ends, np.full(more, ends[0])])
         phase, step = work[size], work[size + 1]
         values = np.empty((size + 1 + 4 * watched, work.shape[1]))
@@ -311,7 +311,7 @@ class LinearizedSteps:
             good = (values[size] <= tolerance) & left
             np.copyto(work[:size], values[:size], where=good)
             kept = good[:count]
-            passed.add(some[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
+            passed.add(rows[kept], step[:count][kept], values[size + 1 :, :count][:, kept])
             phase[good] = np.where(last, ends, phase + step)[good]
             left &= ~(good & last)
             longest = np.where(good, EXPLICIT.longest_ratio, EXPLICIT.safety)
@@ -320,7 +320,7 @@ class LinearizedSteps:
             step[:] = np.where(left, requested, 0.0)
             if not left.any():
                 break
-        whole[:, some] = work[:, :count]
+        whole[:, rows] = work[:, :count]
         return ~left[:count]
 
 
@@ -331,9 +331,9 @@ class _Passed:
         self._motions = [np.empty(0, dtype=np.int64)]
         self._steps, self._seen = list[Array](), list[Array]()
 
-    def add(self, some: NDArray[np.int64], steps: Array, seen: Array) -> None:
+    def add(self, rows: NDArray[np.int64], steps: Array, seen: Array) -> None:
         """Add steps of some trajectories. Shapes: steps (k,); seen (4 n_limits, k)."""
-        self._motions.append(some)
+        self._motions.append(rows)
         self._steps.append(steps)
         self._seen.append(seen)
 
@@ -344,23 +344,25 @@ class _Passed:
         """
         lowest, above = np.full((2, watched, count), np.inf)
         highest = np.full((watched, count), -np.inf)
-        motions = np.concatenate(self._motions)
-        if len(motions) and watched:
+        trajectories = np.concatenate(self._motions)
+        if len(trajectories) and watched:
             steps = np.concatenate(self._steps)
             seen = np.concatenate(self._seen, axis=1).reshape(4, watched, -1)
             before, falls, after, rises = seen * np.array([np.ones_like(steps), steps] * 2)[:, None]
             cubic = 2 * (before - after) + falls + rises
             square = 3 * (after - before) - 2 * falls - rises
             with np.errstate(all="ignore"):
-                place = -falls / (square + np.sqrt(square * square - 3 * cubic * falls))
-                least = before + place * (falls + place * (square + place * cubic))
+                turn = -falls / (square + np.sqrt(square * square - 3 * cubic * falls))
+                minimum = before + turn * (falls + turn * (square + turn * cubic))
             ends = np.minimum(before, after)
-            least = np.where((falls < 0) & (rises > 0), np.fmin(least, ends), ends)
+            minimum = np.where((falls < 0) & (rises > 0), np.fmin(minimum, ends), ends)
             for row in range(watched):
-                np.minimum.at(lowest[row], motions, ends[row])
-                np.maximum.at(highest[row], motions, np.maximum(before, after)[row])
+                np.minimum.at(lowest[row], trajectories, ends[row])
+                np.maximum.at(highest[row], trajectories, np.maximum(before, after)[row])
                 np.minimum.at(
-                    above[row], motions, (least - EXPLICIT.cubic_safety * (ends - least))[row]
+                    above[row],
+                    trajectories,
+                    (minimum - EXPLICIT.cubic_safety * (ends - minimum))[row],
                 )
         return lowest.T, highest.T, above.T
 

@@ -264,8 +264,8 @@ class Flow(Evaluated):
         """
         code = self._code.plain
         batches = [
-            propagated(self._prepare(code, states, start, constants, some), end[some])
-            for some in chunks(len(states))
+            propagated(self._prepare(code, states, start, constants, rows), end[rows])
+            for rows in chunks(len(states))
         ]
         return joined(batches) * constants.scales
 
@@ -295,10 +295,10 @@ class Flow(Evaluated):
             self._code.plain,
             phases[:, 0],
         )
-        for some in chunks(len(states)):
-            batch = self._prepare(code, states, start, constants, some)
-            grid = sampled(batch, padded(phases[some]).T.copy())
-            result[some] = grid.transpose(2, 0, 1)[: some.stop - some.start]
+        for rows in chunks(len(states)):
+            batch = self._prepare(code, states, start, constants, rows)
+            grid = sampled(batch, padded(phases[rows]).T.copy())
+            result[rows] = grid.transpose(2, 0, 1)[: rows.stop - rows.start]
         return result * constants.scales[..., None, :]
 
     def linearize(
@@ -354,11 +354,11 @@ class Flow(Evaluated):
     def _propagated(self, code: Any, state: Array, start: Array, end: Array, pars: Array) -> Array:
         """Propagate complete states of compiled code."""
         finished = []
-        for some in chunks(len(state)):
-            set_out(code, start[some])
-            code.state[:] = padded(state[some]).T
-            code.pars[:] = padded(pars[some]).T
-            finished.append(propagated(code, end[some]))
+        for rows in chunks(len(state)):
+            set_out(code, start[rows])
+            code.state[:] = padded(state[rows]).T
+            code.pars[:] = padded(pars[rows]).T
+            finished.append(propagated(code, end[rows]))
         return joined(finished) if finished else state
 
     def curve(
@@ -443,17 +443,17 @@ class Flow(Evaluated):
         scaled = curves / constants.scales
         scaled /= lengths[:, None, None] ** np.arange(1, powers + 1)[:, None]
         nodes = () if beyond is None else beyond / constants.scales
-        for some in chunks(total):
-            batch = self._prepare(self._code.jet(powers, order), starts, first, constants, some)
-            batch.pars[-powers * n - 1 : -1] = padded(scaled[some].reshape(-1, powers * n)).T
+        for rows in chunks(total):
+            batch = self._prepare(self._code.jet(powers, order), starts, first, constants, rows)
+            batch.pars[-powers * n - 1 : -1] = padded(scaled[rows].reshape(-1, powers * n)).T
             batch.pars[-1] = 0.0
             batch.state[n:] = 0.0
             for number, state in enumerate(nodes, 1):
                 fraction = number / (len(nodes) + 1)
-                if not arrive(batch, padded((first + fraction * (last - first))[some])).all():
+                if not arrive(batch, padded((first + fraction * (last - first))[rows])).all():
                     batch.state[:] = np.nan
                 batch.state[:n] = state[:, None]
-            ends = propagated(batch, last[some])
+            ends = propagated(batch, last[rows])
             if in_time > 1:  # for the Taylor coefficients in time
                 batch.step(np.full(LANES, 1e-300), write_tc=True)
             for k in range(in_time):
@@ -461,7 +461,7 @@ class Flow(Evaluated):
                 if k:
                     taylor = batch.tc[:, k, : len(ends)].T * math.factorial(k)
                     slopes = np.where(np.isfinite(ends), taylor, np.nan)
-                result[some, :, k] = slopes.reshape(-1, orders, n)
+                result[rows, :, k] = slopes.reshape(-1, orders, n)
         result *= lengths[:, None, None, None] ** np.arange(orders)[:, None, None]
         result *= constants.scales
         for k in range(powers):  # the jet is that of the flow less the curve of starts
@@ -522,14 +522,14 @@ class Flow(Evaluated):
         return single
 
     def _prepare(
-        self, batch: Any, states: Array, start: Array, constants: Constants, some: slice
+        self, batch: Any, states: Array, start: Array, constants: Constants, rows: slice
     ) -> Any:
         """Give an integrator the beginnings of some trajectories."""
-        known, scales = constants.of(some)
-        set_out(batch, start[some])
+        known, scales = constants.of(rows)
+        set_out(batch, start[rows])
         size = states.shape[1]
         scales = scales if size == self.dimension else np.tile(scales, (2, 1))
-        batch.state[:size] = padded(states[some]).T / scales
+        batch.state[:size] = padded(states[rows]).T / scales
         batch.pars[: len(known)] = known
         return batch
 

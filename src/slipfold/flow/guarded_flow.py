@@ -140,15 +140,18 @@ class GuardedFlow:
 
     def _run_implicitly(self, fallback: StiffFallback, integrator: Any, done: float) -> Chunk:
         """Continue to the end of a period in implicit steps."""
-        motion = fallback.motion(integrator, 1.0, watch=self._margins if self._limits else None)
-        state = motion.state * self._constants.scales
-        if motion.end is StepsEnd.ARRIVED:
+        trajectory = fallback.motion(integrator, 1.0, watch=self._margins if self._limits else None)
+        state = trajectory.state * self._constants.scales
+        if trajectory.end is StepsEnd.ARRIVED:
             return Chunk(state[None], implicit=1)
-        if motion.limit is not None:
-            stop = self._limit_stop(motion.limit, state, motion.phase, done)
+        if trajectory.limit is not None:
+            stop = self._limit_stop(trajectory.limit, state, trajectory.phase, done)
         else:
             stop = self._failed(
-                IMPLICIT.max_steps if motion.end is StepsEnd.MANY else None, done, 0, motion.phase
+                IMPLICIT.max_steps if trajectory.end is StepsEnd.MANY else None,
+                done,
+                0,
+                trajectory.phase,
             )
         return Chunk(np.empty((0, len(state))), stop)
 
@@ -164,15 +167,15 @@ class GuardedFlow:
         known = np.isfinite(time)
         if not known:  # an overflow left nothing but what is no number
             time = (done + periods) * period
-        place = f"{'' if known else 'more than '}{time:.6g} s after the start"
+        where = f"{'' if known else 'more than '}{time:.6g} s after the start"
         if forced:
-            place += f", in forcing period {math.ceil(done) + periods + 1}"
+            where += f", in forcing period {math.ceil(done) + periods + 1}"
         if steps is None:
             advice = "start nearer to rest or lower the forcing" if forced else "start elsewhere"
-            return GuardStop("singular", f"the motion became singular {place}; {advice}", time)
+            return GuardStop("singular", f"the motion became singular {where}; {advice}", time)
         piece = "a forcing period" if forced else f"{period:g} s"
         reason = (
-            f"the motion would need more than {steps} steps in {piece} {place}; make what is steep "
+            f"the motion would need more than {steps} steps in {piece} {where}; make what is steep "
             "or fast in the model less so"
         )
         return GuardStop("stiff", reason, time)

@@ -71,13 +71,13 @@ class CompiledMode:
         self.contacts = count
         equations = mode.equations
         self._weights = [
-            hy.expression(f"weight {place}") for place in range(2 * count + len(limits))
+            hy.expression(f"weight {index}") for index in range(2 * count + len(limits))
         ]
         self.events = events_of(mode, limits, self._weights[:count])
         self.held = [equations.names.index(name) for name in mode.held]
         # Whether held states are constant, as on surfaces with a constant speed
         self.rests = mode.slow is None and all(
-            is_zero(equations.field[place]) for place in self.held
+            is_zero(equations.field[index]) for index in self.held
         )
         self.slow = mode.mode.index(Status.SLOW) if mode.slow is not None else None
         self.flow = Flow(equations)
@@ -99,8 +99,8 @@ class CompiledMode:
         given = np.concatenate([state, polar]) if len(polar) else state
         values = self._holding.at(given, phase, constants).tolist()
         result = state.copy()
-        for place, value in zip(self.held, values, strict=False):
-            result[place] = value
+        for index, value in zip(self.held, values, strict=False):
+            result[index] = value
         return result
 
     def hold_all(self, states: Array, phases: Array, constants: Constants, polar: Array) -> Array:
@@ -116,8 +116,8 @@ class CompiledMode:
         Also return whether friction is clearly below its limit, as in most cases. Shapes: state
         (n,).
         """
-        speed, needed, most = self._holding.at(state, phase, constants).tolist()
-        return speed, abs(needed) < most * (1 - CONTACT.slack)
+        speed, needed, limit = self._holding.at(state, phase, constants).tolist()
+        return speed, abs(needed) < limit * (1 - CONTACT.slack)
 
     def slopes_of(self, event: SwitchingEvent) -> tuple[Slopes, int]:
         """Return the derivatives of events in a mode without slow slip, and the row of an event."""
@@ -166,7 +166,7 @@ class CompiledMode:
             for power in powers
         ]
         rates = [*scaled.rates, *scaled.express(energies)]
-        states = [hy.expression(f"energy {place}") for place in range(2 * count)]
+        states = [hy.expression(f"energy {index}") for index in range(2 * count)]
         watched = scaled.express([self._watched(event, count) for event in self.events])
         known: dict[str, Any] = {phase: hy.time}
         if mode.slow is not None:
@@ -386,7 +386,7 @@ class HybridFlow:
         around = np.concatenate([state[None], state + np.diag(constants.scales)])
         now = self.quantities.along(around, np.zeros(len(around)), constants)
         slips = np.array([
-            [math.hypot(*item.slip[place]) for place in self.quantities.places] for item in now
+            [math.hypot(*item.slip[part]) for part in self.quantities.places] for item in now
         ])  # fmt: skip
         forces = np.abs([item.holding for item in now])
         return np.concatenate(
@@ -407,9 +407,9 @@ class HybridFlow:
         return np.abs(values[:, watched] - np.array([item.bound for item in self.limits]))
 
 
-def _polar(slip: Sequence[float] | Array, least: float) -> tuple[float, float]:
+def _polar(slip: Sequence[float] | Array, minimum: float) -> tuple[float, float]:
     """Return logarithm and angle of slip, with a lower bound on the speed."""
-    return math.log(max(math.hypot(*slip), least)), math.atan2(slip[1], slip[0])
+    return math.log(max(math.hypot(*slip), minimum)), math.atan2(slip[1], slip[0])
 
 
 def _over(sizes: Array) -> Array:

@@ -103,16 +103,16 @@ class Recorder:
         if self._energies:
             energies[:-1] = np.concatenate(self._energies).reshape(-1, 2, count)
         result = [
-            self._intervals(place, name, energies[:, :, place], time)
-            for place, name in enumerate(self._contacts)
+            self._intervals(contact, name, energies[:, :, contact], time)
+            for contact, name in enumerate(self._contacts)
         ]
         if count == 1:
             return tuple(result[0])
         return tuple(sorted(chain.from_iterable(result), key=attrgetter("end")))
 
-    def _intervals(self, place: int, name: str, energies: Array, time: float) -> list[Interval]:
+    def _intervals(self, contact: int, name: str, energies: Array, time: float) -> list[Interval]:
         """Return the intervals of one contact. Shapes: energies (smooth phases + 1, 2)."""
-        doing = np.array([mode[place] for mode in self.modes])
+        doing = np.array([mode[contact] for mode in self.modes])
         kept = np.flatnonzero(np.append(True, doing[1:] != doing[:-1]))
         sums = np.add.reduceat(energies, np.array(self._legs)[kept])
         begins = np.array(self._times)[kept]
@@ -135,8 +135,8 @@ def first_mode(system: HybridSystem, start: Array, phase: float = 0.0) -> Mode:
     """Return the mode in which a trajectory begins. Shapes: start (n,)."""
     now = system.at(start, phase)
     mode, rest = [], []
-    for contact, place in enumerate(system.places):
-        slip = now.slip[place]
+    for contact, components in enumerate(system.places):
+        slip = now.slip[components]
         if system.flow.contacts[contact].opens and now.normal[contact] < 0:
             mode.append(Status.OPEN)
         elif math.hypot(*slip) * system.weights[contact] <= ROUNDING:
@@ -251,8 +251,8 @@ def _after(system: HybridSystem, part: SmoothPhase) -> tuple[Mode, Mode]:
     now, places = system.at(part.state, part.end), system.places
     requested: dict[int, Status] = {}
     rest = []
-    for contact, (status, place) in enumerate(zip(mode, places, strict=True)):
-        slip, met = now.slip[place], event.which == contact
+    for contact, (status, components) in enumerate(zip(mode, places, strict=True)):
+        slip, met = now.slip[components], event.which == contact
         if met and event.ending is Ending.PARTS:
             requested[contact] = Status.OPEN
             continue
@@ -300,8 +300,8 @@ def _alone(system: HybridSystem, part: SmoothPhase, event: SwitchingEvent) -> Mo
 def _slow_where_slow(system: HybridSystem, mode: Mode, state: Array, phase: float) -> Mode:
     """Return a mode in which the slowest slip in the plane is integrated as slow if it is."""
     sliding = [
-        contact for contact, place in enumerate(system.places)
-        if mode[contact] is Status.FORTH and place.stop - place.start == 2
+        contact for contact, components in enumerate(system.places)
+        if mode[contact] is Status.FORTH and components.stop - components.start == 2
     ]  # fmt: skip
     if not sliding:
         return mode

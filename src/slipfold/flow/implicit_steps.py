@@ -107,12 +107,12 @@ def implicit_trajectory(
         powers[0] += state
         last, through = times[-1] + length >= end, length
         if watch is not None:
-            limit, place = _first_met(watch, powers, times[-1], length)
-            through = place * length
+            limit, fraction = _first_met(watch, powers, times[-1], length)
+            through = fraction * length
         coefficients.append((powers / length ** np.arange(order + 1)[:, None]).T)
         times.append(end if last and limit is None else times[-1] + through)
         if limit is not None:
-            state, outcome = _at(powers, np.array([place]))[0], StepsEnd.MET
+            state, outcome = _at(powers, np.array([fraction]))[0], StepsEnd.MET
             break
         state, before = solved.ends[0], solved
         length *= min(
@@ -229,7 +229,7 @@ class StiffFallback:
             states[reached] = known.polynomials(times[reached])
         return states
 
-    def matrices(self, motion: DenseTrajectory, edges: Array) -> Array:
+    def matrices(self, trajectory: DenseTrajectory, edges: Array) -> Array:
         """Return the derivatives of scaled states at edges by those at the previous edges.
 
         Shapes: edges (m + 1,); returns (m, n, n).
@@ -237,7 +237,7 @@ class StiffFallback:
         lengths = np.diff(edges)
         phases = edges[:-1, None] + lengths[:, None] * POINTS.points
         nodes, stages = (
-            motion.at(times.ravel()).reshape(*times.shape, -1) / motion.scales
+            trajectory.at(times.ravel()).reshape(*times.shape, -1) / trajectory.scales
             for times in (edges[:-1], phases)
         )
         return solve_intervals(self.field, POINTS, nodes, edges[:-1], lengths, stages).matrices

@@ -53,13 +53,13 @@ def linearized_trajectory(
     ends, matrices, vectors = variations.propagated([part for part, _ in passed], starts)
     varied = np.eye(n, n + directions.shape[1])
     varied = variations.held(_equations_in(first), start, first.begin, varied)
-    for place, (part, after) in enumerate(passed):
-        varied = matrices[place] @ varied
-        varied[:, n:] += vectors[place]
+    for index, (part, after) in enumerate(passed):
+        varied = matrices[index] @ varied
+        varied[:, n:] += vectors[index]
         if part.released or part.event is None:
             continue
         if part.event.ending not in UNCHANGED:
-            varied = variations.changed(part, after, ends[place], beyond[place], varied)
+            varied = variations.changed(part, after, ends[index], beyond[index], varied)
     return LinearizedTrajectory(varied[:, :n], varied[:, n:])
 
 
@@ -71,11 +71,11 @@ def _equations_in(part: SmoothPhase) -> Mode:
 def _starts(passed: Sequence[tuple[SmoothPhase, Mode]], beyond: Sequence[Array]) -> list[Array]:
     """Return the start of the next smooth phase after each one."""
     result = list[Array]()
-    for place, (part, _) in enumerate(passed):
+    for index, (part, _) in enumerate(passed):
         # After a release at once there is no onset before.
         at_once = bool(result) and part.released and part.onset is None
-        follows = place + 1 < len(passed) and passed[place + 1][0].onset is not None
-        result.append(result[-1] if at_once else part.state if follows else beyond[place])
+        follows = index + 1 < len(passed) and passed[index + 1][0].onset is not None
+        result.append(result[-1] if at_once else part.state if follows else beyond[index])
     return result
 
 
@@ -104,9 +104,9 @@ class _Variations:
         Shapes: starts (m, n); returns (m, n), (m, n, n), (m, n, k).
         """
         begin, end = (np.array([getattr(part, at) for part in parts]) for at in ("begin", "end"))
-        for place, part in enumerate(parts):
+        for index, part in enumerate(parts):
             if _comes_to_rest_in_the_plane(part):
-                end[place] -= CONTACT.linearized * (part.end - part.begin)
+                end[index] -= CONTACT.linearized * (part.end - part.begin)
         n, k = starts.shape[1], self._directions.shape[1]
         ends, matrices = starts.copy(), np.tile(np.eye(n), (len(parts), 1, 1))
         vectors = np.zeros((len(parts), n, k))
@@ -119,10 +119,10 @@ class _Variations:
                 matrices[one], vectors[one] = known
         for mode in dict.fromkeys(modes):
             in_mode = np.array([item == mode for item in modes]) & (end > begin)
-            some = np.flatnonzero(in_mode & ~started)
-            if len(some):
-                ends[some], matrices[some], vectors[some] = self._flow.of(mode).linearize(
-                    starts[some], begin[some], end[some], self._constants, self._directions
+            rows = np.flatnonzero(in_mode & ~started)
+            if len(rows):
+                ends[rows], matrices[rows], vectors[rows] = self._flow.of(mode).linearize(
+                    starts[rows], begin[rows], end[rows], self._constants, self._directions
                 )
         return ends, matrices, vectors
 
@@ -145,11 +145,11 @@ class _Variations:
         event, flow = part.event, self._flow
         assert event is not None
         if event.ending is Ending.STOPS:
-            place = self._system.places[event.which]
-            slip = np.array(self._system.at(end, part.end).slip[place])
+            components = self._system.places[event.which]
+            slip = np.array(self._system.at(end, part.end).slip[components])
             along = slip / np.linalg.norm(slip) if len(slip) == 2 else np.ones(1)
             result = flow.slips.at(end, part.end, self._constants, self._directions)
-            states, explicit, pulls = (along @ item[place] for item in result)
+            states, explicit, pulls = (along @ item[components] for item in result)
             return states, float(explicit), pulls
         slopes, which = flow.mode(reported_mode(part.mode)).slopes_of(event)
         result = slopes.at(end, part.end, self._constants, self._directions)
@@ -199,8 +199,8 @@ def grazing_distances(
             again = system.run(part.mode, state, part.begin, part.end, dense=True).polynomials
             assert isinstance(again, SlowPolynomials)
             result += [speed * system.weights[slow] for speed in _least_speeds(again, len(start))]
-        for contact, place in enumerate(system.places):
-            if place.stop - place.start < 2:
+        for contact, components in enumerate(system.places):
+            if components.stop - components.start < 2:
                 continue
             if part.mode[contact] is not Status.STICK and after[contact] is Status.STICK:
                 stopped[contact] = part.end

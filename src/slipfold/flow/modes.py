@@ -103,20 +103,20 @@ def solve(matrix: Sequence[Sequence[Expression]], right: Sequence[Expression]) -
     """Solve equations with a definite matrix, which needs no pivots."""
     rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
     size = len(rows)
-    for place in range(size):
-        for below in range(place + 1, size):
-            if not is_zero(rows[below][place]):
-                factor = rows[below][place] / rows[place][place]
+    for index in range(size):
+        for below in range(index + 1, size):
+            if not is_zero(rows[below][index]):
+                factor = rows[below][index] / rows[index][index]
                 rows[below] = [
-                    low - factor * high for low, high in zip(rows[below], rows[place], strict=True)
+                    low - factor * high for low, high in zip(rows[below], rows[index], strict=True)
                 ]
     result: list[Expression] = [None] * size
-    for place in reversed(range(size)):
-        known = rows[place][size]
-        for after in range(place + 1, size):
-            if not is_zero(rows[place][after]):
-                known = known - rows[place][after] * result[after]
-        result[place] = known / rows[place][place]
+    for index in reversed(range(size)):
+        known = rows[index][size]
+        for after in range(index + 1, size):
+            if not is_zero(rows[index][after]):
+                known = known - rows[index][after] * result[after]
+        result[index] = known / rows[index][index]
     return result
 
 
@@ -350,8 +350,8 @@ def events_of(
     return (
         *result,
         *(
-            SwitchingEvent(Ending.LIMIT, place, outputs[limit.output] - limit.bound)
-            for place, limit in enumerate(limits)
+            SwitchingEvent(Ending.LIMIT, index, outputs[limit.output] - limit.bound)
+            for index, limit in enumerate(limits)
         ),
     )
 

@@ -48,10 +48,10 @@ class StepPolynomials:
 
     def __call__(self, times: Array) -> Array:
         """Return states at some times, shape (p, n). Shapes: times (p,)."""
-        place = np.searchsorted(self.times, times, side="right") - 1
-        place = np.minimum(np.maximum(place, 0), len(self.tcs) - 1)
-        powers = np.vander(times - self.times[place], self.tcs.shape[2], increasing=True)
-        return np.asarray((self.tcs[place] @ powers[:, :, None])[:, :, 0])
+        index = np.searchsorted(self.times, times, side="right") - 1
+        index = np.minimum(np.maximum(index, 0), len(self.tcs) - 1)
+        powers = np.vander(times - self.times[index], self.tcs.shape[2], increasing=True)
+        return np.asarray((self.tcs[index] @ powers[:, :, None])[:, :, 0])
 
     def nodes(self, shares: Array) -> tuple[Array, Array, Array]:
         """Return states and times after fractions of each step, and the rate of time with them.

@@ -154,9 +154,9 @@ def at_rest(system: HybridSystem, mode: Mode, now: ContactsNow) -> tuple[int, ..
     """Return the closed contacts without slip."""
     return tuple(
         contact
-        for contact, place in enumerate(system.places)
+        for contact, components in enumerate(system.places)
         if mode[contact] is not Status.OPEN
-        and math.hypot(*now.slip[place]) * system.weights[contact] <= ROUNDING
+        and math.hypot(*now.slip[components]) * system.weights[contact] <= ROUNDING
     )
 
 
@@ -177,19 +177,19 @@ def released_at_limit(
     rest = at_rest(system, mode, now)
     instant = Instant(now, places, rest, mode)
     friction = instant.forces(mode)[0]
-    for contact, place in enumerate(places):
-        most = now.holding[contact]
+    for contact, components in enumerate(places):
+        limit = now.holding[contact]
         if mode[contact] is not Status.STICK:
             continue
-        if math.hypot(*friction[place]) < most * (1 - CONTACT.slack):
+        if math.hypot(*friction[components]) < limit * (1 - CONTACT.slack):
             continue
         part = system.without_limit(contact).run(mode, state, phase, phase + CONTACT.short)
         later = system.at(part.state, part.end)
         ahead = Instant(later, places, rest, mode).forces(mode)[0]
-        grown = math.hypot(*ahead[place]) - later.holding[contact]
-        if grown - (math.hypot(*friction[place]) - most) > TOLERANCE * most:
-            straight = Status.FORTH if friction[place.start] > 0 else Status.BACK
-            slips = Status.SLOW if place.stop - place.start == 2 else straight
+        grown = math.hypot(*ahead[components]) - later.holding[contact]
+        if grown - (math.hypot(*friction[components]) - limit) > TOLERANCE * limit:
+            straight = Status.FORTH if friction[components.start] > 0 else Status.BACK
+            slips = Status.SLOW if components.stop - components.start == 2 else straight
             return instant.next_mode({contact: slips})
     return mode
 
@@ -293,11 +293,15 @@ class Release:
 
         The slopes of the trajectory give friction more precisely. Shapes: returns (s, 2).
         """
-        flow, constants, place = self._system.flow, self._system.constants, self._place
+        flow, constants, components = self._system.flow, self._system.constants, self._place
         nothing = np.empty((len(constants.values), 0))
-        slopes = flow.slips.at(onset.stages[-1], onset.phases[-1], constants, nothing)[0][place]
+        slopes = flow.slips.at(onset.stages[-1], onset.phases[-1], constants, nothing)[0][
+            components
+        ]
         known = flow.quantities.along(onset.stages, onset.phases, constants)
-        slips, plates = (np.array([item[part] for item in known])[:, place] for part in (0, -1))
+        slips, plates = (
+            np.array([item[part] for item in known])[:, components] for part in (0, -1)
+        )
         friction = np.linalg.solve(first.change, slopes @ onset.missing.T).T
         return np.stack(
             [(friction * (plates - slips)).sum(axis=1), (friction * slips).sum(axis=1)], axis=1
@@ -305,13 +309,13 @@ class Release:
 
     def _shown(self, onset: SlipOnset, along: Array, end: float) -> OnsetPolynomials:
         """Return dense output of the onset, in which slip always has a direction."""
-        scales, least = self._system.constants.scales, CONTACT.slack * self._size * along
+        scales, minimum = self._system.constants.scales, CONTACT.slack * self._size * along
 
         def placed(scaled: Array, phase: float) -> Array:
             state = scaled * scales
-            if np.linalg.norm(self._slip(state, phase)) > np.linalg.norm(least):
+            if np.linalg.norm(self._slip(state, phase)) > np.linalg.norm(minimum):
                 return scaled
-            return self._system.slipping(self._mode, state, least, phase) / scales
+            return self._system.slipping(self._mode, state, minimum, phase) / scales
 
         return OnsetPolynomials(onset.polynomials(end), len(scales), placed)
 

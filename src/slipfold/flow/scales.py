@@ -151,9 +151,9 @@ def mean_state(flow: Flow, constants: Constants, scales: Array, start: Array) ->
         )
 
     result = np.full(n, np.nan)
-    for beside in (0.0, 1e-3):  # the state of rest may be singular
+    for nearby in (0.0, 1e-3):  # the state of rest may be singular
         if np.isnan(result).any():
-            result = damped_newton(linear, (start + beside * scales)[None], scales)[0]
+            result = damped_newton(linear, (start + nearby * scales)[None], scales)[0]
     return result
 
 
@@ -223,17 +223,17 @@ def measured(
 
 
 def measured_within(
-    model: Model, values: Sequence[Mapping[str, float]], motion: Array | None = None
+    model: Model, values: Sequence[Mapping[str, float]], trajectory: Array | None = None
 ) -> Model:
     """Return a model with scales that suit several parameter values."""
     if not np.isnan(model.declared_scales()).any():
         return model
     others = []
-    for some in values:
+    for changes in values:
         with suppress(InputError):  # they may contradict those of other parameters
-            others.append(model.replace(**some))
+            others.append(model.replace(**changes))
     first, *rest = others or [model]
-    return model.with_scales(measured(first, rest, motion=motion).estimated_scales)
+    return model.with_scales(measured(first, rest, motion=trajectory).estimated_scales)
 
 
 @dataclass(frozen=True, eq=False)
@@ -289,12 +289,12 @@ class _View:
         """The first state in a feedback loop with each one, at any state."""
         return loops_of(self.flow.equations.feeds)
 
-    def moved(self, motion: Array | None) -> Array:
+    def moved(self, trajectory: Array | None) -> Array:
         """Return the scales that a trajectory shows."""
-        if motion is None:
+        if trajectory is None:
             reached = self._reached() if self.model.forced else np.zeros(len(self.rest))
         else:
-            reached = np.ptp(motion, axis=0) / 2
+            reached = np.ptp(trajectory, axis=0) / 2
         largest = self._in_group(reached / self.ratios)
         still = self._in_group(np.abs(self.rest - self.start) / self.ratios)
         still = np.maximum(still, self._in_group(np.abs(self.rest) / self.ratios))
@@ -386,9 +386,9 @@ class _View:
         # Compare with rates in the loop, not with those of states that only follow it.
         rows = largest_in(self.loops[group], rows)
         rows = np.where(rows > 0, rows, linear or np.finfo(float).tiny)
-        least = _largest(np.abs(self.rest[group]) / ratios)
-        least += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
-        distances = DISTANCES[SCALES.rounding * least < DISTANCES]
+        minimum = _largest(np.abs(self.rest[group]) / ratios)
+        minimum += _largest(np.abs(still[0, group]) / ratios) / (linear or np.inf)
+        distances = DISTANCES[SCALES.rounding * minimum < DISTANCES]
         directions = np.zeros((len(DIRECTIONS), len(group)))
         pattern = np.resize(np.arange(2), np.count_nonzero(group))
         directions[:, group] = DIRECTIONS[:, pattern] * ratios
@@ -402,9 +402,9 @@ class _View:
         fraction = fraction.max(axis=1)
         large = ~(fraction <= 0.5)  # of the rates are nonlinear
         if not large.any():  # bounded, as friction is: where it counts most
-            most = fraction.max(initial=1e-6)  # rounding
+            maximum = fraction.max(initial=1e-6)  # rounding
             # Beside linear terms one that saturates counts ever more: half of it is enough.
-            large = fraction >= (most / 2 if fraction[-1] >= most / 2 else most)
+            large = fraction >= (maximum / 2 if fraction[-1] >= maximum / 2 else maximum)
         first = int(large.argmax())
         return float(distances[first]) if large[first] and first else np.nan
 

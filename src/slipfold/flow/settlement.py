@@ -140,18 +140,19 @@ class Trend:
         """Whether it grows steadily: an unstable orbit is left."""
         first, middle, last = self.windows
         # Among rounding errors, a tenfold growth is needed to be believed.
-        least = 2.0 if last > ROUNDING else 10.0
+        minimum = 2.0 if last > ROUNDING else 10.0
         steady = first < CONVERGENCE.trend * middle < CONVERGENCE.trend**2 * last
-        return steady and last > least * first and last > 1e-2 * ROUNDING
+        return steady and last > minimum * first and last > 1e-2 * ROUNDING
 
     @property
     def shrinking(self) -> bool:
         """Whether it shrinks steadily."""
         first, middle, last = self.windows
         # Maxima of a few changes scatter, so a short run must show more of a trend.
-        most = 1.0 if 8 * self.width >= CONVERGENCE.short else 1 / 3
+        maximum = 1.0 if 8 * self.width >= CONVERGENCE.short else 1 / 3
         return (
-            last < CONVERGENCE.trend * middle < CONVERGENCE.trend**2 * first and last < most * first
+            last < CONVERGENCE.trend * middle < CONVERGENCE.trend**2 * first
+            and last < maximum * first
         )
 
     @property
@@ -437,10 +438,10 @@ class _End:
             # Not where it is no number; one at the very end of a step may lie beyond by rounding.
             inside = (moved >= low - slack) & (moved <= high + slack)
             at = np.where(inside, np.clip(moved, low, high), 0.5 * (low + high))
-        beside = away(window.at(at) / self.scales)
+        nearby = away(window.at(at) / self.scales)
         extent = float(np.linalg.norm(away(states[half]), axis=1).max())
-        near = np.linalg.norm(beside, axis=1) <= CONVERGENCE.near * extent
-        return _Returns(at[near], (origin + beside)[near] * self.scales)
+        near = np.linalg.norm(nearby, axis=1) <= CONVERGENCE.near * extent
+        return _Returns(at[near], (origin + nearby)[near] * self.scales)
 
     def _rates(self, scaled: Array) -> Array:
         states = scaled * self.scales

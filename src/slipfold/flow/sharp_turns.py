@@ -185,8 +185,8 @@ def _vanishes(
 ) -> NDArray[np.bool_]:
     """Whether each rate vanishes where a group does, shape (number of groups, n)."""
     states = np.random.default_rng(2).uniform(0.5, 1.5, (len(groups), 2, count))  # random places
-    for place, group in enumerate(groups):
-        states[place, :, list(group)] = 0.0
+    for index, group in enumerate(groups):
+        states[index, :, list(group)] = 0.0
     result = rates(states.reshape(-1, count)).reshape(states.shape)
     return np.asarray((result == 0).all(axis=1))
 

@@ -344,16 +344,16 @@ class SmoothIntegration(Integration):
             )
         return replace(result, message=message)
 
-    def _with_turns(self, found: Settlement, length: float | None) -> Settlement:
+    def _with_turns(self, result: Settlement, length: float | None) -> Settlement:
         """Add the revolutions of angles in a response of that many periods."""
         if length is None or not self.model.angle_periods.any():
-            return found
+            return result
         start, zero = self.strobe[-1:], np.zeros(1)
         (end,) = flow_of(self.model).advance(start, zero, zero + length, self.constants)
         counts = count_revolutions(end - start[0], self.model.angle_periods)
         turns = revolutions_by_name(self.model.states, counts)
-        message = "; ".join(filter(None, [found.message, revolutions_text(turns)]))
-        return replace(found, message=message, turns=turns)
+        message = "; ".join(filter(None, [result.message, revolutions_text(turns)]))
+        return replace(result, message=message, turns=turns)
 
     def _pushed_text(self) -> str:
         if self._pushed[0] == 0:
@@ -480,9 +480,11 @@ def _in_own_scales(model: Model, start: Array) -> Model:
 
 def _natural_duration(model: Model, start: Array) -> float:
     """Return half the period of the fastest vibration in slip, rounded to 1, 2 or 5."""
-    motion = HybridIntegration(model.replace(**{DURATION.name: 1.0}), start)
-    slipping = (Status.FORTH,) * len(motion.flow.contacts)
-    slopes = motion.flow.of(slipping).jacobians(start[None], np.zeros(1), motion.constants)[0]
+    trajectory = HybridIntegration(model.replace(**{DURATION.name: 1.0}), start)
+    slipping = (Status.FORTH,) * len(trajectory.flow.contacts)
+    slopes = trajectory.flow.of(slipping).jacobians(start[None], np.zeros(1), trajectory.constants)[
+        0
+    ]
     if not np.isfinite(slopes).all():
         return DURATION.default
     fastest = float(np.abs(np.linalg.eigvals(slopes)).max())

@@ -396,26 +396,26 @@ class LastRound:
     stuck: bool = False
 
 
-def last_round(motion: Trajectory) -> LastRound | None:
+def last_round(trajectory: Trajectory) -> LastRound | None:
     """Return what the last whole round of a trajectory shows; None if there is none.
 
     That is the last response, or one more round of a cycle; of a trajectory that has not settled
     the last forcing period.
     """
-    settlement, model = motion.settlement, motion.model
-    count = settlement.period or (1 if model.forced else min(16, motion.periods))
-    if not 1 <= count <= motion.periods:
+    settlement, model = trajectory.settlement, trajectory.model
+    count = settlement.period or (1 if model.forced else min(16, trajectory.periods))
+    if not 1 <= count <= trajectory.periods:
         return None
     if settlement.duration is not None:
-        model, place, count = motion.steady_model, motion.periods, 1
+        model, index, count = trajectory.steady_model, trajectory.periods, 1
     else:
-        place = motion.periods - count
-    state, flow = motion.strobe[place], flow_of(model)
+        index = trajectory.periods - count
+    state, flow = trajectory.strobe[index], flow_of(model)
     constants = flow.constants_of(model)
-    if motion.sticking is None:
+    if trajectory.sticking is None:
         dense = flow.dense(state, constants, float(count), 100_000)
         return None if dense is None else LastRound(*_extrema([dense.polynomials], dense.scales))
-    mode, names = motion.sticking.mode(place), motion.sticking.contacts
+    mode, names = trajectory.sticking.mode(index), trajectory.sticking.contacts
     result = round_with_stick(model, state, mode, names, count, settlement.settled)
     return None if np.isnan(result.fraction) else result
 
@@ -467,28 +467,28 @@ def _meet(spans: Sequence[tuple[float, float]], end: float) -> bool:
 def _extrema(polynomials: Iterable[Any], scales: Array) -> tuple[Array, Array]:
     """Return the extrema of Taylor polynomials, wherever in their steps they lie."""
     n = len(scales)
-    least, most = np.full(n, np.inf), np.full(n, -np.inf)
+    minimum, maximum = np.full(n, np.inf), np.full(n, -np.inf)
     for output in polynomials:
         known = [*range(n)]
         if isinstance(output, OnsetPolynomials):
             output = output.inner
         if isinstance(output, SlowPolynomials):
-            known = [place for place in known if place not in output.held]
+            known = [index for index in known if index not in output.held]
             spread = output.nodes(np.linspace(0.0, 1.0, 64))[0]
-            for place in output.held:
-                values = _peaks(spread[:, :, place])
-                least[place] = min(least[place], values.min())
-                most[place] = max(most[place], values.max())
+            for index in output.held:
+                values = _peaks(spread[:, :, index])
+                minimum[index] = min(minimum[index], values.min())
+                maximum[index] = max(maximum[index], values.max())
             output = output.inner
         lengths = np.diff(output.times)
         for length, coefficients in zip(lengths, output.tcs[:, :n], strict=True):
             order = coefficients.shape[1]
             scaled = coefficients * length ** np.arange(order)
-            for place in known:
-                values = _turning_values(scaled[place])
-                least[place] = min(least[place], values.min())
-                most[place] = max(most[place], values.max())
-    return least * scales, most * scales
+            for index in known:
+                values = _turning_values(scaled[index])
+                minimum[index] = min(minimum[index], values.min())
+                maximum[index] = max(maximum[index], values.max())
+    return minimum * scales, maximum * scales
 
 
 def _peaks(values: Array) -> Array:

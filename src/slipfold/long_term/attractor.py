@@ -84,24 +84,24 @@ def at_rest(model: Model, state: Array, number: int) -> Attractor:
     )
 
 
-def of_exponents(found: Exponents, number: int) -> Attractor:
+def of_exponents(result: Exponents, number: int) -> Attractor:
     """Return a torus or chaos as an attractor."""
-    model, state = found.model, found.state
-    motion = simulate(model, SHOWN, state)
-    states = motion.sample(per_period=PER_PERIOD)[1]
-    flow, phases = flow_of(motion.model), np.arange(len(states)) % PER_PERIOD / PER_PERIOD
-    values = flow.outputs(states, phases, flow.constants_of(motion.model))
+    model, state = result.model, result.state
+    trajectory = simulate(model, SHOWN, state)
+    states = trajectory.sample(per_period=PER_PERIOD)[1]
+    flow, phases = flow_of(trajectory.model), np.arange(len(states)) % PER_PERIOD / PER_PERIOD
+    values = flow.outputs(states, phases, flow.constants_of(trajectory.model))
     unit = 1.0 if model.forced else model.values["duration"]
     return Attractor(
         number,
-        found.verdict.kind,
+        result.verdict.kind,
         state,
         np.nanmin(values, axis=0),
         np.nanmax(values, axis=0),
         None,
         None,
         np.full(len(state), complex(np.nan, np.nan)),
-        found.estimates[-1].exponents / unit,
+        result.estimates[-1].exponents / unit,
     )
 
 

@@ -110,9 +110,9 @@ def sampled_outputs(model: Model, vary: str, values: Array, states: Array, sampl
         if samples > 1:
             steps = BatchSteps(model, constants)
             between = steps.samples(states[some].T, samples).transpose(0, 2, 1)
-        for place, phase in enumerate(phases):
+        for index, phase in enumerate(phases):
             rows = np.full(between.shape[1], phase)
-            result[some, place] = flow.outputs(between[place], rows, constants)
+            result[some, index] = flow.outputs(between[index], rows, constants)
     return result
 
 
@@ -129,8 +129,8 @@ def reached(values: Array, measure: str) -> Array:
 
 def _peak(values: Array) -> Array:
     rows = np.arange(len(values))
-    place = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
-    before, here, after = (values[rows, place + shift] for shift in (-1, 0, 1))
+    index = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
+    before, here, after = (values[rows, index + shift] for shift in (-1, 0, 1))
     bend = before - 2 * here + after
     with np.errstate(divide="ignore", invalid="ignore"):
         top = here - (after - before) ** 2 / (8 * bend)
@@ -219,9 +219,9 @@ class _Pairs:
         self._count, n = states.shape
         direction = np.random.default_rng(0).normal(size=states.shape)
         direction /= np.linalg.norm(direction, axis=1)[:, None]
-        beside = states + CLASSIFICATION.separation * direction * self._scales
+        nearby = states + CLASSIFICATION.separation * direction * self._scales
         # In one batch, so that a pair takes the same steps.
-        both = np.stack([states, beside], axis=1).reshape(-1, n)
+        both = np.stack([states, nearby], axis=1).reshape(-1, n)
         self._ensemble = Ensemble([model for model in models for _ in range(2)], both)
         self._logarithms = np.zeros((periods, self._count))
         self._weights = bump(periods)
@@ -249,51 +249,51 @@ class _Pairs:
         moved[1::2] = base + between * self._scales
         moved[1::2][self._sticks] = np.nan
         ensemble.move(moved)
-        place, weight = self._done % CLASSIFICATION.classes, self._weights[self._done]
+        index, weight = self._done % CLASSIFICATION.classes, self._weights[self._done]
         if self._done < CLASSIFICATION.recent:
             self._first[self._done] = base
-        near = self._first[place]  # of the same number: an angle is taken next to that
-        self._sums[place] += weight * (near + wrap_angles(base - near, self._turns))
-        self._weight_sums[place] += weight
+        near = self._first[index]  # of the same number: an angle is taken next to that
+        self._sums[index] += weight * (near + wrap_angles(base - near, self._turns))
+        self._weight_sums[index] += weight
         self._last[self._done % CLASSIFICATION.recent] = base
         self._done += 1
 
-    def judge(self, found: Classified, rows: NDArray[np.intp]) -> None:
+    def judge(self, result: Classified, rows: NDArray[np.intp]) -> None:
         """Classify the trajectories where the evidence is clear."""
         last = np.roll(self._last, -(self._done % CLASSIFICATION.recent), axis=0)
         stopped = np.array([stop is not None for stop in self._ensemble.stopped])[::2]
         repeats = repeats_of(last.transpose(1, 0, 2), self._scales, self._turns)
         grown = average(np.nan_to_num(self._logarithms[len(self._logarithms) // 4 :]))
         averages = self._sums / self._weight_sums[:, None, None]
-        for place, row in enumerate(rows):
-            exponent, error = grown.values[place], grown.errors[place]
-            found.states[row] = last[-1, place]
-            found.exponents[row] = exponent
+        for index, row in enumerate(rows):
+            exponent, error = grown.values[index], grown.errors[index]
+            result.states[row] = last[-1, index]
+            result.exponents[row] = exponent
             slack = EXPONENTS.sure * error + 1e-7  # rounding
-            if stopped[place] or self._sticks[place]:
-                found.kinds[row] = STOPPED if stopped[place] else STICKS
-                found.exponents[row] = np.nan
-            elif repeats[place]:
-                self._set_periodic(found, row, last[-repeats[place] :, place])
+            if stopped[index] or self._sticks[index]:
+                result.kinds[row] = STOPPED if stopped[index] else STICKS
+                result.exponents[row] = np.nan
+            elif repeats[index]:
+                self._set_periodic(result, row, last[-repeats[index] :, index])
             # A trajectory that grows evenly, or nearly repeats at first, is leaving a response.
             elif exponent > slack + CLASSIFICATION.zero and error > 2e-5:
-                if not self._nearly_repeats(self._first[:, place]):
-                    found.kinds[row] = CHAOS
+                if not self._nearly_repeats(self._first[:, index]):
+                    result.kinds[row] = CHAOS
             elif error > CLASSIFICATION.zero:
                 continue
             elif abs(exponent) <= min(slack, CLASSIFICATION.zero):
-                found.kinds[row] = TORUS
+                result.kinds[row] = TORUS
             elif exponent < -slack and exponent * self._done < np.log(CLASSIFICATION.shrunk):
                 # Averages over a long period are equal as well, but then no distance shrinks.
                 fraction = min(CLASSIFICATION.shrunk, np.exp(exponent * self._done / 2))
-                states = self._first[:, place], last[:, place]
-                period = self._converges_to(averages[:, place], *states, fraction)
+                states = self._first[:, index], last[:, index]
+                period = self._converges_to(averages[:, index], *states, fraction)
                 if period:
-                    self._set_periodic(found, row, averages[:period, place])
+                    self._set_periodic(result, row, averages[:period, index])
 
-    def _set_periodic(self, found: Classified, row: int, states: Array) -> None:
-        found.kinds[row], found.periods[row] = PERIODIC, len(states)
-        found.means[row] = mean_state(states, self._turns)
+    def _set_periodic(self, result: Classified, row: int, states: Array) -> None:
+        result.kinds[row], result.periods[row] = PERIODIC, len(states)
+        result.means[row] = mean_state(states, self._turns)
 
     def _nearly_repeats(self, states: Array) -> bool:
         """Whether a trajectory nearly repeats, and may be about to leave a response."""
@@ -358,8 +358,8 @@ class TrajectoryGrid:
         """Follow a trajectory from the start in each cell."""
         cells = np.arange(len(self.models))
         for first in range(0, len(cells), CLASSIFICATION.batch):
-            some = cells[first : first + CLASSIFICATION.batch]
-            self.follow(run, some, np.tile(self.start, (len(some), 1)))
+            rows = cells[first : first + CLASSIFICATION.batch]
+            self.follow(run, rows, np.tile(self.start, (len(rows), 1)))
 
     def follow(self, run: int, cells: NDArray[np.intp], starts: Array) -> Array:
         """Follow trajectories in some cells; return last states, or the start if they ended."""
@@ -374,13 +374,13 @@ class TrajectoryGrid:
         """Follow and classify trajectories in some cells without storing them."""
         return self._followed_again(cells, self._followed(cells, starts))
 
-    def _followed_again(self, cells: NDArray[np.intp], found: Classified) -> Classified:
+    def _followed_again(self, cells: NDArray[np.intp], result: Classified) -> Classified:
         """Follow trajectories that still converge once more: near a saddle they leave again."""
-        nearer = np.flatnonzero((found.periods > 0) & (found.changes > CLASSIFICATION.floor))
+        nearer = np.flatnonzero((result.periods > 0) & (result.changes > CLASSIFICATION.floor))
         if len(nearer):
             self.total += len(nearer) * self.periods_of_a_motion
-            found.put(nearer, self._followed(cells[nearer], found.states[nearer]))
-        return found
+            result.put(nearer, self._followed(cells[nearer], result.states[nearer]))
+        return result
 
     def _followed(self, cells: NDArray[np.intp], starts: Array) -> Classified:
         """Follow trajectories once."""

@@ -79,12 +79,12 @@ def find_coexisting(
     )
     result: list[int] = []
     known, interrupted = branches, any(branch.interrupted for branch in branches)
-    for place, value in enumerate(values):
+    for index, value in enumerate(values):
         if interrupted:
             break
 
         on_progress = (
-            None if observer is None else _PlaceProgress(observer, len(known), place, value)
+            None if observer is None else _PlaceProgress(observer, len(known), index, value)
         )
         try:
             at = model.replace(**{vary: value})

@@ -47,7 +47,7 @@ class ContactRounds:
 
 
 def find_contacts(
-    motion: Trajectory | PeriodicOrbit,
+    trajectory: Trajectory | PeriodicOrbit,
     contact: str | None = None,
     rounds: int = 1,
     per_period: int = 256,
@@ -55,34 +55,34 @@ def find_contacts(
     """Return what a contact, or all of them, do in the last rounds of a trajectory."""
     if rounds < 1:
         raise InputError(f"rounds = {rounds} is less than 1; give 1 or more")
-    _check(motion.model, contact)
-    if isinstance(motion, PeriodicOrbit):
-        model, begin, repeats = motion.model, 0.0, True
-        starts: list[Start] = [(motion.state, None)] * rounds
-        length = float(motion.period)
+    _check(trajectory.model, contact)
+    if isinstance(trajectory, PeriodicOrbit):
+        model, begin, repeats = trajectory.model, 0.0, True
+        starts: list[Start] = [(trajectory.state, None)] * rounds
+        length = float(trajectory.period)
     else:
-        starts, begin, repeats = _end(motion, rounds)
-        model, length = motion.steady_model, 1.0
+        starts, begin, repeats = _end(trajectory, rounds)
+        model, length = trajectory.steady_model, 1.0
     unit = 1.0 if model.forced else flow_of(model).constants_of(model).period
     result = contact_trajectories(model, starts, length, per_period)
     shown = tuple(item for item in result if contact in (None, item.name))
     return ContactRounds(model, shown, begin * unit, unit, repeats)
 
 
-def _end(motion: Trajectory, rounds: int) -> tuple[list[Start], float, bool]:
+def _end(trajectory: Trajectory, rounds: int) -> tuple[list[Start], float, bool]:
     """Return starts of the last rounds, the phase of the first, and whether all are alike."""
-    settlement, sticking = motion.settlement, motion.sticking
+    settlement, sticking = trajectory.settlement, trajectory.sticking
     repeats = settlement.settled and settlement.kind != "equilibrium"
     if settlement.duration is not None:
-        begin, places = motion.duration / settlement.duration, [motion.periods] * rounds
+        begin, places = trajectory.duration / settlement.duration, [trajectory.periods] * rounds
     else:
         requested = rounds * (settlement.period or 1) if repeats else 32  # periods at the end
-        first = max(motion.periods - requested, 0)
-        begin, places = float(first), [*range(first, motion.periods)]
+        first = max(trajectory.periods - requested, 0)
+        begin, places = float(first), [*range(first, trajectory.periods)]
     if not places:
         raise InputError("the motion ended within its first period; start elsewhere")
-    modes = [None if sticking is None else sticking.mode(place) for place in places]
-    return [*zip(motion.strobe[places], modes, strict=True)], begin, repeats
+    modes = [None if sticking is None else sticking.mode(index) for index in places]
+    return [*zip(trajectory.strobe[places], modes, strict=True)], begin, repeats
 
 
 def _check(model: Model, contact: str | None) -> None:

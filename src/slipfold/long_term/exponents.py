@@ -62,8 +62,8 @@ def average(values: Array) -> Average:
 
 def bump(count: int) -> Array:
     """Return weights that add up to one, with all derivatives zero at the ends, shape (m,)."""
-    place = (np.arange(count) + 0.5) / count
-    weights = np.exp(-1 / (place * (1 - place)))
+    position = (np.arange(count) + 0.5) / count
+    weights = np.exp(-1 / (position * (1 - position)))
     return np.asarray(weights / weights.sum())
 
 
@@ -470,8 +470,10 @@ def follow_exponents(
     integration = growth.integration
     smooth = isinstance(integration, SmoothIntegration)
     cheap = smooth and len(growth.model.states) <= 6
-    most = (EXPONENTS.longest if cheap else EXPONENTS.max_periods) if periods is None else periods
-    ends = _ends(most)
+    maximum = (
+        (EXPONENTS.longest if cheap else EXPONENTS.max_periods) if periods is None else periods
+    )
+    ends = _ends(maximum)
     estimates: list[ExponentEstimate] = []
     interrupted = False
     try:
@@ -483,7 +485,7 @@ def follow_exponents(
                     known = tuple(estimates[-1].exponents.tolist()) if estimates else ()
                     shown = "  ".join(f"{exponent:.6g}" for exponent in known) or "not yet"
                     text, values = f"exponents a period: {shown}", {"exponents": known}
-                    observer(Progress("periods", growth.periods, most, text, values))
+                    observer(Progress("periods", growth.periods, maximum, text, values))
             estimates.append(_estimate(growth))
             enough = estimates[-1].errors.max() <= tolerance or end >= EXPONENTS.max_periods
             if periods is None and enough and _verdict(growth, estimates[-1]).known:
@@ -517,12 +519,12 @@ def _verdict(growth: Growth, last: ExponentEstimate) -> Verdict:
     )
 
 
-def _ends(most: int) -> list[int]:
+def _ends(maximum: int) -> list[int]:
     """Return the numbers of periods after which exponents are estimated."""
     ends = [EXPONENTS.first]
-    while 2 * ends[-1] < most:
+    while 2 * ends[-1] < maximum:
         ends.append(2 * ends[-1])
-    return [*(end for end in ends if end < most), most]
+    return [*(end for end in ends if end < maximum), maximum]
 
 
 def _refuse_ended(growth: Growth) -> None:

@@ -109,29 +109,29 @@ def _continued(work: TrajectoryGrid, proposals: Rows) -> Rows:
     return _stored(work, targets, result, np.flatnonzero(new))
 
 
-def _stored(work: TrajectoryGrid, targets: Rows, found: Classified, rows: Rows) -> Rows:
+def _stored(work: TrajectoryGrid, targets: Rows, result: Classified, rows: Rows) -> Rows:
     """Store trajectories that are new, one after the other; return their runs and cells."""
     kept = []
     for row in rows:
-        cell, motion = targets[row : row + 1], found.rows(np.array([row]))
-        if _known(work, cell, motion)[0]:
+        cell, trajectory = targets[row : row + 1], result.rows(np.array([row]))
+        if _known(work, cell, trajectory)[0]:
             continue
         free = np.flatnonzero(work.known.kinds[:, cell[0]] == NONE)
         if not len(free):
             work.add_run(NONE)
             free = np.array([len(work.known.kinds) - 1])
-        work.known.put((free[:1], cell), motion)
+        work.known.put((free[:1], cell), trajectory)
         kept.append((free[0], cell[0]))
     return np.array(kept, np.intp).reshape(-1, 2)
 
 
 def _known(
-    work: TrajectoryGrid, cells: Rows, found: Classified, runs: int | None = None
+    work: TrajectoryGrid, cells: Rows, result: Classified, runs: int | None = None
 ) -> NDArray[np.bool_]:
     """Whether the first runs, or all of them, have the trajectories in their cells already."""
-    known = ~np.isin(found.kinds, (PERIODIC, STICKS, *APERIODIC))
+    known = ~np.isin(result.kinds, (PERIODIC, STICKS, *APERIODIC))
     for run in range(len(work.known.kinds) if runs is None else runs):
-        known |= _same(work, work.known.rows((run, cells)), found)
+        known |= _same(work, work.known.rows((run, cells)), result)
     return known
 
 
@@ -194,10 +194,10 @@ def find_regimes(
 def _sweep(work: TrajectoryGrid, lines: NDArray[np.intp]) -> None:
     """Continue trajectories along the second parameter, up and down again."""
     states = np.tile(work.start, (lines.shape[0], 1))
-    for place in range(lines.shape[1]):
-        states = work.follow(1, lines[:, place], states)
-    for place in reversed(range(lines.shape[1])):
-        states = work.follow(2, lines[:, place], states)
+    for index in range(lines.shape[1]):
+        states = work.follow(1, lines[:, index], states)
+    for index in reversed(range(lines.shape[1])):
+        states = work.follow(2, lines[:, index], states)
 
 
 def _plane(work: TrajectoryGrid, cells: tuple[int, int], interrupted: bool) -> RegimePlane:
@@ -239,7 +239,7 @@ def resolve_regions(
     if not places:
         return regions, False
     numbers = np.repeat([*places], [len(result) for result in places.values()])
-    values = np.array([place for result in places.values() for place in result])
+    values = np.array([point for result in places.values() for point in result])
 
     def on_progress(progress: Progress) -> None:
         if observer is not None:
@@ -258,30 +258,30 @@ def resolve_regions(
         interrupted = True
     result: dict[int, list[RegionMotion]] = {number: [] for number in places}
     known = zip(work.reported_kinds[0], work.known.periods[0], work.known.exponents[0], strict=True)
-    for number, place, (kind, period, exponent) in zip(numbers, values, known, strict=True):
+    for number, point, (kind, period, exponent) in zip(numbers, values, known, strict=True):
         if kind != NOT_DONE:
-            at = (float(place[0]), float(place[1]))
+            at = (float(point[0]), float(point[1]))
             largest = None if np.isnan(exponent) else float(exponent)
             result[int(number)].append(RegionMotion(at, str(kind), int(period), largest))
     resolved = tuple(_with(region, tuple(result.get(region.id, ()))) for region in regions.regions)
     return replace(regions, regions=resolved), interrupted
 
 
-def _with(region: Region, motions: tuple[RegionMotion, ...]) -> Region:
+def _with(region: Region, trajectories: tuple[RegionMotion, ...]) -> Region:
     """Return a region with its trajectories and a check for each period missing in its label.
 
     Longer periods are no contradiction, since labels list periods 1 and 2.
     """
     against = []
     for period in sorted({1, 2} - {*region.stable}):
-        seen = [one.values for one in motions if (one.kind, one.period) == (PERIODIC, period)]
+        seen = [one.values for one in trajectories if (one.kind, one.period) == (PERIODIC, period)]
         if seen:
             note = (
                 f"settled on a response of period {period} that none across the region has, seen "
-                f"at {len(seen)} of {len(motions)} places"
+                f"at {len(seen)} of {len(trajectories)} places"
             )
             against.append(RegionCheck(seen[0], "rest", period, False, note))
-    return replace(region, motions=motions, checks=(*region.checks, *against))
+    return replace(region, motions=trajectories, checks=(*region.checks, *against))
 
 
 def _places(

@@ -67,11 +67,11 @@ def checked_box(model: Model, given: Any) -> Box:
                 f"the box of {name}, {ends!r}, is not a pair of numbers; give its least and its "
                 "largest value"
             ) from None
-        place = list(units).index(name)
-        low[place], high[place] = (parse_quantity(end, units[name], name) for end in (first, last))
-        if not (np.isfinite([low[place], high[place]]).all() and low[place] < high[place]):
+        index = list(units).index(name)
+        low[index], high[index] = (parse_quantity(end, units[name], name) for end in (first, last))
+        if not (np.isfinite([low[index], high[index]]).all() and low[index] < high[index]):
             raise InputError(
-                f"the box of {name} from {low[place]:g} to {high[place]:g} is empty; give its "
+                f"the box of {name} from {low[index]:g} to {high[index]:g} is empty; give its "
                 "least value first"
             )
     return Box(low, high)
@@ -120,9 +120,9 @@ def search(
 
     Shapes: starts (k, n).
     """
-    work, interrupted, most = None, False, periods or 1024
-    some = np.random.default_rng(0).permutation(len(starts))[: ATTRACTOR.scouts]
-    ahead = starts[some] if len(starts) > 2 * ATTRACTOR.scouts else starts[:0]
+    work, interrupted, maximum = None, False, periods or 1024
+    rows = np.random.default_rng(0).permutation(len(starts))[: ATTRACTOR.scouts]
+    ahead = starts[rows] if len(starts) > 2 * ATTRACTOR.scouts else starts[:0]
     try:
         model = measured(model)
         if not model.forced and not known:
@@ -130,9 +130,9 @@ def search(
         verified = AttractorSet(model)
         verified.known.extend(known)
         total = len(ahead) + len(starts)
-        work = _Search(verified, starts, most, _counted(observer, len(ahead), total))
+        work = _Search(verified, starts, maximum, _counted(observer, len(ahead), total))
         if len(ahead):
-            first = _Search(verified, ahead, most, _counted(observer, 0, total))
+            first = _Search(verified, ahead, maximum, _counted(observer, 0, total))
             first.run(measure=measure)
         work.run(measure=measure)
     except KeyboardInterrupt:
@@ -187,7 +187,7 @@ class _Search:
         states = self._trajectories.advance(which, periods)
         self._last[which] = np.concatenate([self._last[which, periods:], states[:, 1:]], axis=1)
         self._periods += periods
-        self._labels[[place for place in which if place in self._trajectories.stops]] = ENDED
+        self._labels[[index for index in which if index in self._trajectories.stops]] = ENDED
         for known in self._verified.known:
             self._catch(known)
         self._report()
@@ -214,23 +214,23 @@ class _Search:
     def _look_at_open(self) -> None:
         """Search for attractors that open trajectories converge to."""
         which = self._open
-        for place in which[:: -(-len(which) // 48) or 1]:  # 48 of them at most
-            if self._labels[place] == UNFINISHED:
-                sticks = bool(self._trajectories.stuck[place])
-                known = self._verified.attractor_near(self._last[place], sticks)
+        for index in which[:: -(-len(which) // 48) or 1]:  # 48 of them at most
+            if self._labels[index] == UNFINISHED:
+                sticks = bool(self._trajectories.stuck[index])
+                known = self._verified.attractor_near(self._last[index], sticks)
                 if known is not None:
                     self._add(known)
 
     def _measure_open(self) -> None:
         """Identify tori and chaos by their exponents."""
         trials = 0
-        for place in self._open:
-            if self._labels[place] != UNFINISHED or trials == 4:  # without success in sequence
+        for index in self._open:
+            if self._labels[index] != UNFINISHED or trials == 4:  # without success in sequence
                 continue
-            sticks = bool(self._trajectories.stuck[place])
-            known = self._verified.classified(self._trajectories.states[place], sticks)
+            sticks = bool(self._trajectories.stuck[index])
+            known = self._verified.classified(self._trajectories.states[index], sticks)
             trials = 0 if known is not None else trials + 1
-            self._labels[place] = UNDECIDED if known is None else known.attractor.id
+            self._labels[index] = UNDECIDED if known is None else known.attractor.id
             if known is not None and known not in self._verified.known:
                 self._verified.known.append(known)
                 self._catch_later(known)
@@ -253,8 +253,8 @@ def _counted(observer: Observer | None, before: int, total: int) -> Observer | N
 
 def _paced(model: Model, starts: Array) -> Model:
     """Return an autonomous model whose ``duration`` suits its slowest trajectories."""
-    some = starts[:: max(len(starts) // ATTRACTOR.paced, 1)][: ATTRACTOR.paced]
-    durations = [with_duration(model, start, None)[0].values[DURATION.name] for start in some]
+    rows = starts[:: max(len(starts) // ATTRACTOR.paced, 1)][: ATTRACTOR.paced]
+    durations = [with_duration(model, start, None)[0].values[DURATION.name] for start in rows]
     return model.replace(**{DURATION.name: max(durations)})
 
 
@@ -392,13 +392,13 @@ def find_fractions(
     ends: Counter[str] = Counter()
     before: tuple[Attractor, ...] = ()
     known, interrupted = 0, False
-    for place, value in enumerate(values):
+    for index, value in enumerate(values):
         carried = np.array([item.state for item in before]).reshape(-1, starts.shape[1])
         result = search(
             model.replace(**{vary: float(value)}),
             np.concatenate([carried, starts]),
             periods,
-            _of_all(observer, place, len(values), len(starts)),
+            _of_all(observer, index, len(values), len(starts)),
         )
         if result.interrupted:
             interrupted = True
@@ -407,14 +407,14 @@ def find_fractions(
         numbers = _numbers(result.attractors, before, led, model.state_scales(), known)
         known = max([known, *numbers.values()])
         before = tuple(replace(item, id=numbers[item.id]) for item in result.attractors)
-        attractors[place] = before
-        labels[place] = [numbers.get(label, label) for label in reached.tolist()]
+        attractors[index] = before
+        labels[index] = [numbers.get(label, label) for label in reached.tolist()]
         ends.update(result.ends)
     return Fractions(labels, tuple(attractors), dict(ends), interrupted)
 
 
 def _numbers(
-    found: Sequence[Attractor],
+    result: Sequence[Attractor],
     before: Sequence[Attractor],
     led: Labels,
     scales: Array,
@@ -425,7 +425,7 @@ def _numbers(
     Of several predecessors the one with the nearest extremes counts.
     """
     numbers: dict[int, int] = {}
-    for item in found:
+    for item in result:
         alike = [
             other
             for other, label in zip(before, led, strict=True)
@@ -445,13 +445,13 @@ def _apart(one: Attractor, other: Attractor, scales: Array) -> float:
     return float(np.abs((ends[0] - ends[1]) / scales).max())
 
 
-def _of_all(observer: Observer | None, place: int, values: int, starts: int) -> Observer | None:
+def _of_all(observer: Observer | None, index: int, values: int, starts: int) -> Observer | None:
     """Return an observer of the search at one value, as part of those at all values."""
     if observer is None:
         return None
 
     def report(progress: Progress) -> None:
-        done = int((place + progress.done / (progress.total or 1)) * starts)
+        done = int((index + progress.done / (progress.total or 1)) * starts)
         observer(replace(progress, done=done, total=values * starts))
 
     return report

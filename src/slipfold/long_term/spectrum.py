@@ -139,7 +139,7 @@ class Spectrum(SpectralLines):
 
 
 def find_spectrum(
-    motion: Trajectory | PeriodicOrbit, periods: int = 64, per_period: int = 64
+    trajectory: Trajectory | PeriodicOrbit, periods: int = 64, per_period: int = 64
 ) -> Spectrum:
     """Transform the steady end of a trajectory, or a periodic orbit.
 
@@ -165,19 +165,19 @@ def find_spectrum(
     """
     if per_period < 2:
         raise InputError(f"per_period = {per_period} is too few; give 2 or more")
-    flow = flow_of(motion.model)
-    if isinstance(motion, Trajectory):
-        count = motion.steady_periods(periods)
-        finer = 1 if motion.sticking is None else FINER
-        values = motion.steady_outputs(periods, finer * per_period)
-        known = flow, motion.steady_model, values, count
-        return _transform(*known, motion.settlement.settled, finer)
+    flow = flow_of(trajectory.model)
+    if isinstance(trajectory, Trajectory):
+        count = trajectory.steady_periods(periods)
+        finer = 1 if trajectory.sticking is None else FINER
+        values = trajectory.steady_outputs(periods, finer * per_period)
+        known = flow, trajectory.steady_model, values, count
+        return _transform(*known, trajectory.settlement.settled, finer)
     # The orbit rounds its samples up to a multiple of its nodes.
-    states = motion.sample(motion.period * per_period)[1]
+    states = trajectory.sample(trajectory.period * per_period)[1]
     count = len(states)
-    phases = (np.arange(count) * motion.period % count) / count
-    values = flow.outputs(states, phases, flow.constants_of(motion.model))
-    return _transform(flow, motion.model, values, motion.period, True)
+    phases = (np.arange(count) * trajectory.period % count) / count
+    values = flow.outputs(states, phases, flow.constants_of(trajectory.model))
+    return _transform(flow, trajectory.model, values, trajectory.period, True)
 
 
 def _without_even_turning(angles: Array) -> Array:

@@ -80,30 +80,30 @@ class SweepRun:
             if name == DOWN:
                 order.reverse()
                 if run:  # only from the final state of the sweep up
-                    order = [place for place in order if not self.reasons[0, place]]
+                    order = [index for index in order if not self.reasons[0, index]]
             state = self._sweep(run, order, state)
-        some = max(EXPLICIT.ensemble_batch // len(self.values), 1)
-        for first in range(0, len(self.starts), some):
-            self._from_starts(len(self.runs) + first, self.starts[first : first + some])
+        count = max(EXPLICIT.ensemble_batch // len(self.values), 1)
+        for first in range(0, len(self.starts), count):
+            self._from_starts(len(self.runs) + first, self.starts[first : first + count])
 
     def _sweep(self, run: int, order: list[int], state: Array) -> Array:
         reason = ""
-        for place in order:
+        for index in order:
             if not reason:
-                reason, state = self._at(run, place, state)
+                reason, state = self._at(run, index, state)
                 self._report(self.transient + self.kept - 1)
-            self.reasons[run, place] = reason
+            self.reasons[run, index] = reason
         return state
 
-    def _at(self, run: int, place: int, state: Array) -> tuple[str, Array]:
+    def _at(self, run: int, index: int, state: Array) -> tuple[str, Array]:
         """Integrate at one value; return why it stopped, if it did, and the final state."""
-        model, periods = self.models[place], self.transient + self.kept - 1
-        motion = SingleTrajectory(model, flow_of(model).constants_of(model), state)
-        result = np.concatenate([state[None], motion.advance(state, periods)])
-        if motion.stopped is not None:
-            return motion.stopped.reason, state
-        self.states[run, place] = result[-self.kept :]
-        self.stuck[run, place] = motion.stuck
+        model, periods = self.models[index], self.transient + self.kept - 1
+        trajectory = SingleTrajectory(model, flow_of(model).constants_of(model), state)
+        result = np.concatenate([state[None], trajectory.advance(state, periods)])
+        if trajectory.stopped is not None:
+            return trajectory.stopped.reason, state
+        self.states[run, index] = result[-self.kept :]
+        self.stuck[run, index] = trajectory.stuck
         return "", result[-1]
 
     def _from_starts(self, first: int, starts: Array) -> None:

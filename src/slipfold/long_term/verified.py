@@ -48,10 +48,10 @@ class Trajectories:
         known = np.isfinite(points.states).all(axis=2).sum(axis=1)
         self.states[which] = points.states[np.arange(len(which)), known - 1]
         self.stuck[which] = points.stuck.any(axis=1)
-        for place, stop in zip(which, points.stopped, strict=True):
+        for index, stop in zip(which, points.stopped, strict=True):
             if stop is not None:
-                before = self._periods[place] * self._period
-                self.stops[int(place)] = replace(stop, time=before + stop.time)
+                before = self._periods[index] * self._period
+                self.stops[int(index)] = replace(stop, time=before + stop.time)
         self._periods[which] += known - 1
         return points.states
 
@@ -73,8 +73,8 @@ class CycleLine:
     def _from(self, state: Array) -> float:
         apart = self._apart(state, self.samples)
         fractions = np.clip(np.einsum("sa,sa->s", apart, self._along) / self._squares, 0.0, 1.0)
-        beside = apart - fractions[:, None] * self._along
-        return float(np.sqrt(np.einsum("sa,sa->s", beside, beside).min()))
+        nearby = apart - fractions[:, None] * self._along
+        return float(np.sqrt(np.einsum("sa,sa->s", nearby, nearby).min()))
 
     def _apart(self, states: Array, points: Array) -> Array:
         return wrap_angles(states - points, self._whole) / self._scales
@@ -164,8 +164,8 @@ class PointRegion(AttractorRegion):
     def __init__(self, model: Model, attractor: Attractor) -> None:
         super().__init__(model, attractor)
         self._period = attractor.period or 1
-        motion = Trajectories(model, attractor.state[None])
-        self.points = motion.advance(np.arange(1), self._period)[0, :-1]
+        trajectory = Trajectories(model, attractor.state[None])
+        self.points = trajectory.advance(np.arange(1), self._period)[0, :-1]
         matrix = _monodromy(model, attractor.state, self._period)
         radius = max(float(np.abs(np.linalg.eigvals(matrix)).max()), 1e-2)
         self._metric = _metric(matrix / np.sqrt(radius))
@@ -222,14 +222,14 @@ class CycleRegion(AttractorRegion):
 
     def _find_radius(self, model: Model) -> float:
         directions, samples = self._directions(), self._line.samples
-        beside = samples[:: len(samples) // ATTRACTOR.probes][: ATTRACTOR.probes]
+        nearby = samples[:: len(samples) // ATTRACTOR.probes][: ATTRACTOR.probes]
         # Farther away there may be another attractor inside, which few directions would meet.
         farthest = 0.25 * float((np.ptp(samples, axis=0) / self._scales).max())
 
         def nearer(tried: float) -> bool:
             if tried > farthest:
                 return False
-            trajectories = Trajectories(model, beside + tried * directions * self._scales)
+            trajectories = Trajectories(model, nearby + tried * directions * self._scales)
             ends = trajectories.advance(np.arange(ATTRACTOR.probes), self._intervals)[:, -1]
             return bool(np.all(self.distance(ends) < 0.5 * tried))
 
@@ -243,8 +243,8 @@ class CloudRegion(AttractorRegion):
         from scipy.spatial import KDTree
 
         super().__init__(model, attractor)
-        motion = Trajectories(model, attractor.state[None])
-        states = motion.advance(np.arange(1), 3000)[0]
+        trajectory = Trajectories(model, attractor.state[None])
+        states = trajectory.advance(np.arange(1), 3000)[0]
         self.points = states[np.isfinite(states).all(axis=1)]
         self._tree = KDTree(self._embedded(self.points))
         half = len(self.points) // 2
