@@ -110,7 +110,7 @@ def test_interruption_is_status_130_after_the_results_are_written(tmp_path, monk
     result = run(*SMALL, "--out", str(path))
     assert result.exit_code == 130
     assert result.stderr == (
-        f"slipfold: interrupted on branch 1 after 3 points in all; finished results are in {path}\n"
+        f"slipfold: interrupted after 3 points on 1 curve; finished results are in {path}\n"
     )
     assert load(path).interrupted
 

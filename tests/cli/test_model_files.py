@@ -116,19 +116,6 @@ def refused(*arguments):
 # -- equations ---------------------------------------------------------------------------------
 
 
-def test_response_of_a_file(file):
-    result = run("response", file, "--vary", "W=0.8:1.6", "--event", "energy=3", "--json", "-")
-    assert result.exit_code == 0
-    assert result.stderr == ""
-    record = json.loads(result.stdout)
-    assert record["model"] == "Duffing"
-    special = record["branches"][0]["special"]
-    # shared/reference/textbook.md, 2.
-    folds = [point["value"] for point in special if point["type"] == "LP"]
-    assert folds == pytest.approx([1.269601955546, 1.115700251771], abs=1e-9)
-    assert "EVENT" in {point["type"] for point in special}
-
-
 def test_models_lists_and_shows_them(file):
     listed = run("models").stdout
     assert "duffing" in listed
@@ -143,22 +130,6 @@ def test_models_lists_and_shows_them(file):
     assert "Limits" not in details
     record = json.loads(run("models", "duffing", "--json", "-").stdout)
     assert record["models"][0]["outputs"][0]["name"] == "energy"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("- q -", "- qq -", "my.toml, line 7, column 28: there is no name 'qq'; did you mean q?"),
-        ("cos(", "cosinus(", "my.toml, line 7, column 8: there is no function 'cosinus'"),
-        ('"v"', "v", "my.toml, line 6, column 5: this is not TOML"),
-        ("[states]", "[state]", "which has a table [states]"),
-        ("[forcing]\nperiod", "[formulas]\nperiod", "t, the time, occurs"),
-    ],
-)
-def test_errors_name_file_line_and_column(old, new, words, tmp_path):
-    path = tmp_path / "my.toml"
-    path.write_text(DUFFING.replace(old, new))
-    assert words in refused("response", str(path), "--vary", "W=0.8:1.6")
 
 
 @pytest.mark.parametrize("name", ["sliding", "dufing"])
@@ -233,19 +204,6 @@ def test_response_of_a_structure_and_its_saved_result(frame, tmp_path):
     assert run("plot", str(out)).exit_code == 0
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ('"frame.npz"', '"other.npz"', "frame.toml, line 4, column 5: "),
-        ("[structure]", "[structures]", "which has a table [structure]"),
-        ("[[forcing]]", "[states]\nq = 1\n[[forcing]]", "a system has no entry 'structure'"),
-    ],
-)
-def test_errors_of_structures(old, new, words, frame):
-    frame.write_text(FRAME.replace(old, new, 1))
-    assert words in refused("response", str(frame), "--vary", "f=0.8:1.3")
-
-
 # -- friction laws and contacts ----------------------------------------------------------------
 
 
@@ -308,21 +266,6 @@ def test_laws_that_cannot_be(arguments, words, tmp_path, monkeypatch):
 def test_errors_of_laws_in_a_case_file(old, new, words, case):
     case.write_text(CASE.replace(old, new, 1))
     assert words in refused("simulate", str(case), "--periods", "1")
-
-
-def test_simulate_says_when_contacts_stick(tmp_path):
-    path = tmp_path / "belt.toml"
-    path.write_text(BELT)
-    found = json.loads(run("simulate", str(path), "--json", "-").stdout)
-    assert found["regime"] == "stick-slip"
-    assert found["period"] == 1
-    assert found["duration"] == pytest.approx(8.902605407815, abs=1e-10)
-    assert found["stick"]["fraction"] == pytest.approx(5 / 8.902605407815, abs=1e-10)
-    assert found["stick"]["count"] == 1
-    (time,) = found["stick"]["intervals"]
-    assert time["contact"] == "pad"
-    assert time["to"] - time["from"] == pytest.approx(5, abs=1e-10)
-    assert found["extrema"]["x"][1] == pytest.approx(1.038516480713, abs=1e-10)
 
 
 def test_plots_of_contacts(tmp_path):

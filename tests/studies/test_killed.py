@@ -17,7 +17,6 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.studies import CHEAP, CHEAP_FILE, content
 from slipfold import InputError
-from slipfold.studies.store import Store
 
 HELPER = Path(__file__).parents[1] / "helpers" / "killed_study.py"
 
@@ -152,20 +151,6 @@ def test_workers_without_slipfold_are_told_in_a_sentence(tmp_path, by_a_schedule
         sf.study(CHEAP, tmp_path / "cheap.study", executor=Bare())
 
 
-def test_cut_off_at_any_byte_it_is_resumed_to_the_same(tmp_path):
-    """What the moments of the kills above may miss: a line that is half written."""
-    cases = {"list": [{"Vd": 0.5}, {"Vd": 0.6}]}
-    study = {**CHEAP, "cases": cases}
-    store = tmp_path / "two.study"
-    undisturbed = content(sf.study(study, store), tmp_path)
-    kept = store / "cases.jsonl"
-    whole = kept.read_bytes()
-    last = whole.rindex(b"\n", 0, -1) + 1
-    for length in range(last - 1, len(whole), 97):
-        kept.write_bytes(whole[:length])
-        assert content(sf.study(study, store, resume=True), tmp_path) == undisturbed
-
-
 def test_ctrl_c_reaches_the_workers_too_and_says_how_to_go_on(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("many.toml").write_text(CHEAP_FILE.replace("count = 20", "count = 20000"))
@@ -185,13 +170,3 @@ def test_ctrl_c_reaches_the_workers_too_and_says_how_to_go_on(tmp_path, monkeypa
         f"slipfold: interrupted; {cases} of 100000 cases are stored in many.study; the same "
         "command with --resume continues\n"
     )
-
-
-def test_two_commands_on_one_store(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("cheap.toml").write_text(CHEAP_FILE)
-    with Store.open(tmp_path / "cheap.study", 100, {}, resume=False):
-        command = [sys.executable, "-m", "slipfold.cli", "study", "cheap.toml", "--resume"]
-        result = subprocess.run(command, capture_output=True, text=True)
-    assert result.returncode == 2
-    assert f"cheap.study is in use by process {os.getpid()} on " in result.stderr
