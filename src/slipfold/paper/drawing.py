@@ -24,22 +24,10 @@ from slipfold.loci.window import Window
 from slipfold.long_term.spectrum import Spectrum
 from slipfold.long_term.sweep import DOWN, UP
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
-from slipfold.paper.cases import (
-    Case,
-    Figure,
-    Row,
-    equation_text,
-    value_text,
-)
+from slipfold.paper.cases import Case, Figure, Row, equation_text, value_text
 from slipfold.plots.loci import draw_loci, legend_options, name_loci
 from slipfold.plots.maps import BASINS, draw_basins, draw_regimes
-from slipfold.plots.response import (
-    BREAKS,
-    draw_family,
-    marks_of,
-    name_family,
-    torus_handles,
-)
+from slipfold.plots.response import BREAKS, draw_family, marks_of, name_family, torus_handles
 from slipfold.plots.style import COLUMN, LINES, MARKERS, figure_style, palette
 from slipfold.plots.trajectories import COLORS, OTHERS, SIZE, dots_of, draw_spectrum, name_lines
 from slipfold.results.attractors import Basins, in_words

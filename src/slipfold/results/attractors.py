@@ -230,8 +230,7 @@ class Attractors(FoundAttractors):
     box: Box
     seed: int
     starts: Annotated[
-        Array,
-        Entry("start state", "starting state at phase zero", name="starting_states", head=""),
+        Array, Entry("start state", "starting state at phase zero", name="starting_states", head="")
     ]
     labels: Annotated[NDArray[np.int64], Entry("start", REACHED, name="reached")]
 

@@ -14,16 +14,7 @@ from slipfold.arrays import Array, Complex
 from slipfold.continuation.end import End
 from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION, Parameter
-from slipfold.results.fields import (
-    COMPLEX,
-    REAL,
-    TEXT,
-    WHOLE,
-    Column,
-    Items,
-    ResultPart,
-    axes_of,
-)
+from slipfold.results.fields import COMPLEX, REAL, TEXT, WHOLE, Column, Items, ResultPart, axes_of
 from slipfold.results.records import SavedTable
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame, Variable, frame_of, joined

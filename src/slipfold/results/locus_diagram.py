@@ -7,30 +7,13 @@ from operator import itemgetter
 from typing import Annotated, Any, NamedTuple
 
 from slipfold.branches.settings import Settings
-from slipfold.loci.locus import (
-    Locus,
-    LocusPoint,
-    locus_title,
-)
+from slipfold.loci.locus import Locus, LocusPoint, locus_title
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
 from slipfold.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.results.checks.checked import Checked
-from slipfold.results.curves import (
-    CurveDiagram,
-    CurveList,
-)
-from slipfold.results.fields import (
-    TEXT,
-    TRUTH,
-    WHOLE,
-    Column,
-    Entry,
-    Items,
-    Nested,
-    axes_of,
-    names,
-)
+from slipfold.results.curves import CurveDiagram, CurveList
+from slipfold.results.fields import TEXT, TRUTH, WHOLE, Column, Entry, Items, Nested, axes_of, names
 from slipfold.results.records import Provenance, SavedTable
 from slipfold.results.tables import Frame, Variable
 from slipfold.text import PrintedTable, capitalized

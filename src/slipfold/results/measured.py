@@ -90,8 +90,7 @@ class MeasurementPlan(Result):
         ),
     ]
     read: Annotated[
-        Array,
-        Entry("row quantity", "what would be read", more="NaN where no response is stable"),
+        Array, Entry("row quantity", "what would be read", more="NaN where no response is stable")
     ]
     slopes: Annotated[
         Array,
@@ -279,8 +278,7 @@ class Fit(Result):
         Array, Entry("row quantity", "what the fitted model predicts", more="NaN if not used")
     ]
     period: Annotated[
-        NDArray[np.int64],
-        Entry("row", "of the stable response, in forcing periods, 0: none"),
+        NDArray[np.int64], Entry("row", "of the stable response, in forcing periods, 0: none")
     ]
     used: Annotated[NDArray[np.bool_], Entry("row", "whether the row was used")]
     scatter: Annotated[

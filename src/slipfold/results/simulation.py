@@ -19,15 +19,7 @@ from slipfold.flow.settlement import Settlement
 from slipfold.flow.trajectory import LastRound, Sticking, Trajectory, last_round
 from slipfold.models.quantities import DURATION
 from slipfold.results.checks.checked import Checked
-from slipfold.results.fields import (
-    REAL,
-    TEXT,
-    WHOLE,
-    Column,
-    Entry,
-    Items,
-    Nested,
-)
+from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Entry, Items, Nested
 from slipfold.results.records import Provenance
 from slipfold.results.result import Result
 from slipfold.results.tables import Frame

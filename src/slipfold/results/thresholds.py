@@ -177,8 +177,7 @@ class Design(Result):
         Array, Entry("design chosen", "values chosen", head="", more="NaN: none found")
     ]
     thresholds: Annotated[
-        Array,
-        Entry("design kept", "the threshold, then those that are kept", "{vary}", head=""),
+        Array, Entry("design kept", "the threshold, then those that are kept", "{vary}", head="")
     ]
     levels: Annotated[
         Array,
@@ -194,8 +193,7 @@ class Design(Result):
         ),
     ]
     reasons: Annotated[
-        NDArray[np.str_],
-        Entry("design", "why there is no design", name="reason", head="no design"),
+        NDArray[np.str_], Entry("design", "why there is no design", name="reason", head="no design")
     ]
     interrupted: bool
     provenance: Provenance

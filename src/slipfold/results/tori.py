@@ -11,16 +11,7 @@ import numpy as np
 
 from slipfold.continuation.end import End
 from slipfold.orbits.extrema import Extrema
-from slipfold.results.fields import (
-    REAL,
-    TEXT,
-    TRUTH,
-    WHOLE,
-    Column,
-    Items,
-    ResultPart,
-    axes_of,
-)
+from slipfold.results.fields import REAL, TEXT, TRUTH, WHOLE, Column, Items, ResultPart, axes_of
 from slipfold.results.records import SavedTable
 from slipfold.results.tables import Variable
 from slipfold.text import with_unit

@@ -213,8 +213,7 @@ class RegimeMap(Result):
     model: Model
     over: Annotated[Mapping[str, Array], Labels()]
     runs: Annotated[
-        tuple[str, ...],
-        Entry("run", "where trajectories begin", name="run", label=True, more=RUNS),
+        tuple[str, ...], Entry("run", "where trajectories begin", name="run", label=True, more=RUNS)
     ]
     kinds: Annotated[
         NDArray[np.str_],

@@ -108,8 +108,7 @@ class ThresholdUncertainty(Result):
               name="uncertain_correlation"),
     ]  # fmt: skip
     samples: Annotated[
-        Array,
-        Entry("sample uncertain", "values of the parameters", name="sample_values", head=""),
+        Array, Entry("sample uncertain", "values of the parameters", name="sample_values", head="")
     ]
     thresholds: Annotated[
         Array,
