@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from inspect import cleandoc, get_annotations
 from textwrap import fill
@@ -20,7 +21,11 @@ class ReadOnly:
     def __init_subclass__(cls, **options: Any) -> None:
         """Write the section on parameters into the docstring."""
         super().__init_subclass__(**options)
-        before, heading, notes = cleandoc(cls.__doc__ or "").partition("\nNotes\n")
+        text = cleandoc(cls.__doc__ or "")
+        section = re.search(r"\n(Notes|Examples)\n-+\n", text)
+        before, after = (
+            (text[: section.start()], text[section.start() :]) if section else (text, "")
+        )
         if "\nParameters\n" in before or "Annotated" not in str(_own(cls)):
             return
         hints = get_type_hints(cls, include_extras=True)
@@ -29,7 +34,16 @@ class ReadOnly:
             if get_origin(hints[name]) is not ClassVar:
                 text = cls._field_text(name, hints[name])
                 lines += [name, fill(text, 96, initial_indent="    ", subsequent_indent="    ")]
-        cls.__doc__ = "\n".join(lines) + (f"\n{heading}{notes}" if heading else "\n")
+        if more := cls._more_notes():
+            lines += ["", "Notes", "-----", fill(more, 96)]
+            if section and section[1] == "Notes":
+                after = "\n" + after.removeprefix(section[0])
+        cls.__doc__ = "\n".join(lines) + f"\n{after}"
+
+    @classmethod
+    def _more_notes(cls) -> str:
+        """Return what the notes begin with."""
+        return ""
 
     @classmethod
     def _field_text(cls, name: str, hint: Any) -> str:

@@ -9,7 +9,7 @@ import pytest
 import slipfold as sf
 from slipfold.models.registry import model_named
 from slipfold.results.checks import curves as choice
-from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.checked import CHECKS, Check, Checked
 from slipfold.results.checks.curves import Candidate, check_some, check_thresholds
 
 GOOD = Check("PD of branch 1 at Nd = 0.0436 N", "collocation", 2e-14, 1e-8)
@@ -101,10 +101,11 @@ def test_the_right_orbit_at_a_wrong_threshold_does_not_agree(moved):
 def test_what_is_checked_takes_a_tenth_of_the_work_and_is_never_nothing(monkeypatch):
     orbit = sf.periodic_orbit(model_named("duffing", W=0.5))
     candidates = [Candidate(f"orbit {i}", orbit, resting=False) for i in range(50)]
-    cost = choice.ONCE + choice.EACH * choice.pieces_of(orbit) * (1 + 2 / choice.LARGE)
+    pieces = choice.pieces_of(orbit)
+    cost = CHECKS.base + CHECKS.piece * pieces * (1 + 2 / 20)
     for points in (10, 50, 200):
         found = check_some(candidates, points)
-        assert found.count == max(1, math.floor(choice.FRACTION * points / cost + 1e-9))
+        assert found.count == max(1, math.floor(CHECKS.fraction * points / cost + 1e-9))
         assert found.agree
     (first,) = check_some(candidates, 1).checks
     assert (first.method, first.agrees) == ("quadrature", True)

@@ -16,7 +16,6 @@ from slipfold.models.registry import model_named
 from slipfold.results.checks import orbit_difference as checks
 from slipfold.results.checks.checked import Check, Checked
 from slipfold.results.checks.orbit_difference import (
-    ALLOWED,
     Difference,
     orbit_difference,
     pieces_of,
@@ -183,7 +182,7 @@ def test_multipliers_that_cannot_be_known_leave_the_states(
 ):
     def tried(orbit, pieces, free):
         multipliers = Difference(value, allowed, what="multipliers")
-        return checks._OrbitComparison(Difference(1e-13, ALLOWED), multipliers)
+        return checks._OrbitComparison(Difference(1e-13), multipliers)
 
     monkeypatch.setattr(checks, "_differences", tried)
     found = difference(orbit)

@@ -34,12 +34,12 @@ SURE = 1.96
 
 
 class FractionEstimate(NamedTuple):
-    """FractionEstimate of the starts with one outcome.
+    """Fraction of the starts with one outcome.
 
     Parameters
     ----------
     value
-        The fraction, from 0 to 1.
+        The fraction, from 0 to 1; NaN where no start was finished.
     low, high
         Bounds that hold with 95 % confidence.
     """
@@ -206,13 +206,6 @@ class Attractors(FoundAttractors):
     Made by `slipfold.attractors` and `slipfold.load`. It is a sequence of
     `slipfold.Attractor`.
 
-    Notes
-    -----
-    In the dataset of `to_xarray`, along ``attractor``: ``kind``, ``period``, ``duration``, a state
-    among ``states``, ``minimum`` and ``maximum`` of each ``output``, ``multipliers_real`` and
-    ``_imag``, ``exponents``; along ``start``: ``starting_states`` and ``reached``. In the
-    spreadsheet of `to_csv` a start is a row. In `to_json`, schema slipfold.attractors/1.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -223,6 +216,7 @@ class Attractors(FoundAttractors):
     """
 
     schema = "slipfold.attractors/1"
+    row = "a start"
 
     title = "attractors of {0.model.name}"
     rows = "start"
@@ -267,10 +261,8 @@ class Basins(FoundAttractors):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``attractor``: as of `slipfold.Attractors`; ``reached`` and
-    ``uncertain`` along the two states by their names, ``found.to_xarray().sel(x=0, vy=1,
-    method="nearest")``; ``starting_state``. In the spreadsheet of `to_csv` a start is a row. In
-    `to_json`, schema slipfold.basins/1. `plot` draws a color for each attractor.
+    Selecting is ``found.to_xarray().sel(x=0, vy=1, method="nearest")``. `plot` draws a color for
+    each attractor.
 
     Examples
     --------
@@ -282,6 +274,7 @@ class Basins(FoundAttractors):
     """
 
     schema = "slipfold.basins/1"
+    row = "a start"
 
     title = "basins of attraction of {0.model.name} in {0.plane[0]} and {0.plane[1]}"
     rows = "{axes[0]} {axes[1]}"
@@ -363,7 +356,7 @@ class Basins(FoundAttractors):
 
 
 class FractionEstimates(NamedTuple):
-    """FractionEstimates of the starts with one outcome, at all values of a parameter.
+    """Fractions of the starts with one outcome, at all values of a parameter.
 
     Parameters
     ----------
@@ -386,11 +379,7 @@ class BasinFractions(Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along a dimension named for the parameter and ``start``:
-    ``reached``; along ``start``: ``starting_states``; along ``attractor``, of which
-    ``value_of_attractor`` is the place of the value: as of `slipfold.Attractors`. In the
-    spreadsheet of `to_csv` an attractor at a value is a row. In `to_json`, schema
-    slipfold.basin_fractions/1. `plot` draws the fractions with their bounds.
+    `plot` draws the fractions with their bounds.
 
     Examples
     --------
@@ -402,6 +391,7 @@ class BasinFractions(Result):
     """
 
     schema = "slipfold.basin_fractions/1"
+    row = "an attractor at a value"
 
     title = "fractions of basins of {0.model.name} over {0.vary}"
 
@@ -482,10 +472,8 @@ class BasinFractions(Result):
         return ((index, item) for index, items in enumerate(self.attractors) for item in items)
 
     def _line(self) -> str:
-        count = len(self.numbers)
-        return (
-            f"FractionEstimates of basins of {self.model.name} over {self.vary}: {count} attractors"
-        )
+        what = f"{self.model.name} over {self.vary}"
+        return f"Basin fractions of {what}: {len(self.numbers)} attractors"
 
     def _rows(self) -> PrintedTable:
         rows = []

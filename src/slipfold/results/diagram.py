@@ -125,13 +125,9 @@ class Diagram(CurveDiagram):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``point``: the points of all branches, one after the other;
-    ``branch_of_point`` says whose. Along ``special``: the special points. In the spreadsheet of
-    `to_csv`, one row a point, special points among them in their order. In `to_json`,
-    schema slipfold.response/1, special points and ends; limits of the model are not among the
-    special points, a branch that meets one says so where it stopped. Tori, if there are any, are
-    along ``torus``, ``torus_point``, ``fold`` and ``resonance``, are rows below those of branches,
-    and branches of ``"kind": "torus"`` with their ``rotation`` and ``values``.
+    ``branch_of_point`` is the number of the branch, and likewise for special points, tori, folds
+    and resonances. Limits of the model are no special points; a branch that meets one says so where
+    it stopped.
 
     `plot` draws the diagram, e.g. with ``measure="peak_to_peak"``, ``measured=`` a
     `slipfold.Measurement`, or ``under=`` a `slipfold.Sweep` whose trajectories are dots under the
@@ -146,6 +142,7 @@ class Diagram(CurveDiagram):
     """
 
     schema = "slipfold.response/1"
+    row = "a point or special point of a branch, or a torus"
     title = "periodic responses of {0.model.name} over {0.vary}"
     thing = "branch"
     noted = ("limit", "closed", "interrupted", "points")

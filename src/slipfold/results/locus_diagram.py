@@ -207,13 +207,9 @@ class LocusDiagram(CurveDiagram):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``point``: the points of all loci, one after the other;
-    ``locus_of_point`` says whose. Along ``special``: the special points; along ``normal_form``:
-    their coefficients. Along ``parameter``: the two parameters. The regions are in
-    ``region_of_cell`` over ``first`` and ``second``, and along ``region``, ``check`` and
-    ``motion``. In the spreadsheet of `to_csv`, one row a point, special points among them in their
-    order. In `to_json`, schema slipfold.locus/1, loci, special points and regions. `plot` draws
-    the loci and, without ``regions=False``, the regions between them.
+    ``locus_of_point`` is the number of the locus, and likewise for special points, their
+    coefficients along ``normal_form``, regions, checks and motions. `plot` draws the loci and,
+    without ``regions=False``, the regions between them.
 
     Examples
     --------
@@ -225,6 +221,7 @@ class LocusDiagram(CurveDiagram):
     """
 
     schema = "slipfold.locus/1"
+    row = "a point or special point of a locus"
     thing = "locus"
     noted = ("limit", "closed", "codimension-2", "unresolved", "interrupted", "points")
     title = "bifurcations of {0.model.name} over {0.vary[0]} and {0.vary[1]}"

@@ -39,10 +39,7 @@ class MeasurementPlan(Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``row`` the readings, also along ``quantity`` and
-    ``fitted``. In the spreadsheet of `to_csv` a row is a value of `vary`. In `to_json`, schema
-    slipfold.measurement-plan/1. `plot` draws how much each reading tells: a change of each
-    parameter by its own size, in errors.
+    `plot` draws how much each reading tells: a change of each parameter by its own size, in errors.
 
     Examples
     --------
@@ -56,6 +53,7 @@ class MeasurementPlan(Result):
     """
 
     schema = "slipfold.measurement-plan/1"
+    row = "a value of `vary`"
 
     title = "what a measurement of {0.model.name} over {0.vary} would tell"
     rows = "row"
@@ -250,10 +248,7 @@ class Fit(Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``fitted`` the parameters, along ``row`` the measurement,
-    also along ``quantity``. In the spreadsheet of `to_csv` a row is one of the measurement. In
-    `to_json`, schema slipfold.fit/1. `plot` draws readings of a ``quantity="max y"`` and what is
-    predicted for them.
+    `plot` draws readings of a ``quantity="max y"`` and what is predicted for them.
 
     Examples
     --------
@@ -266,6 +261,7 @@ class Fit(Result):
     """
 
     schema = "slipfold.fit/1"
+    row = "a reading"
 
     title = "parameters of {0.model.name} fitted to a measured response"
     rows = "row"

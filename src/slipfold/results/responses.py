@@ -57,11 +57,8 @@ class Responses(Result, Sequence["Diagram | None"]):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``case``: the values given, how many branches were found
-    and why there are none; along ``special``: the special points of all cases, one after the
-    other, with ``case_of_special``. A file has the diagram of each case as a group. In the
-    spreadsheet of `to_csv` a special point is a row, with the values of its case. In `to_json`,
-    schema slipfold.responses/1.
+    ``case_of_special`` is the case of a special point. A file has the diagram of each case as a
+    group.
 
     Examples
     --------
@@ -73,6 +70,7 @@ class Responses(Result, Sequence["Diagram | None"]):
     """
 
     schema = "slipfold.responses/1"
+    row = "a special point, with the values of its case"
     title = "periodic responses of {0.model.name} over {0.vary}, many cases"
     arrays = MappingProxyType({
         "branches": Entry("case", "number of branches", "", WHOLE),

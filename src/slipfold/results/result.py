@@ -71,6 +71,8 @@ class Result(OneLine, ReadOnly, ABC):
     """A result; each class declares its fields and says how it reads, the rest follows."""
 
     schema: ClassVar[str]
+    row: ClassVar[str] = ""
+    """What a row of a spreadsheet is."""
     title: ClassVar[str] = ""
     """Title of the file; ``{0}`` is the result."""
     arrays: ClassVar[Mapping[str, ResultPart]] = {}
@@ -92,6 +94,17 @@ class Result(OneLine, ReadOnly, ABC):
         part = cls.arrays.get(name)
         text = super()._field_text(name, hint) or ("" if part is None else part.described())
         return text or USUAL[name]
+
+    @classmethod
+    def _more_notes(cls) -> str:
+        return (
+            (
+                f"The arrays of `to_xarray` have the dimensions in brackets; a row of `to_csv` is "
+                f"{cls.row}; files and `to_json` have the schema {cls.schema}."
+            )
+            if cls.row
+            else ""
+        )
 
     def summary(self) -> str:
         """Return a title, tables of the numbers and remarks as text."""

@@ -93,11 +93,6 @@ class Simulation(Trajectory, Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``strobe``: ``time`` in seconds and ``states``; the outcome
-    is in the attributes. In the spreadsheet of `to_csv`, time and states once every forcing period,
-    at phase zero, and what each contact does then if one sticks. In `to_json`, schema
-    slipfold.simulation/1, the outcome.
-
     `plot` draws ``kind="timeseries"``, ``"spectrum"`` or ``"phase"`` of an output. Of contacts with
     exact friction, in the last ``rounds=``, of all or one ``contact=``: ``"hysteresis"``, friction
     over displacement; ``"friction"``, over the velocity of the moving surface relative to the body;
@@ -113,6 +108,7 @@ class Simulation(Trajectory, Result):
     """
 
     schema = "slipfold.simulation/1"
+    row = "the start of a forcing period"
     title = "simulation of {0.model.name}"
     rows = "strobe"
     arrays = MappingProxyType({

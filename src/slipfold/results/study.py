@@ -48,11 +48,9 @@ class StudyResult(Result):
     Notes
     -----
     The dataset of `to_xarray` lies along the parameters of a grid, which label it, so that
-    ``dataset.threshold.sel(Vd=0.6)`` is a threshold; along ``case`` if the cases were listed or
-    drawn. Special points of all cases lie along ``special``, with ``case_of_special``, and
-    attractors along ``attractor``. In the spreadsheet of `to_csv` a case is a row. In `to_json`,
-    schema slipfold.study/1, cases and failures. `plot` draws a quantity: over one parameter as a
-    line, over two as a map, over up to four as many maps.
+    ``dataset.threshold.sel(Vd=0.6)`` is a threshold, or along ``case``; special points of all cases
+    along ``special``, attractors along ``attractor``. `plot` draws a quantity: over one parameter
+    as a line, over two as a map, over up to four as many maps.
 
     Examples
     --------
@@ -68,6 +66,7 @@ class StudyResult(Result):
     """
 
     schema = "slipfold.study/1"
+    row = "a case"
 
     model: Model
     work: Annotated[Work, "What was computed of every case."]

@@ -31,11 +31,8 @@ class ThresholdMap(GridThresholds, Result):
 
     Notes
     -----
-    The dataset of `to_xarray` lies along the two parameters of the grid, which label it, so that
-    ``dataset.Nd.sel(Vd=0.6, alpha=1.0)`` is a threshold; further along ``state`` and
-    ``multiplier``. In the spreadsheet of `to_csv`, one row a point of the grid. In `to_json`,
-    schema slipfold.threshold_map/1, thresholds and failures, a list for each value of the first
-    parameter. `plot` draws the thresholds as colors, without contour lines if ``contours=False``.
+    A threshold is ``dataset.Nd.sel(Vd=0.6, alpha=1.0)``. `plot` draws the thresholds as colors,
+    without contour lines if ``contours=False``.
 
     Examples
     --------
@@ -47,6 +44,7 @@ class ThresholdMap(GridThresholds, Result):
     """
 
     schema = "slipfold.threshold_map/1"
+    row = "a point of the grid"
     title = "first {0.type} of {0.model.name} in {0.threshold} over {0.axes[0]} and {0.axes[1]}"
     rows = GRID
     recorded = (
@@ -131,9 +129,7 @@ class Design(Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``design``: the designs; along ``chosen``: the parameters
-    with their bounds. In the spreadsheet of `to_csv` a design is a row. In `to_json`, schema
-    slipfold.design/1. `plot` draws the vibration of the designs over their thresholds.
+    `plot` draws the vibration of the designs over their thresholds.
 
     Examples
     --------
@@ -145,6 +141,7 @@ class Design(Result):
     """
 
     schema = "slipfold.design/1"
+    row = "a design"
 
     rows = "design"
     gap = "\n\n"

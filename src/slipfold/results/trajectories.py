@@ -41,13 +41,6 @@ class LyapunovExponents(Result):
 
     Made by `slipfold.lyapunov` and `slipfold.load`.
 
-    Notes
-    -----
-    In the dataset of `to_xarray`, along ``estimate``: ``periods``, ``exponents`` and ``errors``,
-    the latter along ``exponent`` as well; along ``state``: the first and last state, ``start`` and
-    ``last``. In the spreadsheet of `to_csv` an estimate is a row. In `to_json`, schema
-    slipfold.lyapunov/1.
-
     Examples
     --------
     >>> import slipfold as sf
@@ -57,6 +50,7 @@ class LyapunovExponents(Result):
     """
 
     schema = "slipfold.lyapunov/1"
+    row = "an estimate"
 
     title = "Lyapunov exponents of {0.model.name}"
     rows = "estimate"
@@ -184,11 +178,9 @@ class RegimeMap(Result):
 
     Notes
     -----
-    The dataset of `to_xarray` lies along ``run``, the two parameters by their names, and ``state``:
-    ``found.to_xarray().sel(f=12.2, method="nearest")``. In the spreadsheet of `to_csv` a cell is a
-    row, for each run. In `to_json`, schema slipfold.regimes/1. `plot` draws a color for each regime
-    of the trajectories of ``run="rest"``, hatched where others coexist, and over it the lines of
-    ``over=`` a `slipfold.LocusDiagram` of the same plane.
+    Selecting is ``found.to_xarray().sel(f=12.2, method="nearest")``. `plot` draws a color for each
+    regime of the trajectories of ``run="rest"``, hatched where others coexist, and over it the
+    lines of ``over=`` a `slipfold.LocusDiagram` of the same plane.
 
     Examples
     --------
@@ -200,6 +192,7 @@ class RegimeMap(Result):
     """
 
     schema = "slipfold.regimes/1"
+    row = "a cell, for each run"
 
     title = "regimes of {0.model.name} over {0.axes[0]} and {0.axes[1]}"
     rows = CELLS
@@ -352,10 +345,6 @@ class Sweep(Result):
 
     Notes
     -----
-    The dataset of `to_xarray` lies along ``run``, a dimension named for the parameter, ``period``
-    and ``state``: ``states``, ``stuck`` and ``reason``. In the spreadsheet of `to_csv` a state is a
-    row. In `to_json`, schema slipfold.sweep/1.
-
     `plot` draws ``kind="points"``, ``"section"``, the states at phase zero at one value ``at=``, or
     ``"waterfall"``, amplitudes over frequency and parameter; of ``runs=``. Of points
     ``measure="strobe"`` at phase zero, or ``"max"``, ``"min"``, ``"peak_to_peak"``, ``"modulus"``
@@ -370,6 +359,7 @@ class Sweep(Result):
     """
 
     schema = "slipfold.sweep/1"
+    row = "a state"
     title = "sweep of {0.model.name} over {0.vary}"
     rows = "run {vary} period"
     recorded = (

@@ -65,10 +65,7 @@ class ThresholdUncertainty(Result):
 
     Notes
     -----
-    In the dataset of `to_xarray`, along ``uncertain``: the parameters with their distributions and
-    gradients; along ``sample``: values and thresholds. In the spreadsheet of `to_csv` a sample is
-    a row. In `to_json`, schema slipfold.uncertainty/1, bands of 95 %. `plot` draws the probability
-    that the threshold is above a load, over the load.
+    `plot` draws the probability that the threshold is above a load, over the load.
 
     Examples
     --------
@@ -80,6 +77,7 @@ class ThresholdUncertainty(Result):
     """
 
     schema = "slipfold.uncertainty/1"
+    row = "a sample"
 
     rows = "sample"
     gap = "\n\n"

@@ -3,19 +3,68 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from slipfold.text import OneLine, PrintedTable
 
-ROUNDING = 1e-12
-"""Smallest agreement that is reported: the digits below differ from processor to processor."""
 
-LOOSEST = 1e-3
-"""Largest difference that an uncertainty may allow: fewer than three digits prove nothing."""
+@dataclass(frozen=True)
+class CheckSettings:
+    """What is compared, how closely, and how much work it may take."""
 
-SHOWN = 3
-"""Disagreements that the sentence names."""
+    fraction: float = 0.1  # of the work for a result, which goes into its checks
+    shown: int = 3  # disagreements that the sentence names
+    rounding: float = 1e-12  # defects and agreements below it differ from processor to processor
+    loosest: float = 1e-3  # largest difference that an uncertainty may allow: three digits
+    states: float = 1e-8  # difference of states (scaled), durations and multipliers that is allowed
+    # Of states that follow others at once, of multipliers on the unit circle, and of those from
+    # differences of trajectories, whose step it is as well: the root of the rounding.
+    coarse: float = 1e-6
+    slopes: float = 1e-10  # defect of the change of a perturbation, which multipliers depend on
+    forces: float = 1e-11  # violation of friction: events are met to 1e-14, slow slip ends at 1e-13
+    # Fraction of its distance from the unit circle by which a multiplier may be uncertain
+    distance: float = 0.01
+    secants: int = 10  # steps to where multipliers agree, each of which adds half a digit
+    degree: int = 6  # Gauss points a piece: the error falls with the 13th power of its length
+    pieces: int = 24  # pieces of a forcing period at least, each compared at 12 points
+    max_pieces: int = 2000  # beyond which multipliers are left alone, and a trajectory is not cut
+    batch: int = 160  # pieces that are halved at once, the first ones
+    memory: int = 4_000_000  # numbers in the matrices that are stored at a time: 32 MB
+    parts: int = 8  # of a stiff orbit, each from a node of its own
+    # Work of checks, in points of a branch of period 1, as measured with 2 to 20 states: an orbit
+    # of n states in N pieces takes base + N piece (1 + n / 20). Work is counted, not timed, so that
+    # the same is checked on every machine.
+    base: float = 0.35
+    piece: float = 0.0125
+    equilibrium: float = 0.1
+    switched: float = 1.0
+    # The same of a threshold, of one whose whole response was followed, and of a map at least
+    threshold: float = 0.1
+    followed: float = 6.0
+    map: float = 12.0
+    restart: float = 0.0137  # fraction of a period at which steps begin again, to fall elsewhere
+    # Forcing periods that are integrated again in any case, of brief trajectories, and one in how
+    # many of a long one
+    again: int = 48
+    again_brief: int = 8
+    one_in: int = 20
+    # Forcing periods below which none is retraced, since one takes the time of thirty; below which
+    # only one is, and of what has not settled and is perturbed instead
+    brief: int = 400
+    short: int = 600
+    unsettled: int = 2000
+    compared_one_in: int = 200  # periods with stick, of which one is compared with the equations
+    calls: tuple[int, ...] = (1, 16, 1024)  # that integrate a period of fast modes, in this order
+    long: int = 1000  # forcing periods above which perturbations are followed
+    segment: float = 0.006  # length of each perturbed segment, as a fraction of the trajectory
+    perturbation: float = 1e-8  # relative to the states
+    # Factor, times the length of a segment, by which perturbations grow without sensitivity
+    algebraic: float = 2.0
+    digits: float = math.log(1e11)  # growth that makes an error of 1e-13 visible
+
+
+CHECKS = CheckSettings()
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,7 +101,7 @@ class Check(OneLine):
 
     def __post_init__(self) -> None:
         """Allow no difference that leaves hardly a digit."""
-        object.__setattr__(self, "allowed", min(self.allowed, LOOSEST))
+        object.__setattr__(self, "allowed", min(self.allowed, CHECKS.loosest))
 
     @property
     def agrees(self) -> bool:
@@ -123,7 +172,7 @@ class Checked(OneLine):
     def to(self) -> float:
         """Power of ten to which those agree that do; 1e-12 also where they agree to more."""
         largest = max((check.difference for check in self.checks if check.agrees), default=0.0)
-        return float(f"1e{math.ceil(math.log10(max(largest, ROUNDING)) - 1e-9)}")
+        return float(f"1e{math.ceil(math.log10(max(largest, CHECKS.rounding)) - 1e-9)}")
 
     def __str__(self) -> str:
         """Say it in a sentence."""
@@ -139,9 +188,13 @@ class Checked(OneLine):
                 f" (states; multipliers of {len(unknown)} are known to {max(unknown):.0e} only)"
             )
         others = self.disagreeing
-        more = f"; {len(others) - SHOWN} more do not agree" if len(others) > SHOWN else ""
+        more = (
+            f"; {len(others) - CHECKS.shown} more do not agree"
+            if len(others) > CHECKS.shown
+            else ""
+        )
         remark = f"; {self.remark}" if self.remark else ""
-        named = "".join(f"; {each._line()}" for each in others[:SHOWN])
+        named = "".join(f"; {each._line()}" for each in others[: CHECKS.shown])
         return result + named + more + remark + stopped
 
     def _line(self) -> str:
@@ -173,18 +226,13 @@ class Checked(OneLine):
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> Checked:
         """Make it again from what `to_json` returned."""
-        return cls(
-            tuple(
-                Check(
-                    str(item["name"]),
-                    str(item["method"]),
-                    math.inf if item["difference"] is None else float(item["difference"]),
-                    float(item["allowed"]),
-                    str(item.get("what", "states")),
-                    float(item.get("unknown", 0.0)),
-                )
-                for item in data["checks"]
-            ),
-            str(data.get("remark", "")),
-            bool(data.get("interrupted", False)),
-        )
+        checks = []
+        for each in data["checks"]:
+            known: dict[str, Any] = {
+                item.name: each[item.name] for item in fields(Check) if item.name in each
+            }
+            if known["difference"] is None:
+                known["difference"] = math.inf
+            checks.append(Check(**known))
+        remark, stopped = str(data.get("remark", "")), bool(data.get("interrupted", False))
+        return cls(tuple(checks), remark, stopped)

@@ -21,9 +21,8 @@ from slipfold.orbits.bifurcation_types import CONTACT_TYPES
 from slipfold.orbits.check import rests
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.progress import Observer, Progress
-from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.checked import CHECKS, Check, Checked
 from slipfold.results.checks.orbit_difference import (
-    ALLOWED,
     Difference,
     orbit_difference,
     pieces_of,
@@ -35,21 +34,6 @@ from slipfold.text import parameter_text
 if TYPE_CHECKING:
     from slipfold.loci.locus import Locus
     from slipfold.parameter_space.threshold_map import GridThresholds
-
-FRACTION = 0.1
-"""Fraction of the work for a result that goes into its checks."""
-
-ONCE, EACH, LARGE = 0.35, 0.0125, 20
-"""A check of an orbit of n states in N pieces takes the time of ONCE + N EACH (1 + n / LARGE)
-points of a branch of period 1, as measured with 2 to 20 states. Work is counted, not timed, so that
-the same is checked on every machine."""
-
-QUICK, SWITCHED = 0.1, 1.0
-"""The same of an equilibrium, and of an orbit through stick and slip."""
-
-COST, FOLLOWED, MINIMUM = 0.1, 6.0, 12.0
-"""Work for a threshold, for one whose whole response was followed, and for a map at least, which
-pays for one check by collocation; in points of a branch of period 1, as measured."""
 
 ENDS = ((-1, "end"), (0, "beginning"))
 """Indices and names of the ends of a curve."""
@@ -133,8 +117,8 @@ def check_thresholds(found: GridThresholds) -> Checked:
     if found.interrupted:
         return Checked((), interrupted=True)
     followed = int(found.followed.sum())
-    points = COST * (found.values.size - followed) + FOLLOWED * followed
-    return check_some(_thresholds(found), max(points, MINIMUM))
+    points = CHECKS.threshold * (found.values.size - followed) + CHECKS.followed * followed
+    return check_some(_thresholds(found), max(points, CHECKS.map))
 
 
 def check_some(
@@ -147,10 +131,10 @@ def check_some(
     The first is checked in any case; if it is too expensive, only its states are. An interruption
     returns what is done.
     """
-    left, checks = FRACTION * points, list[Check]()
+    left, checks = CHECKS.fraction * points, list[Check]()
     try:
         for candidate in candidates:
-            if left < QUICK and checks:
+            if left < CHECKS.equilibrium and checks:
                 break
             on_progress(len(checks))
             cost, check = _check(candidate, left, first=not checks)
@@ -183,11 +167,13 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
     try:
         with np.errstate(all="ignore"):  # numbers of a wrong orbit may overflow
             if isinstance(orbit, StickSlipOrbit):
-                return SWITCHED, named("other steps", switched_difference(orbit))
+                return CHECKS.switched, named("other steps", switched_difference(orbit))
             resting = candidate.resting and rests(orbit.model, orbit.nodes)
             pieces = 0 if resting else pieces_of(orbit)
-            each = EACH * (1 + len(orbit.state) / LARGE)
-            cost = QUICK if resting else ONCE + each * pieces if pieces else np.inf
+            each = CHECKS.piece * (1 + len(orbit.state) / 20)
+            cost = (
+                CHECKS.equilibrium if resting else CHECKS.base + each * pieces if pieces else np.inf
+            )
             if cost <= left:
                 found = orbit_difference(orbit, pieces)
                 if found.excess > 1 and found.what == "multipliers":
@@ -197,7 +183,7 @@ def _check(candidate: Candidate, left: float, *, first: bool) -> tuple[float, Ch
                 found = retraced_difference(orbit)
                 return 0.0, named(found.method, found)
     except np.linalg.LinAlgError:
-        return left, Check(candidate.name, "collocation", np.inf, ALLOWED)
+        return left, Check(candidate.name, "collocation", np.inf, CHECKS.states)
     return 0.0, None
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,68 +22,48 @@ from slipfold.orbits.check import SINGULAR, is_singular, mesh_error, rests
 from slipfold.orbits.multipliers import multiplier_differences, product, without_motion
 from slipfold.orbits.periodic_orbit import PeriodicOrbit
 from slipfold.orbits.uncertainty import SPREAD
-from slipfold.results.checks.checked import LOOSEST as NOT_KNOWN
-from slipfold.results.checks.retraced import SMALL, SMALL_SLOPES, Retraced, SampledSolution, retrace
+from slipfold.results.checks.checked import CHECKS
+from slipfold.results.checks.retraced import Retraced, SampledSolution, retrace
 
-PARTS = 8
-"""Parts of an orbit, each from a node of its own, so that errors do not grow on the way."""
+
+def implicit_ends(
+    fallback: StiffFallback, starts: Array, begins: Array, ends: Array, **options: Any
+) -> Array:
+    """Return where implicit steps lead scaled states, NaN from the first that does not arrive.
+
+    Shapes: starts (m, n); begins, ends (m,).
+    """
+    result = np.full(starts.shape, np.nan)
+    for row, (state, begin, end) in enumerate(zip(starts, begins, ends, strict=True)):
+        solution = implicit_trajectory(fallback.field, state, begin, end, **options)
+        if solution.end is not StepsEnd.ARRIVED:
+            break
+        result[row] = solution.state
+    return result
 
 
 def implicit_drift(orbit: PeriodicOrbit, flow: Flow) -> float | None:
-    """Return the error at the ends of parts, over the size; None where the flow is not stiff."""
+    """Return the error at the ends of parts, over the size; None where the flow is not stiff.
+
+    Each part starts from a node of its own, so that errors do not grow on the way.
+    """
     constants = flow.constants_of(orbit.model)
     if not flow.is_stiff(orbit.state, constants):
         return None
-    fallback = StiffFallback(flow, constants)
     count = len(orbit.nodes)
-    starts = np.arange(0, count, max(1, count // PARTS))
+    starts = np.arange(0, count, max(1, count // CHECKS.parts))
     nodes = orbit.nodes[starts] / constants.scales
     phases = np.append(starts, count) * (orbit.period / count)
-    apart = np.full(nodes.shape, np.inf)
-    for row, (state, start, end) in enumerate(zip(nodes, phases, phases[1:], strict=False)):
-        solution = implicit_trajectory(fallback.field, state, start, end)
-        if solution.end is not StepsEnd.ARRIVED:
-            break
-        following = nodes[(row + 1) % len(nodes)]
-        apart[row] = wrap_angles(
-            solution.state - following, orbit.model.angle_periods / constants.scales
-        )
-    return float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
+    arrived = implicit_ends(StiffFallback(flow, constants), nodes, phases[:-1], phases[1:])
+    turns = orbit.model.angle_periods / constants.scales
+    apart = wrap_angles(arrived - np.roll(nodes, -1, axis=0), turns)
+    drift = float(np.abs(apart).max()) / max(1.0, float(np.abs(nodes).max()))
+    return drift if np.isfinite(drift) else np.inf
 
-
-ALLOWED = 1e-8
-"""Difference of states (scaled), duration and multipliers (relative) that is allowed."""
-
-INSIDE = 1e-6
-"""The same of states that follow others at once: ends of intervals are then no better than what is
-inside, and for that meshes are made."""
-
-PIECES = 24
-"""Pieces of a forcing period at least: each is compared with the equations at 12 points."""
-
-REVOLUTION = 1.0
-"""Change of phase, or exponent of growth, of the fastest mode in a piece: its multiplier may be
-wrong on coarser pieces even if the mode is not excited. Polynomials then follow it to 1e-12."""
-
-MOST = 2000
-"""Pieces beyond which multipliers are left alone: faster modes are not worth the memory."""
 
 FINER = (1, 2, 4)
 """Times as many pieces that are tried where the two methods seem to differ. What the orbit lacks
 is seen on all of them; what rounding adds, where modes are stiff, most on the finest."""
-
-LOOSEST = 1e-6
-"""Uncertainty of a multiplier beyond which one on the unit circle does not agree."""
-
-FAR = 0.01
-"""Fraction of its distance from the unit circle by which a multiplier may be uncertain: that
-decides nothing. Fast modes are as uncertain on a mesh that is made for slow ones."""
-
-SECANTS = 10
-"""Steps to the place along a branch where multipliers agree: each adds half a digit at least."""
-
-CHUNK = 4_000_000
-"""Numbers in the matrices that are stored at a time: 32 MB."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +71,7 @@ class Difference:
     """How far two methods are apart, and how far they may be."""
 
     value: float
-    allowed: float
+    allowed: float = CHECKS.states
     method: str = "quadrature"
     what: str = "states"  # what differs
     unknown: float = 0.0  # difference of multipliers that are too sensitive to count
@@ -112,8 +92,8 @@ def pieces_of(orbit: PeriodicOrbit) -> int:
     if not np.isfinite(slopes).all():
         return 0
     fastest = float(np.abs(np.linalg.eigvals(slopes)).max())
-    pieces = orbit.period * max(PIECES, fastest / REVOLUTION)
-    return int(np.ceil(pieces)) if pieces <= MOST else 0
+    pieces = orbit.period * max(CHECKS.pieces, fastest)
+    return int(np.ceil(pieces)) if pieces <= CHECKS.max_pieces else 0
 
 
 def orbit_difference(
@@ -128,12 +108,14 @@ def orbit_difference(
     a mesh on which such an orbit is computed is allowed as well.
     """
     free = np.zeros(len(orbit.multipliers)) if uncertainty is None else uncertainty
-    free = np.minimum(free, np.maximum(LOOSEST, FAR * np.abs(np.abs(orbit.multipliers) - 1)))
+    free = np.minimum(
+        free, np.maximum(CHECKS.coarse, CHECKS.distance * np.abs(np.abs(orbit.multipliers) - 1))
+    )
     if rests(orbit.model, orbit.nodes):
-        result = orbit.check(ALLOWED)
+        result = orbit.check(CHECKS.states)
         worst = max(result.states, result.multipliers)
         what = "states" if worst == result.states else "multipliers"
-        return Difference(worst, ALLOWED, what=what)
+        return Difference(worst, what=what)
     tried = []
     for finer in FINER:
         tried.append(_differences(orbit, finer * pieces, free))
@@ -145,14 +127,14 @@ def orbit_difference(
     falls = multipliers.excess > 1 and multipliers.value < 0.01 * tried[0].multipliers.value
     if states.excess > 1:
         states = replace(states, allowed=max(states.allowed, _allowed_by_meshes(orbit)))
-    unknown = multipliers.excess > 1 or multipliers.value > NOT_KNOWN
+    unknown = multipliers.excess > 1 or multipliers.value > CHECKS.loosest
     if states.excess <= 1 and unknown and not falls:
         beside = _along_branch(orbit, pieces, free, tried[0], states.allowed)
         multipliers = min(multipliers, beside, key=lambda difference: difference.excess)
     if falls:
         return states
     # As long as the first digits agree.
-    if NOT_KNOWN < multipliers.value <= min(multipliers.allowed, 0.5):
+    if CHECKS.loosest < multipliers.value <= min(multipliers.allowed, 0.5):
         return replace(states, unknown=multipliers.value)
     return max(states, multipliers, key=lambda difference: difference.excess)
 
@@ -178,7 +160,10 @@ def _along_branch(
         return compared.multipliers
     *nodes, duration = compared.open_direction.tolist()
     nodes = np.reshape(nodes, orbit.nodes.shape) * orbit.model.state_scales()
-    reach = min(compared.along * max(states_allowed - ALLOWED, SMALL), NOT_KNOWN) * compared.size
+    reach = (
+        min(compared.along * max(states_allowed - CHECKS.states, CHECKS.rounding), CHECKS.loosest)
+        * compared.size
+    )
 
     def beside(place: float) -> _OrbitComparison:
         model = orbit.model
@@ -190,7 +175,7 @@ def _along_branch(
 
     before, place, best = 0.0, 0.01 * reach, compared.multipliers
     allowed = max(best.allowed, SINGULAR)
-    for _ in range(SECANTS):
+    for _ in range(CHECKS.secants):
         after = beside(place)
         best = min(best, after.multipliers, key=lambda difference: difference.value)
         slope = (after.excess - compared.excess) / (place - before)
@@ -212,7 +197,7 @@ def _allowed_by_meshes(orbit: PeriodicOrbit) -> float:
     except BREAKDOWNS:
         return 0.0
     size = max(1.0, float(np.abs(orbit.nodes / orbit.model.state_scales()).max()))
-    return error / size if error < NOT_KNOWN * size else 0.0
+    return error / size if error < CHECKS.loosest * size else 0.0
 
 
 def _excess(differences: tuple[Difference, Difference]) -> float:
@@ -227,12 +212,12 @@ def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     """
     flow = flow_of(orbit.model)
     retraced = retrace(
-        flow, orbit.model.state_scales(), solution_of(orbit, flow, PIECES * orbit.period)
+        flow, orbit.model.state_scales(), solution_of(orbit, flow, CHECKS.pieces * orbit.period)
     )
     stiff = None if retraced.resolved else implicit_drift(orbit, flow)
     if stiff is not None:
-        return Difference(stiff, INSIDE, "implicit steps")
-    return Difference(retraced.drift, ALLOWED)
+        return Difference(stiff, CHECKS.coarse, "implicit steps")
+    return Difference(retraced.drift)
 
 
 def solution_of(
@@ -273,12 +258,12 @@ def _differences(orbit: PeriodicOrbit, pieces: int, free: Array) -> _OrbitCompar
     solution = solution_of(orbit, flow, pieces, slopes=True)
     retraced = retrace(flow, orbit.model.state_scales(), solution)
     if not (retraced.complete and np.isfinite(retraced.stages).all()):
-        return _OrbitComparison(Difference(retraced.drift, ALLOWED), Difference(0.0, ALLOWED))
+        return _OrbitComparison(Difference(retraced.drift), Difference(0.0))
     field = _field(orbit.model, flow, solution.constants)
     try:
         return _newton_step(orbit, solution.phases, field, retraced, free)
     except np.linalg.LinAlgError:  # it is so far from an orbit that nothing can be solved
-        return _OrbitComparison(Difference(np.inf, ALLOWED), Difference(0.0, ALLOWED))
+        return _OrbitComparison(Difference(np.inf), Difference(0.0))
 
 
 def _newton_step(
@@ -301,16 +286,16 @@ def _newton_step(
     step, growth, along = solved.step, solved.growth, solved.along
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     apart = _finite(multiplier_differences(orbit.multipliers, values) / size)
-    errors = orbit.residual / retraced.size + SMALL
+    errors = orbit.residual / retraced.size + CHECKS.rounding
     # The states by both methods are a step apart, and so are the matrices along them.
-    change = SMALL_SLOPES + max(step, float(np.abs(defects).max())) / retraced.size
+    change = CHECKS.slopes + max(step, float(np.abs(defects).max())) / retraced.size
     near = np.abs(orbit.multipliers[:, None] - values) <= apart[:, None] * size + SINGULAR
     sensitive = change * np.where(near, moved, 0.0).max(axis=1) / size
-    allowed = np.maximum(np.maximum(max(ALLOWED, along * errors), free / size), sensitive)
+    allowed = np.maximum(np.maximum(max(CHECKS.states, along * errors), free / size), sensitive)
     # Where all agree the largest difference counts.
     worst = int((apart if np.all(apart <= allowed) else apart / allowed).argmax())
     return _OrbitComparison(
-        Difference(float(_finite(step / retraced.size)), max(ALLOWED, growth * errors)),
+        Difference(float(_finite(step / retraced.size)), max(CHECKS.states, growth * errors)),
         Difference(float(apart[worst]), float(allowed[worst]), what="multipliers"),
         retraced.size,
         float((values.sum() - orbit.multipliers.sum()).real),
@@ -329,7 +314,7 @@ def _condensed(field: Field, retraced: Retraced, turns: Array, *, autonomous: bo
     Shapes: turns (n,); returns (N, n, n + 2).
     """
     (count, m, n), edges = retraced.stages.shape, retraced.edges
-    together, parts = max(1, CHUNK // (m * n) ** 2), []
+    together, parts = max(1, CHECKS.memory // (m * n) ** 2), []
     for first in range(0, count, together):
         rows = slice(first, first + together)
         start, lengths = edges[:-1][rows], np.diff(edges)[rows]
@@ -397,10 +382,10 @@ def _solved(
         matrix[:-1, -1] = pulls.ravel()
         matrix[-1, :-1] = rates.ravel() / np.linalg.norm(rates)
     left, values, across = np.linalg.svd(matrix)
-    is_open = off is not None or values[-1] * ALLOWED < SMALL
+    is_open = off is not None or values[-1] * CHECKS.states < CHECKS.rounding
     least = values[-1]
     if off is not None:
-        least = min(values[-2], values[-1] / off) if off > ALLOWED else values[-2]
+        least = min(values[-2], values[-1] / off) if off > CHECKS.states else values[-2]
     if is_open:
         values[-1] = np.inf
     wanted = left.T @ right

@@ -17,34 +17,15 @@ from slipfold.collocation_points import gauss_points
 from slipfold.flow.equations import Constants
 from slipfold.flow.flow import Flow
 from slipfold.models.angles import NO_ANGLES, wrap_angles
+from slipfold.results.checks.checked import CHECKS
 
-DEGREE = 6
-"""Gauss points a piece: the error falls with the 13th power of its length."""
-
-SMALL = 1e-12
-"""Defect of a piece, over the size of what it changes, that needs no shorter pieces: the error
-of steps of the flow at its coarsest tolerance."""
-
-SMALL_SLOPES = 1e-10
-"""The same of the change of a perturbation: multipliers are compared to 1e-8."""
-
-BATCH = 160
-"""Pieces that are halved at once, the first ones: enough for a trajectory that is steep in places.
-Of one that is intricate everywhere only a part is compared with the equations."""
-
-MAX_TRIED = 2000
-"""Pieces that are tried at most, sixty times as many as a smooth trajectory needs."""
-
-SHORTEST = 1e-12
-"""Length of a piece, in forcing periods, that is not halved again: there a force jumps."""
-
-_GAUSS = gauss_points(DEGREE)
+_GAUSS = gauss_points(CHECKS.degree)
 _HALVES = np.concatenate([_GAUSS.points / 2, 0.5 + _GAUSS.points / 2])
 _FRACTIONS = np.concatenate([[0.0], _GAUSS.points, _HALVES, [0.5, 1.0]])
 _ORDER = np.argsort(_FRACTIONS)
 _PLACES = np.argsort(_ORDER)
-_STAGES = _PLACES[1 : 1 + DEGREE]
-_FINE = _PLACES[1 + DEGREE : 1 + 3 * DEGREE]
+_STAGES = _PLACES[1 : 1 + CHECKS.degree]
+_FINE = _PLACES[1 + CHECKS.degree : 1 + 3 * CHECKS.degree]
 _MIDDLE = _PLACES[-2]
 
 
@@ -132,12 +113,12 @@ def retrace(flow: Flow, scales: Array, solution: SampledSolution) -> Retraced:
         waiting = compared.rows(~compared.resolved)
         if not len(waiting.ends):
             return _joined(done, solution, scales, end, tried)
-        if tried > MAX_TRIED or not np.isfinite(waiting.defects).all():
+        if tried > CHECKS.max_pieces or not np.isfinite(waiting.defects).all():
             result = _joined([first], solution, scales, float(solution.phases[-1]), tried)
             return replace(result, resolved=False)
-        if len(waiting.ends) > BATCH:
-            end = float(waiting.begin[BATCH])
-            waiting = waiting.rows(np.arange(len(waiting.ends)) < BATCH)
+        if len(waiting.ends) > CHECKS.batch:
+            end = float(waiting.begin[CHECKS.batch])
+            waiting = waiting.rows(np.arange(len(waiting.ends)) < CHECKS.batch)
         compared = _compared(flow, scales, solution, waiting.halves())
         tried += len(compared.ends)
 
@@ -164,10 +145,10 @@ def _compared(flow: Flow, scales: Array, solution: SampledSolution, pieces: _Pie
     defects = change - np.einsum("k,ikn->in", np.tile(weights / 2, 2), rates[:, _FINE])
     size = 1.0 + np.abs(states).max(axis=(1, 2)) + np.abs(rates).max(axis=(1, 2))
     worst = np.maximum(np.abs(coarse), np.abs(defects)).max(axis=1)
-    resolved = worst <= SMALL * size  # not where it is not a number
+    resolved = worst <= CHECKS.rounding * size  # not where it is not a number
     if solution.slopes:
         resolved &= _slopes_resolved(flow, scales, solution, pieces, phases, states)
-    resolved |= (pieces.length < SHORTEST) & np.isfinite(worst)
+    resolved |= (pieces.length < CHECKS.rounding) & np.isfinite(worst)
     middles = states[:, _MIDDLE] * scales
     return _Compared(*pieces, states[:, _STAGES], middles, states[:, -1], defects, resolved)
 
@@ -188,7 +169,7 @@ def _slopes_resolved(
     slopes = slopes.reshape(len(states), len(chosen), n * n) * pieces.length[:, None, None]
     weights = np.concatenate([_GAUSS.weights, np.tile(-_GAUSS.weights / 2, 2)])
     change = np.abs(np.einsum("k,ikn->in", weights, slopes)).max(axis=1)
-    return np.asarray(change <= SMALL_SLOPES * (1.0 + np.abs(slopes).max(axis=(1, 2))))
+    return np.asarray(change <= CHECKS.slopes * (1.0 + np.abs(slopes).max(axis=(1, 2))))
 
 
 def _joined(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,8 @@ from slipfold.flow.release import at_rest
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.multipliers import multiplier_difference
 from slipfold.orbits.periodic_orbit import StickSlipOrbit
-from slipfold.results.checks.orbit_difference import ALLOWED, Difference
-
-FIRST = 0.0137
-"""Fraction of a period after which the integration is restarted, so that all later steps fall
-elsewhere."""
+from slipfold.results.checks.checked import CHECKS
+from slipfold.results.checks.orbit_difference import Difference
 
 
 def integrated_again(
@@ -36,7 +33,7 @@ def integrated_again(
     """
     begin, passed = 0.0, [mode]
     try:
-        for until in (FIRST * end, end):
+        for until in (CHECKS.restart * end, end):
             for part, after in smooth_phases(system, mode, state, until, begin=begin):
                 state, mode = part.state, reported_mode(after)
                 passed += [mode] if mode != passed[-1] else []
@@ -46,26 +43,17 @@ def integrated_again(
     return state, passed
 
 
-FORCES = 1e-11
-"""Violation of friction that rounding and the ends of events may make, relative to what is usual:
-events count as met 1e-14 beyond zero, and slow slip in the plane ends at 1e-13."""
-
 # A step of the integrator is a polynomial of degree 17 or so.
 _GAUSS = gauss_points(12)
 
 
-@dataclass(frozen=True)
-class Violations:
-    """How far a trajectory violates equations and friction."""
-
-    drift: float  # largest sum of what its steps lack, over the size of the states
-    forces: float  # largest violation at events and between them, as a fraction of what is usual
-
-
-def compare_phases(system: HybridSystem, parts: Iterable[SmoothPhase], start: Array) -> Violations:
+def compare_phases(
+    system: HybridSystem, parts: Iterable[SmoothPhase], start: Array
+) -> tuple[float, float]:
     """Compare successive phases and all between their ends with equations and friction.
 
-    Shapes: start (n,).
+    Returns the largest sum of what steps lack, over the size of the states, and the largest
+    violation of friction, as a fraction of the usual force. Shapes: start (n,).
     """
     flow, constants = system.flow, system.constants
     scales, n = constants.scales, len(start)
@@ -86,7 +74,7 @@ def compare_phases(system: HybridSystem, parts: Iterable[SmoothPhase], start: Ar
         forces = max(forces, _forces(system, part))
         before = part.state
     drift = float(np.abs(np.cumsum(lacking, axis=0)).max()) / max(1.0, largest)
-    return Violations(drift if math.isfinite(drift) else math.inf, float(forces))
+    return drift if math.isfinite(drift) else math.inf, float(forces)
 
 
 def _forces(system: HybridSystem, part: SmoothPhase) -> float:
@@ -135,14 +123,6 @@ def _event(system: HybridSystem, part: SmoothPhase, now: ContactsNow) -> float:
     return 0.0
 
 
-STEP = 1e-6
-"""Perturbation of scaled states: a compromise of rounding and curvature."""
-
-COARSE = 1e-6
-"""Allowed difference of multipliers from those of perturbed trajectories: differences have no more
-digits, and neither has the linearization in the plane."""
-
-
 def switched_difference(orbit: StickSlipOrbit) -> Difference:
     """Return the largest difference in units of what is allowed: of states and of multipliers.
 
@@ -159,10 +139,14 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 
     arrived, order = integrated(orbit.state)
     passed = dense_phases(model, orbit.state, orbit.first_mode, end)
-    violations = compare_phases(system, passed, orbit.state)
+    drift, forces = compare_phases(system, passed, orbit.state)
     apart = wrap_angles(arrived - orbit.state, model.angle_periods) / scales
-    states = max(float(np.abs(apart).max()), violations.drift, violations.forces * ALLOWED / FORCES)
-    place = Difference(float(states) if np.isfinite(states) else np.inf, ALLOWED)
+    states = max(
+        float(np.abs(apart).max()),
+        drift,
+        forces * CHECKS.states / CHECKS.forces,
+    )
+    place = Difference(float(states) if np.isfinite(states) else np.inf)
 
     def differenced(step: float) -> Array | None:
         columns = []
@@ -175,13 +159,13 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
             columns.append((more - less) / scales / (2 * step))
         return np.transpose(columns)
 
-    matrix = differenced(STEP)
+    matrix = differenced(CHECKS.coarse)
     if matrix is None:
         return place
     multipliers = _judged(orbit, matrix)
     if multipliers.excess > 1:
         # Near a grazing, after stick that lasts d, third derivatives grow as d^-3.
-        finer = differenced(STEP / 2)
+        finer = differenced(CHECKS.coarse / 2)
         multipliers = multipliers if finer is None else _extrapolated(orbit, matrix, finer)
     return max(place, multipliers, key=lambda difference: difference.excess)
 
@@ -190,7 +174,7 @@ def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
     """Hold multipliers against those of a matrix of differences."""
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     value = multiplier_difference(orbit.multipliers, _values(matrix)) / size
-    return Difference(value, COARSE, what="multipliers")
+    return Difference(value, CHECKS.coarse, what="multipliers")
 
 
 def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Difference:
@@ -202,7 +186,7 @@ def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Differe
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     changed = multiplier_difference(_values(better), _values(finer)) / size
     result = _judged(orbit, better)
-    return replace(result, allowed=max(COARSE, 0.1 * changed))
+    return replace(result, allowed=max(CHECKS.coarse, 0.1 * changed))
 
 
 def _values(matrix: Array) -> NDArray[np.complex128]:

@@ -15,33 +15,14 @@ from slipfold.flow.contact_trajectory import dense_phases
 from slipfold.flow.equilibrium import EQUILIBRIUM, invariant_groups_of, state_sizes
 from slipfold.flow.flow import flow_of
 from slipfold.flow.hybrid_flow import hybrid_system
-from slipfold.flow.implicit_steps import StepsEnd, StiffFallback, implicit_trajectory
+from slipfold.flow.implicit_steps import StiffFallback
 from slipfold.flow.trajectory import Trajectory
 from slipfold.models.angles import wrap_angles
-from slipfold.results.checks.checked import Check, Checked
+from slipfold.results.checks.checked import CHECKS, Check, Checked
 from slipfold.results.checks.curves import spread
-from slipfold.results.checks.orbit_difference import ALLOWED, PIECES
+from slipfold.results.checks.orbit_difference import implicit_ends
 from slipfold.results.checks.retraced import SampledSolution, retrace
-from slipfold.results.checks.switched import FORCES, compare_phases, integrated_again
-
-AGAIN, ONE_IN = 48, 20
-"""Forcing periods that are integrated again in any case, and one in how many of a long trajectory:
-in batches that takes a third of the time that the trajectory took."""
-
-FEW, CHEAP = 2, 240
-"""Forcing periods that are retraced in any case, as long as that takes no more pieces than this."""
-
-BRIEF, SHORT, UNSETTLED, BATCH = 400, 600, 2000, 8
-"""Of a trajectory of fewer periods than the first none is retraced, as one takes the time of
-thirty, and of fewer than the second only one, or than the third where it has not settled and is
-disturbed instead; so many are integrated again. That is a tenth of the time of fifty."""
-
-COMPARED_ONE_IN = 200
-"""Of so many periods with stick one is compared with the equations, which takes the time of ten in
-the plane and of forty on a line; one in any case."""
-
-SMALL = 1e-6
-"""Scaled size below which a decoupled state is compared individually."""
+from slipfold.results.checks.switched import compare_phases, integrated_again
 
 IMPLICIT = "implicit steps of another order"
 """How stiff periods are repeated."""
@@ -52,10 +33,6 @@ the trajectory, with errors of order 11 instead of 15 where they are not stiff."
 
 RELATIVE_TO_ITSELF = "other steps, relative to it"
 """How that is compared."""
-
-SHARES = (1, 16, 1024)
-"""Calls that integrate a period, tried one after the other: sixteen are enough where forcing is
-10,000 times slower than vibration, a thousand for bristles that relax as much faster still."""
 
 
 def check_trajectory(trajectory: Trajectory) -> Checked:
@@ -71,7 +48,7 @@ def check_trajectory(trajectory: Trajectory) -> Checked:
                 return Checked((*_compared_with_equations(trajectory), _hybrid_again(trajectory)))
             again = _again(trajectory)
             stiff = any(check.method == IMPLICIT for check in again)
-            traced = [] if trajectory.periods < BRIEF or stiff else _retraced(trajectory)
+            traced = [] if trajectory.periods < CHECKS.brief or stiff else _retraced(trajectory)
             checks = (*traced, *again, *_smallest(trajectory))
             return Checked(checks, _remark(trajectory, checks))
     except KeyboardInterrupt:
@@ -79,23 +56,32 @@ def check_trajectory(trajectory: Trajectory) -> Checked:
 
 
 def _again(trajectory: Trajectory) -> list[Check]:
+    flow = flow_of(trajectory.model)
     count = min(
         trajectory.periods,
-        max(BATCH if _short(trajectory) else AGAIN, trajectory.periods // ONE_IN),
+        max(
+            CHECKS.again_brief if _short(trajectory) else CHECKS.again,
+            trajectory.periods // CHECKS.one_in,
+        ),
     )
     chosen = np.linspace(0, trajectory.periods - 1, count).astype(int)
     chosen = chosen[~_perturbed(trajectory)[chosen]]
-    for shares in SHARES:  # a period may take more steps than one call allows
+    for shares in CHECKS.calls:  # a period may take more steps than one call allows
         ends = _ends(trajectory, trajectory.strobe[chosen], shares)
         failed = ~np.isfinite(ends).all(axis=1)
         if not failed.any():
             break
-        if shares == SHARES[0]:
+        if shares == CHECKS.calls[0]:
             continue
         # Each takes twice the time that the trajectory took for it.
-        few = max(2, trajectory.periods // ONE_IN)
+        few = max(2, trajectory.periods // CHECKS.one_in)
         stiff = chosen[failed][np.unique(np.linspace(0, failed.sum() - 1, few).astype(int))]
-        stiff_ends = _implicit_ends(trajectory, stiff)
+        fallback = StiffFallback(flow, flow.constants_of(trajectory.model))
+        scales, begins = fallback.field.scales, np.zeros(len(stiff))
+        # A period of large reversing slip takes five hundred steps.
+        options = {"most": 5_000, "points": OTHER_POINTS, "tolerance": FINER}
+        scaled = trajectory.strobe[stiff] / scales
+        stiff_ends = scales * implicit_ends(fallback, scaled, begins, begins + 1, **options)
         if np.isfinite(stiff_ends).all():
             result = [repeated(trajectory, stiff, stiff_ends, IMPLICIT)]
             if not failed.all():
@@ -116,45 +102,19 @@ def repeated(
     each = "forcing period" if trajectory.model.forced else "interval"
     plural = "s" if trajectory.periods > 1 else ""
     name = f"repetition of {len(chosen)} of {trajectory.periods} {each}{plural}"
-    return Check(name, method, difference, ALLOWED)
-
-
-def _implicit_ends(trajectory: Trajectory, chosen: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return what stiff periods end with in implicit steps, NaN where these do not arrive."""
-    flow, ends = (
-        flow_of(trajectory.model),
-        np.full((len(chosen), len(trajectory.model.states)), np.nan),
-    )
-    fallback = StiffFallback(flow, flow.constants_of(trajectory.model))
-    scales = fallback.field.scales
-    for row, index in enumerate(chosen):
-        state = trajectory.strobe[index] / scales
-        result = implicit_trajectory(
-            # A period of large reversing slip takes five hundred steps.
-            fallback.field,
-            state,
-            0.0,
-            1.0,
-            most=5_000,
-            points=OTHER_POINTS,
-            tolerance=FINER,
-        )
-        if result.end is not StepsEnd.ARRIVED:
-            break
-        ends[row] = result.state * scales
-    return ends
+    return Check(name, method, difference, CHECKS.states)
 
 
 def _smallest(trajectory: Trajectory) -> list[Check]:
     """Integrate again where least is left of what nothing feeds, and compare relative to it."""
     scaled = np.abs(trajectory.strobe[:-1] / trajectory.model.state_scales())
-    if not ((scaled > 0) & (scaled < SMALL)).any():
+    if not ((scaled > 0) & (scaled < CHECKS.coarse)).any():
         return []
     checks = list[Check]()
     for group in map(list, invariant_groups_of(trajectory.model)):
         left = scaled[:, group].max(axis=1)
         place = int(np.where(left > 0, left, np.inf).argmin())
-        if not 0 < left[place] < SMALL:
+        if not 0 < left[place] < CHECKS.coarse:
             continue
         end = _ends(trajectory, trajectory.strobe[place][None], 1)[0, group]
         right = trajectory.strobe[place + 1, group]
@@ -164,7 +124,7 @@ def _smallest(trajectory: Trajectory) -> list[Check]:
             f"{names} from {place * trajectory.forcing_period:.6g} s on, where least is left of it,"
         )
         difference = difference if np.isfinite(difference) else np.inf
-        checks.append(Check(name, RELATIVE_TO_ITSELF, difference, ALLOWED))
+        checks.append(Check(name, RELATIVE_TO_ITSELF, difference, CHECKS.states))
     return checks
 
 
@@ -191,21 +151,23 @@ def _retraced(trajectory: Trajectory) -> list[Check]:
     checks, tried = list[Check](), 0
     perturbed = _perturbed(trajectory)
     for place in (place for place in spread(trajectory.periods) if not perturbed[place]):
-        few = len(checks) < FEW and tried < CHEAP and not _short(trajectory)
+        few = len(checks) < 2 and tried < 10 * CHECKS.pieces and not _short(trajectory)
         # A piece takes the time in which a period, in its ten to twenty steps, is integrated.
-        if checks and not few and tried + PIECES > 0.05 * trajectory.periods:
+        if checks and not few and tried + CHECKS.pieces > 0.05 * trajectory.periods:
             break
         one = SampledSolution(
             np.array([0.0, 1.0]),
             trajectory.strobe[place : place + 2],
             constants,
-            PIECES,
+            CHECKS.pieces,
             turns=trajectory.model.angle_periods,
         )
         result = retrace(flow, scales, one)
         tried += result.tried
         time = f"{place * constants.period:.6g} s"
-        checks.append(Check(f"the trajectory from {time} on", "quadrature", result.drift, ALLOWED))
+        checks.append(
+            Check(f"the trajectory from {time} on", "quadrature", result.drift, CHECKS.states)
+        )
     return checks
 
 
@@ -220,13 +182,15 @@ def _perturbed(trajectory: Trajectory) -> NDArray[np.bool_]:
 
 
 def _short(trajectory: Trajectory) -> bool:
-    return trajectory.periods < (SHORT if trajectory.settlement.settled else UNSETTLED)
+    return trajectory.periods < (
+        CHECKS.short if trajectory.settlement.settled else CHECKS.unsettled
+    )
 
 
 def _hybrid_again(trajectory: Trajectory) -> Check:
     assert trajectory.sticking is not None
     system = hybrid_system(trajectory.model, trajectory.strobe[0])
-    count = -(-trajectory.periods // ONE_IN)
+    count = -(-trajectory.periods // CHECKS.one_in)
     chosen = np.unique(np.linspace(0, trajectory.periods - 1, count).astype(int))
     ends = [
         integrated_again(system, trajectory.sticking.mode(i), trajectory.strobe[i], 1.0)[0]
@@ -238,31 +202,16 @@ def _hybrid_again(trajectory: Trajectory) -> Check:
 def _compared_with_equations(trajectory: Trajectory) -> Iterable[Check]:
     """Compare the last period, the first and some between with equations and friction."""
     assert trajectory.sticking is not None
-    for place in spread(trajectory.periods)[: -(-trajectory.periods // COMPARED_ONE_IN)]:
+    for place in spread(trajectory.periods)[: -(-trajectory.periods // CHECKS.compared_one_in)]:
         state, mode = trajectory.strobe[place], trajectory.sticking.mode(place)
         system = hybrid_system(trajectory.model, state)
-        result = compare_phases(system, dense_phases(trajectory.model, state, mode, 1.0), state)
+        drift, forces = compare_phases(
+            system, dense_phases(trajectory.model, state, mode, 1.0), state
+        )
         time = f"{place * system.constants.period:.6g} s"
-        yield Check(f"the trajectory from {time} on", "quadrature", result.drift, ALLOWED)
+        yield Check(f"the trajectory from {time} on", "quadrature", drift, CHECKS.states)
         name = f"friction and its changes from {time} on"
-        yield Check(name, "forces", result.forces, FORCES, "forces")
-
-
-LONG = 1000
-"""Forcing periods below which there is no time to look."""
-
-SHARE = 0.006
-"""Length of each of the segments that are disturbed, as a fraction of the trajectory; they are
-integrated as one batch, at the cost of one or two."""
-
-DISTURBANCE = 1e-8
-"""Relative to the states."""
-
-ALGEBRAIC = 2.0
-"""Factor, times the length of a segment, by which disturbances may grow without sensitivity."""
-
-DIGITS = math.log(1e11)
-"""Growth that makes of an error of 1e-13 what is seen."""
+        yield Check(name, "forces", forces, CHECKS.forces, "forces")
 
 
 def sensitivity(trajectory: Trajectory) -> str:
@@ -270,16 +219,16 @@ def sensitivity(trajectory: Trajectory) -> str:
 
     It is empty where they do not, where the trajectory is steady and where it is short.
     """
-    if trajectory.periods < LONG or trajectory.settlement.settled:
+    if trajectory.periods < CHECKS.long or trajectory.settlement.settled:
         return ""
-    length = min(200, math.ceil(SHARE * trajectory.periods))
+    length = min(200, math.ceil(CHECKS.segment * trajectory.periods))
     places = np.linspace(0, trajectory.periods - length, LANES).astype(int)
     rates = _growth(trajectory, places, length)
     # Less its error, so that a burst in one of the segments is not taken for lasting growth.
     rate = float(rates.mean() - rates.std() / math.sqrt(LANES))
-    if not rate * trajectory.periods > DIGITS:
+    if not rate * trajectory.periods > CHECKS.digits:
         return ""
-    known = round(DIGITS / float(rates.mean()))
+    known = round(CHECKS.digits / float(rates.mean()))
     time = (
         f"{known} periods"
         if trajectory.model.forced
@@ -295,12 +244,14 @@ def _growth(trajectory: Trajectory, places: NDArray[np.intp], length: int) -> Ar
     sizes = state_sizes(trajectory.model, along)
     signs = np.resize([1.0, -1.0, 1.0], along.shape[2])
     phases = np.tile(np.arange(length + 1.0), (len(places), 1))
-    disturbed = along[:, 0] + DISTURBANCE * signs * sizes[:, 0]
+    disturbed = along[:, 0] + CHECKS.perturbation * signs * sizes[:, 0]
     states = flow.along(disturbed, phases, flow.constants_of(trajectory.model))
     apart = np.abs(wrap_angles(states - along, trajectory.model.angle_periods))
     apart = (apart / sizes).max(axis=2)
     # Larger disturbances do not grow as small ones do.
     large = apart > 1e-3
     count = np.where(large.any(axis=1), large.argmax(axis=1), length)
-    factors = apart[np.arange(len(places)), count] / (DISTURBANCE * ALGEBRAIC * count)
+    factors = apart[np.arange(len(places)), count] / (
+        CHECKS.perturbation * CHECKS.algebraic * count
+    )
     return np.asarray(np.log(factors) / count)
