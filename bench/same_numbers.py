@@ -55,6 +55,7 @@ LATER_NAMES: dict[str, str] = {
         )
     },
     "region_share": "region_fraction",
+    "verdict": "classification",
     **{f"begun_{name}": f"started_{name}" for name in ("kind", "reason", "value")},
 }
 """Names of variables and dimensions in files of before, and what they are called now."""

@@ -242,7 +242,7 @@ def test_a_motion_is_judged_as_lyapunov_judges_it_from_where_it_starts(client):
     own = sf.lyapunov(sf.SlidingOscillator(**values), state={"x": 0.1, "vy": 0.5}, tolerance=1e-6)
     assert last["exponents"] == own.exponents.tolist()
     assert (last["kind_of_motion"], last["period"]) == ("periodic", 1)
-    assert last["message"] == own.verdict.message
+    assert last["message"] == own.classification.message
     assert all(answer["periods"] <= answer["total"] for answer in progress)
 
 

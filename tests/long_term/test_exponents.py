@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from slipfold.flow.flow import flow_of
 from slipfold.flow.settlement import Settlement
-from slipfold.long_term.exponents import average, rotation_of, verdict_of
+from slipfold.long_term.exponents import average, classify, rotation_of
 
 MODELS = sf.built_in_models()
 
@@ -32,7 +32,7 @@ def rates_of(orbit):
 )
 def test_on_periodic_orbits_they_are_the_logarithms_of_multipliers(model, periods):
     found = sf.lyapunov(model)
-    assert (found.verdict.kind, found.verdict.period) == ("periodic", periods)
+    assert (found.classification.kind, found.classification.period) == ("periodic", periods)
     orbit = sf.periodic_orbit(model, state=found.state, period=periods)
     assert found.exponents == pytest.approx(rates_of(orbit), abs=1e-8)
     assert found.dimension == 0
@@ -42,7 +42,7 @@ def test_of_a_cycle_one_is_zero_and_the_others_are_those_of_its_multipliers():
     found = sf.lyapunov(MODELS["vanderpol-free"](), tolerance=1e-7)
     assert found.per == "s"
     # As in tests of autonomous motions, by DOP853.
-    assert found.verdict.duration == pytest.approx(6.663286859323, abs=1e-8)
+    assert found.classification.duration == pytest.approx(6.663286859323, abs=1e-8)
     assert found.exponents[0] == pytest.approx(0, abs=1e-7)
     assert found.dimension == 1
 
@@ -50,11 +50,11 @@ def test_of_a_cycle_one_is_zero_and_the_others_are_those_of_its_multipliers():
 def test_through_stick_they_are_those_of_the_orbit_and_stick_takes_the_rest():
     model = sf.SlidingOscillator(f=12.5, Nd=0.3, Vd=0.05)
     found = sf.lyapunov(model, periods=100)
-    assert found.verdict.kind == "periodic"
+    assert found.classification.kind == "periodic"
     orbit = rates_of(sf.periodic_orbit(model))
     assert found.exponents[:2] == pytest.approx(orbit[:2], abs=1e-3)
     assert np.all(np.isneginf(found.exponents[2:]))
-    assert "perturbations in 2 of 4 directions in finite time" in found.verdict.message
+    assert "perturbations in 2 of 4 directions in finite time" in found.classification.message
     assert np.all(orbit[2:] < -30)
 
 
@@ -71,7 +71,7 @@ def test_a_torus_of_the_sliding_oscillator(torus):
     # shared/reference/beyond.md.
     assert found.exponents == pytest.approx([0, -0.0050116, -0.1170780, -0.2697660], abs=1e-7)
     assert found.errors.max() <= 1e-5
-    assert found.verdict.kind == "torus"
+    assert found.classification.kind == "torus"
     assert found.dimension == 1  # of its points at phase zero
 
 
@@ -88,7 +88,7 @@ def test_their_sum_is_the_mean_divergence(torus):
 
 def test_chaos_of_the_sliding_oscillator():
     found = sf.lyapunov(sf.SlidingOscillator(f=12.5, Nd=0.12), periods=8000)
-    assert found.verdict.kind == "chaos"
+    assert found.classification.kind == "chaos"
     # shared/reference/beyond.md, to 3e-4.
     apart = np.abs(found.exponents - [0.0295, -0.0076, -0.0455, -0.3695])
     assert np.all(apart <= 3 * found.errors + 3e-4)
@@ -112,7 +112,7 @@ DIGIT = 5e-5
 )
 def test_published_values(model, largest, total, within, periods):
     found = sf.lyapunov(MODELS[model](), periods=periods)
-    assert found.verdict.kind == "chaos"
+    assert found.classification.kind == "chaos"
     apart = abs(found.exponents[0] - largest)
     assert apart <= min(within, 3 * found.errors[0] + DIGIT)
     assert found.exponents[1] == pytest.approx(0, abs=1e-3)
@@ -136,7 +136,7 @@ def test_strong_decay_keeps_its_digits():
     )
 
 
-# -- verdicts ------------------------------------------------------------------------------------
+# -- classes --------------------------------------------------------------------------------------
 
 
 UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
@@ -155,9 +155,9 @@ UNSETTLED = Settlement(False, None, 1e-3, None, "not settled")
         ([0.1, 1e-7, -0.3], 1e-5, 0.5, "chaos"),
     ],
 )
-def test_verdicts(exponents, error, seconds, kind):
+def test_classes_follow_from_exponents(exponents, error, seconds, kind):
     errors = np.full(len(exponents), error)
-    assert verdict_of(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
+    assert classify(np.array(exponents), errors, UNSETTLED, seconds).kind == kind
 
 
 # -- interruption ---------------------------------------------------------------------------------
@@ -199,6 +199,6 @@ def test_rotation_numbers_of_tori_are_those_of_closed_forms():
 def test_a_torus_near_a_resonance_is_followed_until_it_is_known():
     # After 32,000 periods its exponent is known to 9e-4 only: beats last thousands of periods.
     found = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.08)
-    assert found.verdict.kind == "torus"
+    assert found.classification.kind == "torus"
     assert found.periods > 32_000
-    assert found.verdict.resonance == "83/168"
+    assert found.classification.resonance == "83/168"

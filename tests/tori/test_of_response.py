@@ -280,5 +280,5 @@ def test_a_torus_has_the_rotation_number_of_the_branch_of_tori():
     tori = of_the_sliding_oscillator().tori[-1]
     assert tori.parameter.max() == pytest.approx(0.1664381671, abs=1e-9)
     known = np.interp(0.14, tori.parameter[::-1], np.abs(tori.rotation[::-1]))
-    assert found.verdict.rotation == pytest.approx(known, abs=2e-4)
+    assert found.classification.rotation == pytest.approx(known, abs=2e-4)
     assert "its rotation number is 0.0954" in found.summary()

@@ -158,7 +158,7 @@ def lyapunov(
     --------
     >>> import slipfold as sf
     >>> result = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.06)
-    >>> result.verdict.kind, result.exponents[1:].round(6).tolist()
+    >>> result.classification.kind, result.exponents[1:].round(6).tolist()
     ('torus', [-0.005012, -0.117078, -0.269766])
     """
     from slipfold.long_term.exponents import ExponentEstimate, find_exponents
@@ -175,7 +175,7 @@ def lyapunov(
             ExponentEstimate(each.periods, each.exponents / unit, each.errors / unit)
             for each in result.estimates
         ),
-        verdict=result.verdict,
+        classification=result.classification,
         start=start,
         state=result.state,
         tolerance=tolerance,

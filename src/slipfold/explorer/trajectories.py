@@ -326,12 +326,12 @@ def send_exponents(
     watch = now_and_then(send, check, note)
     start = start_of(model, request)
     result = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, on_progress=watch)
-    verdict = result.verdict
+    classification = result.classification
     send(
         {
-            "kind_of_motion": verdict.kind,
-            "period": verdict.period,
-            "message": verdict.message,
+            "kind_of_motion": classification.kind,
+            "period": classification.period,
+            "message": classification.message,
             "exponents": [number(value) for value in result.exponents],
             "errors": [number(value) for value in result.errors],
             "per": result.per,

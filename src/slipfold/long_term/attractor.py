@@ -94,7 +94,7 @@ def of_exponents(result: Exponents, number: int) -> Attractor:
     unit = 1.0 if model.forced else model.values["duration"]
     return Attractor(
         number,
-        result.verdict.kind,
+        result.classification.kind,
         state,
         np.nanmin(values, axis=0),
         np.nanmax(values, axis=0),

@@ -219,7 +219,7 @@ def _rotation(number: float, period: int, error: float) -> Rotation:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Classification:
     """The classification of a trajectory, with a sentence."""
 
     kind: str  # equilibrium, periodic, torus, chaos or undecided
@@ -229,8 +229,8 @@ class Verdict:
     rotation: float | None = None  # of a torus, in turns over some forcing periods
     resonance: str | None = None  # p/q that this is near
 
-    def with_rotation(self, rotation: Rotation | None) -> Verdict:
-        """Return the verdict with the rotation number of a torus, if there is one."""
+    def with_rotation(self, rotation: Rotation | None) -> Classification:
+        """Return the classification with the rotation number of a torus, if there is one."""
         if rotation is None:
             return self
         near = None if rotation.resonance is None else str(rotation.resonance)
@@ -244,9 +244,9 @@ class Verdict:
         return repeats if self.kind == "periodic" else self.kind != "undecided"
 
 
-def verdict_of(
+def classify(
     exponents: Array, errors: Array, settlement: Settlement, seconds: float | None
-) -> Verdict:
+) -> Classification:
     """Classify a trajectory by exponents per period, in descending order, and by convergence.
 
     `seconds` is the length of an interval of an autonomous model, whose exponent along the
@@ -256,32 +256,34 @@ def verdict_of(
         return _settled(settlement, exponents[0] > EXPONENTS.sure * errors[0] + EXPONENTS.rounding)
     slack = EXPONENTS.sure * errors + EXPONENTS.rounding
     if exponents[0] > slack[0]:
-        return Verdict("chaos", f"chaotic: nearby motions part, {_doubling(exponents[0], seconds)}")
+        return Classification(
+            "chaos", f"chaotic: nearby motions part, {_doubling(exponents[0], seconds)}"
+        )
     zero = np.abs(exponents) <= slack
     doubtful = int(np.where(zero, errors, 0.0).argmax())
     if zero[doubtful] and errors[doubtful] > 2e-5:  # those of chaos are larger
-        return Verdict(
+        return Classification(
             "undecided",
             f"undecided: exponent {doubtful + 1}, {exponents[doubtful]:.2g} a period, is known to "
             f"{errors[doubtful]:.0e} only; give more periods",
         )
     free = int(zero.sum()) - (seconds is not None)
     if free < 0:
-        return Verdict("equilibrium", "it approaches an equilibrium")
+        return Classification("equilibrium", "it approaches an equilibrium")
     if free == 0 or (len(exponents) == 2 and seconds is not None):
-        return Verdict(
+        return Classification(
             "periodic", "periodic: nearby motions do not part; more periods show its period"
         )
     frequencies = free + 1
-    return Verdict("torus", f"quasi-periodic, on a torus of {frequencies} frequencies")
+    return Classification("torus", f"quasi-periodic, on a torus of {frequencies} frequencies")
 
 
-def _settled(settlement: Settlement, grows: bool) -> Verdict:
+def _settled(settlement: Settlement, grows: bool) -> Classification:
     message = settlement.message + ("; what disturbs it grows" if grows else "")
     if settlement.kind == "equilibrium":
-        return Verdict("equilibrium", message)
+        return Classification("equilibrium", message)
     period = None if settlement.kind == "cycle" else settlement.period
-    return Verdict("periodic", message, period, settlement.duration)
+    return Classification("periodic", message, period, settlement.duration)
 
 
 def _doubling(exponent: float, seconds: float | None) -> str:
@@ -435,7 +437,7 @@ class Exponents:
     model: Model
     state: Array  # the last one, shape (n,)
     estimates: tuple[ExponentEstimate, ...]
-    verdict: Verdict
+    classification: Classification
     interrupted: bool
 
 
@@ -488,33 +490,35 @@ def follow_exponents(
                     observer(Progress("periods", growth.periods, maximum, text, values))
             estimates.append(_estimate(growth))
             enough = estimates[-1].errors.max() <= tolerance or end >= EXPONENTS.max_periods
-            if periods is None and enough and _verdict(growth, estimates[-1]).known:
+            if periods is None and enough and _classification(growth, estimates[-1]).known:
                 break
     except KeyboardInterrupt:
         if growth.periods < EXPONENTS.first:
             raise
         interrupted = True
         estimates.append(_estimate(growth))
-    verdict = _verdict(growth, estimates[-1])
-    if growth.model.forced and verdict.kind in ("torus", "undecided"):
+    classification = _classification(growth, estimates[-1])
+    if growth.model.forced and classification.kind in ("torus", "undecided"):
         scales, turns = growth.model.state_scales(), growth.model.angle_periods
-        verdict = verdict.with_rotation(rotation_of(integration.strobe, scales, turns))
+        classification = classification.with_rotation(
+            rotation_of(integration.strobe, scales, turns)
+        )
     removed = int(np.isneginf(estimates[-1].exponents).sum())
     if removed:
         message = (
-            f"{verdict.message}; sliding or stick removes perturbations in {removed} of "
+            f"{classification.message}; sliding or stick removes perturbations in {removed} of "
             f"{len(estimates[-1].exponents)} directions in finite time, so that their exponents "
             "are minus infinity"
         )
-        verdict = replace(verdict, message=message)
+        classification = replace(classification, message=message)
     state = integration.strobe[-1]
-    return Exponents(growth.model, state, tuple(estimates), verdict, interrupted)
+    return Exponents(growth.model, state, tuple(estimates), classification, interrupted)
 
 
-def _verdict(growth: Growth, last: ExponentEstimate) -> Verdict:
+def _classification(growth: Growth, last: ExponentEstimate) -> Classification:
     model = growth.model
     seconds = None if model.forced else model.values[DURATION.name]
-    return verdict_of(
+    return classify(
         last.exponents, last.errors, growth.integration.settlement(EXPONENTS.converged), seconds
     )
 

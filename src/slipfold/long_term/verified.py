@@ -350,9 +350,12 @@ class AttractorSet:
                 result = find_exponents(self.model, state, periods, ATTRACTOR.tolerance)
             except InputError:
                 return None
-            if result.verdict.kind == "periodic" and result.verdict.period is not None:
-                return self._orbit(result.state, result.verdict.period, sticks)
-            if result.verdict.kind in ("torus", "chaos"):
+            if (
+                result.classification.kind == "periodic"
+                and result.classification.period is not None
+            ):
+                return self._orbit(result.state, result.classification.period, sticks)
+            if result.classification.kind in ("torus", "chaos"):
                 cloud = CloudRegion(result.model, of_exponents(result, self._next))
                 clouds = [known for known in self.known if isinstance(known, CloudRegion)]
                 return next((known for known in clouds if known.holds(cloud)), cloud)

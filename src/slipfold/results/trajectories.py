@@ -24,7 +24,7 @@ from slipfold.long_term.classification import (
     UNDECIDED,
     repeats_of,
 )
-from slipfold.long_term.exponents import ExponentEstimate, Verdict
+from slipfold.long_term.exponents import Classification, ExponentEstimate
 from slipfold.long_term.regimes import NONE
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
@@ -45,7 +45,7 @@ class LyapunovExponents(Result):
     --------
     >>> import slipfold as sf
     >>> found = sf.lyapunov(sf.SlidingOscillator(), f=12.5, Nd=0.02)
-    >>> found.verdict.kind, found.verdict.period, found.exponents.round(6).tolist()
+    >>> found.classification.kind, found.classification.period, found.exponents.round(6).tolist()
     ('periodic', 1, [-0.0427, -0.0427, -0.151903, -0.151903])
     """
 
@@ -69,8 +69,8 @@ class LyapunovExponents(Result):
         ), kind=ExponentEstimate,
            doc="Exponents with their errors after more and more periods; the last ones count."),
     ]  # fmt: skip
-    verdict: Annotated[
-        Verdict,
+    classification: Annotated[
+        Classification,
         "Its classification: ``kind`` is periodic, torus, chaos, equilibrium or undecided; with "
         "its sentence, and the period, duration, rotation number or resonance.",
     ]
@@ -117,20 +117,20 @@ class LyapunovExponents(Result):
         return float(whole + sums[whole - 1] / abs(self.exponents[whole]))
 
     def _head(self) -> str:
-        message, model = self.verdict.message, self.model
+        message, model = self.classification.message, self.model
         length = f"{self.periods} forcing periods"
         if not model.forced:
             length = f"{self.periods * model.values[DURATION.name]:.6g} s"
             model = model.replace(**{DURATION.name: DURATION.default})
-        verdict = capitalized(message, (*model.parameters, *model.states))
-        return f"{model!r} over {length}\n{verdict}"
+        classification = capitalized(message, (*model.parameters, *model.states))
+        return f"{model!r} over {length}\n{classification}"
 
     def _notes(self) -> list[str]:
         requested = "its exponents were known" if self.asked is None else "all periods were done"
         return [f"Interrupted before {requested}"] if self.interrupted else []
 
     def _line(self) -> str:
-        return f"Lyapunov exponents of {self.model.name}: {self.verdict.message}"
+        return f"Lyapunov exponents of {self.model.name}: {self.classification.message}"
 
     def _rows(self) -> PrintedTable:
         rows = [
@@ -140,10 +140,17 @@ class LyapunovExponents(Result):
         return PrintedTable([f"exponent (1/{self.per})", "error"], rows)
 
     def _record(self) -> dict[str, Any]:
-        verdict = self.verdict
-        outcome = {"verdict": verdict.kind, "message": verdict.message, "initial_state": self.start}
-        repeats: dict[str, Any] = {"period": verdict.period, "duration": verdict.duration}
-        repeats |= {"rotation": verdict.rotation, "resonance": verdict.resonance}
+        classification = self.classification
+        outcome = {
+            "classification": classification.kind,
+            "message": classification.message,
+            "initial_state": self.start,
+        }
+        repeats: dict[str, Any] = {
+            "period": classification.period,
+            "duration": classification.duration,
+        }
+        repeats |= {"rotation": classification.rotation, "resonance": classification.resonance}
         return {**super()._record(), **outcome, **repeats}
 
 

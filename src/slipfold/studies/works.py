@@ -429,7 +429,7 @@ class LyapunovWork(TrajectoryWork):
         unit = "1/forcing period" if model.forced else "1/s"
         numbers = range(1, len(model.states) + 1)
         return (
-            CaseField("verdict", "text", "periodic, torus, chaos, equilibrium or undecided"),
+            CaseField("classification", "text", "periodic, torus, chaos, equilibrium or undecided"),
             CaseField(
                 "period", "whole", "of a periodic solution, in forcing periods; else 0", none=0
             ),
@@ -445,8 +445,8 @@ class LyapunovWork(TrajectoryWork):
             raise KeyboardInterrupt
         unit = 1.0 if model.forced else float(result.model.values[DURATION.name])
         last = result.estimates[-1]
-        verdict = result.verdict.kind, result.verdict.period
-        return self.case(model, (*verdict, *(last.exponents / unit), *(last.errors / unit)))
+        classification = result.classification.kind, result.classification.period
+        return self.case(model, (*classification, *(last.exponents / unit), *(last.errors / unit)))
 
 
 OUTCOMES = {
