@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.arrays import Array
+from slipfold.arrays import Array, Complex
 from slipfold.branches.batched_points import (
     AtLimit,
     FollowedOrbits,
@@ -22,7 +22,7 @@ from slipfold.branches.batched_points import (
     orbits_at_limits,
     refine_zeros,
 )
-from slipfold.branches.batched_walk import BATCH, BatchedBranch, Located, Walk
+from slipfold.branches.batched_walk import BATCH, BatchedBranch, Walk
 from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.make_branch import assemble, describe
@@ -129,8 +129,7 @@ def follow_batch(
         walk.run(partial(report, f"branches of period {orbits.period}"))
         stage = f"orbits of period {orbits.period}"
         report(stage, 0.0)
-        _locate(orbits, cases, branches, span)
-        _refine(orbits, cases, branches, tolerance)
+        _locate(orbits, cases, branches, span, tolerance)
         if whole and not to_loss:
             report(stage, 0.5)
             _refine_points(orbits, cases, branches, tolerance)
@@ -216,61 +215,44 @@ def _locate(
     cases: Sequence[BatchedCase],
     branches: Sequence[BatchedBranch],
     span: tuple[float, float],
-) -> None:
-    """Add branches that were followed to their cases, with their bifurcations."""
-    ended = [branch for branch in branches if branch.ordinary]
-    zeros = iter(locate_zeros(orbits, [item for branch in ended for item in branch.brackets]))
-    for branch in branches:
-        case = cases[branch.case]
-        case.branches.append(branch)
-        if not branch.ordinary:
-            case.leave(branch.end)
-            continue
-        zeros_of_branch = [next(zeros) for _ in branch.brackets]
-        located = [item for item in zeros_of_branch if item is not None]
-        branch.located = [item for item in located if _is_genuine(item)]
-        values = [float(item.z[-1]) * orbits.width for item in located]
-        if len(located) < len(zeros_of_branch):
-            case.leave("not located")
-        elif not all(min(span) <= value <= max(span) for value in values):
-            case.leave("turns outside the span")
-        elif any(_crosses(item) != _is_genuine(item) for item in located):
-            case.leave("not accounted for")
-
-
-def _is_genuine(item: Located) -> bool:
-    """Whether a multiplier has its critical value: a neutral saddle has no pair on the circle."""
-    if item.bracket.kind == "NS":
-        return is_torus(item.multipliers)
-    target = -1.0 if item.bracket.kind == "PD" else 1.0
-    return bool(np.abs(item.multipliers - target).min() < ON_CIRCLE)
-
-
-def _crosses(item: Located) -> bool:
-    before, after = item.bracket.unstable
-    return before != after
-
-
-def _refine(
-    orbits: OrbitBatch,
-    cases: Sequence[BatchedCase],
-    branches: Sequence[BatchedBranch],
     tolerance: float,
 ) -> None:
-    """Add the special points of branches, corrected by the flow itself."""
-    items = [
-        (branch, item)
-        for branch in branches
-        for item in branch.located
-        if not cases[item.bracket.case].failure
-    ]
-    zeros = refine_zeros(orbits, [item for _, item in items], tolerance)
-    for (branch, item), zero in zip(items, zeros, strict=True):
-        if zero is None:
-            cases[item.bracket.case].leave("special point not located")
-            continue
-        (point,) = _points(branch.orbits, zero[0], [item.arclength], derived=True)
-        branch.found.append(Found(item.bracket.kind, point, item.slope))
+    """Add branches that were followed to their cases, with their bifurcations by the flow."""
+    for branch in branches:
+        cases[branch.case].branches.append(branch)
+        if not branch.ordinary:
+            cases[branch.case].leave(branch.end)
+    ended = [branch for branch in branches if branch.ordinary]
+    zeros = locate_zeros(orbits, [item for branch in ended for item in branch.brackets])
+    items = [item for item in zeros if item is not None]
+    refined = iter(refine_zeros(orbits, items, tolerance))
+    located = iter(zeros)
+    for branch in ended:
+        case = cases[branch.case]
+        for bracket in branch.brackets:
+            item = next(located)
+            zero = None if item is None else next(refined)
+            if item is None or zero is None:
+                case.leave("not located")
+                continue
+            (point,) = _points(branch.orbits, zero[0], [item.arclength], derived=True)
+            before, after = bracket.unstable
+            if not min(span) <= branch.orbits.value(point.z) <= max(span):
+                case.leave("turns outside the span")
+            elif _is_genuine(bracket.kind, point.multipliers):
+                branch.located.append(item)
+                branch.found.append(Found(bracket.kind, point, item.slope))
+                if before == after:
+                    case.leave("not accounted for")
+            elif before != after:
+                case.leave("not accounted for")
+
+
+def _is_genuine(kind: str, multipliers: Complex) -> bool:
+    """Whether a multiplier has its critical value: a neutral saddle has no pair on the circle."""
+    if kind == "NS":
+        return is_torus(multipliers)
+    return bool(np.abs(multipliers - (-1.0 if kind == "PD" else 1.0)).min() < ON_CIRCLE)
 
 
 # -- all orbits of branches ------------------------------------------------------------------------
