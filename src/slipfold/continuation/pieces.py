@@ -201,7 +201,8 @@ def locate_fold(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
     left, beyond = _distances(last, other)
     other = other if beyond > 0 else curve.turned(other)
     apart = max(float(np.linalg.norm(other.z - last.z)), PIECE.close)
-    met = replace(last, z=last.z + left * last.tangent) if 0 < left < apart else last
+    straight = 0 < left < math.sqrt(PIECE.close)  # a tangent errs by the square of the distance
+    met = replace(last, z=last.z + left * last.tangent) if straight else last
     return PieceBoundary(last, replace(other, arclength=last.arclength + apart), met)
 
 
