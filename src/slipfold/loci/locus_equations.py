@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.closed_branches import asymmetry
+from slipfold.branches.closed_branches import asymmetry, has_copy
 from slipfold.continuation.interpolation import arc_between, hermite
 from slipfold.continuation.locate import LostCurveError, point_at
 from slipfold.continuation.newton import correct
@@ -31,6 +31,9 @@ Multipliers = NDArray[np.complex128]
 NO_SLOPE = 1e-12
 """Component of a tangent that is rounding: the locus may be parallel to an axis of the plane."""
 
+PROJECTIONS = 3
+"""Corrections of the first orbit of a locus to one of any kind: each squares the error."""
+
 POLE = 1e-9
 """Product of test functions below which a coefficient with a pole there has no digits."""
 
@@ -44,6 +47,24 @@ class LocusEquations(Critical):
         super().__init__(orbits, condition)
         self.forms = forms_of(orbits)
         self._resting = orbits.kind == "equilibrium"
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess in the phase of an orbit; beside one without amplitude, an orbit.
+
+        There the equation of the locus vanishes with a power of the amplitude. Newton's method
+        converges only if the others, which do not, are met first.
+        """
+        guess = super().aligned(guess, known)
+        if not has_copy(self.orbits) or asymmetry(self.orbits, known).any():
+            return guess
+        row = guess - known
+        for _ in range(PROJECTIONS):
+            plain = self.orbits.linearize(guess)
+            if not plain.is_finite:
+                break
+            rows, right = np.vstack([plain.jacobian, row]), np.append(-plain.defect, 0.0)
+            guess = guess + np.linalg.lstsq(rows, right, rcond=None)[0]
+        return np.asarray(guess)
 
     def tests(
         self, z: Array, linearization: Linearization, multipliers: Multipliers, tangent: Array
