@@ -175,7 +175,8 @@ class Cycles(Orbits):
         """Return the unit vector of a phase shift; zero at an equilibrium."""
         rates = self.by.rates(self.nodes(z), self.constants(z))
         size = float(np.linalg.norm(rates)) or 1.0
-        return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
+        with np.errstate(invalid="ignore"):  # rates overflow far away: not a number then
+            return np.concatenate([rates.ravel() / size, np.zeros(len(self.units))])
 
     def slope(self, found: Degeneracy, part: Linearization, z: Array) -> tuple[Array, Array, Array]:
         """Return the gradient of a function of the matrix on the quotient, whose basis turns."""
