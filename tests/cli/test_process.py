@@ -201,7 +201,7 @@ def test_interrupt_keeps_the_loci_that_there_are(stage, tmp_path):
     interrupt(terminal)
     status, output = terminal.finish()
     assert status == 130
-    assert "slipfold: interrupted after " in terminal.text
+    assert "slipfold: interrupted" in terminal.text
     assert f"finished results are in {path}" in " ".join(terminal.text.split())
     assert "Traceback" not in terminal.text
     diagram = load(path)

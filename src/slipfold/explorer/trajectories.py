@@ -14,18 +14,12 @@ from slipfold.declarations import default_of
 from slipfold.errors import InputError
 from slipfold.explorer.messages import ExponentsRequest, SimulationRequest, TrajectoryRequest
 from slipfold.explorer.plain import DRAWN, Check, Emit, now_and_then, number, short
-from slipfold.flow.contact_trajectory import ContactPhase, sample_hybrid
+from slipfold.flow.contact_trajectory import ContactPhase
 from slipfold.flow.equilibrium import with_duration
 from slipfold.flow.flow import Flow, flow_of
-from slipfold.flow.guarded_flow import CHUNK
 from slipfold.flow.modes import Status, contacts_of
-from slipfold.flow.simulate import (
-    HybridIntegration,
-    SmoothIntegration,
-    initial_state,
-    reaches_stick_limit,
-    starts_in_slip,
-)
+from slipfold.flow.simulate import initial_state
+from slipfold.flow.simulate import simulate as integrate
 from slipfold.flow.trajectory import LastRound, Trajectory, last_round
 from slipfold.long_term.contacts import ContactRounds, find_contacts
 from slipfold.long_term.spectrum import find_spectrum
@@ -115,8 +109,8 @@ def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
     }
 
 
-PERIODS = 2 * CHUNK
-"""Periods in a piece: those of the flow, so that a solution is that of simulate."""
+PERIODS = 16
+"""Periods in a piece."""
 
 TOLERANCE = default_of(simulate, "tolerance")
 
@@ -124,64 +118,24 @@ TOLERANCE = default_of(simulate, "tolerance")
 def stream_simulation(
     model: Model, request: SimulationRequest, emit: Emit, check: Check = lambda: None
 ) -> None:
-    """Integrate a solution and send it piece by piece.
-
-    A solution that comes to rest in a contact is sent again, with stick and slip.
-    """
+    """Integrate a solution and send it piece by piece."""
     start = initial_state(model, start_of(model, request))
+    # Autonomous solutions with contacts continue until they are steady, as in `slipfold.simulate`.
+    until_steady = not model.forced and bool(contacts_of(model))
+    result = integrate(
+        model if until_steady else timed(model, request),
+        None if until_steady else request.periods,
+        start,
+        tolerance=TOLERANCE,
+        observer=lambda progress: check(),
+    )
     every = _step_between_samples(request.periods)
-    again = not starts_in_slip(model, start)
-    if not again:
-        trajectory = _smooth(timed(model, request), start, request.periods, every, emit)
-        if reaches_stick_limit(trajectory.stopped, model):
-            again = True
-        else:
-            result = trajectory.result(TOLERANCE)
-    if again:
-        emit({**NOTHING, "again": True, "done": False})
-        result = _switched(model, start, request.periods, every, emit)
+    for first in range(0, result.periods, PERIODS):
+        emit(_piece(result, first, min(first + PERIODS, result.periods), every))
     emit({**NOTHING, "done": True, **_classification(result), "contacts": contacts_view(result)})
 
 
 NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
-
-
-def _smooth(model: Model, start: Array, periods: int, every: int, emit: Emit) -> SmoothIntegration:
-    trajectory, flow = SmoothIntegration(model, start), flow_of(model)
-    constants = flow.constants_of(model)
-    phases = np.arange(SAMPLES) / SAMPLES
-    while trajectory.periods < periods and trajectory.stopped is None:
-        done = trajectory.periods
-        trajectory.advance(min(PERIODS, periods - done))
-        starts = trajectory.strobe[done : trajectory.periods]
-        if len(starts):
-            phase = np.zeros(len(starts))
-            states = flow.sample(starts, phase, phase + 1.0, SAMPLES, constants)
-            rows = states.reshape(-1, flow.dimension)
-            values = flow.outputs(rows, np.tile(phases, len(starts)), constants)
-            emit(_piece(model, values.reshape(len(starts), SAMPLES, -1), done, every))
-    return trajectory
-
-
-def _switched(model: Model, start: Array, periods: int, every: int, emit: Emit) -> Trajectory:
-    trajectory = HybridIntegration.begin(model, start, own_duration=True)
-    phases = np.arange(SAMPLES) / SAMPLES
-    # Autonomous solutions continue until they are steady, as in `slipfold.simulate`.
-    for end in trajectory.ends(periods if model.forced else None):
-        while trajectory.periods < end and trajectory.stopped is None:
-            done = trajectory.periods
-            trajectory.advance(min(PERIODS, end - done))
-            starts = zip(trajectory.strobe[done:-1], trajectory.modes[done:-1], strict=True)
-            values = [
-                sample_hybrid(trajectory.model, state, mode, phases).outputs()
-                for state, mode in starts
-            ]
-            if values:
-                emit(_piece(trajectory.model, np.array(values), done, every))
-        result = trajectory.result(TOLERANCE)
-        if result.settlement.settled or trajectory.stopped is not None:
-            break
-    return result
 
 
 def _step_between_samples(periods: int) -> int:
@@ -190,19 +144,18 @@ def _step_between_samples(periods: int) -> int:
     return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= samples or step == 16)
 
 
-def _piece(model: Model, values: Array, done: int, every: int) -> dict[str, Any]:
-    """Return periods as a piece. Shapes: values (n_periods, SAMPLES, n_outputs), states first."""
-    flow = flow_of(model)
-    period = flow.constants_of(model).period
-    numbers = done + np.arange(len(values))
-    time = (numbers[:, None] + np.arange(SAMPLES) / SAMPLES) * period
+def _piece(trajectory: Trajectory, first: int, last: int, every: int) -> dict[str, Any]:
+    """Return the periods from one to another as a piece."""
+    model, flow = trajectory.model, flow_of(trajectory.model)
+    time, samples = trajectory.sampled(first, last, SAMPLES)
+    values = samples.outputs().reshape(last - first, SAMPLES, -1)  # states first
     drawn = values[:, ::every].reshape(-1, values.shape[2])
     return {
-        "t": short(time[:, ::every].ravel()),
+        "t": short(time[::every]),
         "states": {item.name: short(drawn[:, i]) for i, item in enumerate(model.states)},
         "sections": {
-            "period": numbers.tolist(),
-            "duration": period,
+            "period": list(range(first, last)),
+            "duration": trajectory.forcing_period,
             "start": {item.name: short(values[:, 0, i]) for i, item in enumerate(model.states)},
             **_extrema(flow, values),
         },

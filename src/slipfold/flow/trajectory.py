@@ -185,10 +185,11 @@ class Trajectory(OneLine):
         InputError
             If there is no such period, or `per_period` is less than 1.
         """
-        time, samples = self._sampled(start, stop, per_period)
+        time, samples = self.sampled(start, stop, per_period)
         return time, samples.states
 
-    def _sampled(self, start: int, stop: int | None, per_period: int) -> tuple[Array, Samples]:
+    def sampled(self, start: int, stop: int | None, per_period: int) -> tuple[Array, Samples]:
+        """Return times and samples over whole forcing periods, as `sample` does."""
         first, last, _ = slice(start, stop).indices(self.periods)
         if first >= last:
             raise InputError(
@@ -237,7 +238,7 @@ class Trajectory(OneLine):
             If there is no such output or no such period.
         """
         column = self._flow.output_index(name)
-        time, samples = self._sampled(start, stop, per_period)
+        time, samples = self.sampled(start, stop, per_period)
         return time, samples.outputs()[:, column]
 
     def steady(self, periods: int = 64, per_period: int = 64) -> tuple[Array, Array]:
@@ -271,7 +272,7 @@ class Trajectory(OneLine):
     def _sampled_steadily(self, periods: int, per_period: int) -> tuple[Array, Samples]:
         count, duration = self.steady_periods(periods), self.settlement.duration
         if duration is None:
-            return self._sampled(self.periods - count, None, per_period)
+            return self.sampled(self.periods - count, None, per_period)
         model, start = self.steady_model, self.strobe[-1]
         phases = np.arange(count * per_period) / per_period
         time = self.duration + phases * duration

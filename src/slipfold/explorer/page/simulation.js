@@ -119,9 +119,7 @@ export class Simulation {
     this.#session.requests.ask(this.request, { onAnswer, onError }, { supersede: true });
   }
 
-  #take({ again, sections, done, verdict, duration = null, contacts = null }) {
-    // A motion that comes to rest in a contact is told anew, with its stick.
-    if (again) this.#become({ count: 0, max: {}, min: {} });
+  #take({ sections, done, verdict, duration = null, contacts = null }) {
     const { max, min } = this.state;
     const count = this.state.count + (sections?.period.length ?? 0);
     this.#become({
