@@ -35,20 +35,11 @@ time and run half as fast, which suits models that are integrated once, as in mo
 class StepBudget:
     """Numbers of integrator steps after which a trajectory is given up."""
 
-    # Steps per call, milliseconds, between which Ctrl-C is noticed. A segment takes about 5, or
-    # 80 at a distance of 1e-5 from a singularity
-    call: int = 500
-    # Step budget without progress if formulas turn sharply: while a contact creeps, steps are as
-    # short as its rise is steep
-    steep: int = 50_000
-    # Step budget of a trajectory, a few seconds: two hundred thousand vibrations, or bristles a
-    # hundred thousand times as stiff as the load in fast slip
-    trajectory: int = 2_000_000
-    # Step budget of a segment of an orbit, eight hundred vibrations: Newton's method needs
-    # hundreds of segments with derivatives, also where there is no orbit
-    segment: int = 4_500
-    # Fraction of the remainder of a trajectory that `call` steps must gain; less is a singularity
-    progress: float = 1e-5
+    call: int = 500  # steps a call, milliseconds, after which Ctrl-C is noticed
+    steep: int = 50_000  # without progress where formulas turn sharply: a contact may creep
+    trajectory: int = 2_000_000  # of a trajectory, seconds: two hundred thousand vibrations
+    segment: int = 4_500  # of a segment, since Newton's method needs hundreds: 800 vibrations
+    progress: float = 1e-5  # fraction of the remainder that a call gains, except at a singularity
 
     def is_exceeded(self, maximum: int, taken: int, free: int, left: Array, gained: Array) -> bool:
         """Whether trajectories hardly gained in the last call, or will not end in most steps."""

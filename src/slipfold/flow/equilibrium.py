@@ -44,16 +44,11 @@ def invariant_groups_of(model: Model) -> list[tuple[int, ...]]:
 class EquilibriumSettings:
     """Distances from equilibria, and the search for an interval of time."""
 
-    # Distance from an equilibrium, in scaled states, within which a state is on it: Newton's
-    # method has errors of 1e-13, and users write a dozen digits. Also the growth, over the
-    # fastest rate, that is rounding
-    distance: float = 1e-9
-    # Perturbation off an unstable equilibrium, in scaled states: small enough for linear growth,
-    # far above rounding
-    perturbation: float = 1e-6
-    trial_steps: int = 500  # Integrator steps of the trial trajectory, ten rounds of a smooth cycle
-    # Longest trial trajectory, in times of the fastest rate: slow motion sets no interval
-    trial_length: float = 1e4
+    # In scaled states; also the growth, over the fastest rate, that is rounding
+    distance: float = 1e-9  # at which a state is on it: Newton's method leaves 1e-13
+    perturbation: float = 1e-6  # off an unstable one: grows linearly, and is far above rounding
+    trial_steps: int = 500  # of a trial trajectory, ten rounds of a smooth cycle
+    trial_length: float = 1e4  # of the same, in times of the fastest rate
 
 
 EQUILIBRIUM = EquilibriumSettings()

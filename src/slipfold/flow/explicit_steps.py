@@ -28,37 +28,26 @@ from slipfold.models.quantities import Expression, Limit
 class ExplicitSettings:
     """Accuracy and size of the explicit steps."""
 
-    # Distance of a limit in changes over a step at the present rate: more than 1/3, so that a
-    # cubic between two such points does not reach it
+    # Distance of a limit, in changes over a step: beyond 1/3 a cubic does not reach it
     limit_distance: float = 0.4
-    # Largest change over a step of the argument of a sharp function, so that no bend is missed
-    sharp_change: float = TURNS.flat / 4
-    tiny: float = 1e-100  # Smallest denominator of a quotient of squares
-    # Steps in one call: the states stay in registers, and a call costs as much as a step
-    steps_per_call: int = 4
-    # Operations in one compiled function, about a second to compile. Larger models take one step
-    # a call, and those with twice as many operations a loop
-    operations: int = 3000
-    # Error of a step and of its derivatives, in scales. It gives orbits to 1e-9; special points
-    # are corrected with the flow itself
-    tolerance: float = 1e-10
+    sharp_change: float = (
+        TURNS.flat / 4
+    )  # of a sharp function's argument, so that no bend is missed
+    tiny: float = 1e-100  # smallest denominator of a quotient of squares
+    steps_per_call: int = 4  # which stay in registers; a call costs as much as a step
+    operations: int = 3000  # in a compiled function, a second to compile; beyond it one step a call
+    tolerance: float = 1e-10  # error of a step and its derivatives in scales: orbits to 1e-9
     order: int = 8
-    safety: float = 0.9  # Safety factor of a step, and bounds of the ratio of two steps
-    shortest_ratio: float = 0.2
+    safety: float = 0.9
+    shortest_ratio: float = 0.2  # of two steps
     longest_ratio: float = 4.0
-    max_steps: int = 600  # Steps after which a trajectory is left behind
-    # Steps after which trajectories that have not arrived form new batches
-    steps_per_round: int = 6
-    # Trajectories in a batch: many for the cost of a call, few for the processor's cache
-    batch: int = 256
-    cubic_safety: float = 0.5  # Safety factor of a minimum below the ends of a step by a cubic
-    # Trajectories in a batch: many for the cost of a call, few for the processor's cache
-    ensemble_batch: int = 512
-    # Calls in a forcing period, each of a few steps
-    calls: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)
-    ensemble_tolerance: float = (
-        1e-9  # Estimated error of four steps in scales; the actual error is a tenth
-    )
+    max_steps: int = 600  # after which a trajectory is left behind
+    steps_per_round: int = 6  # after which trajectories that have not arrived form new batches
+    batch: int = 256  # trajectories: many for the cost of a call, few for the processor's cache
+    cubic_safety: float = 0.5  # of a minimum between the ends of a step
+    ensemble_batch: int = 512  # trajectories without derivatives
+    calls: tuple[int, ...] = (2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64, 96, 128)  # a period
+    ensemble_tolerance: float = 1e-9  # estimated error of four steps; the error is a tenth
 
 
 EXPLICIT = ExplicitSettings()

@@ -30,13 +30,12 @@ POINTS = radau_points(8)
 class ImplicitSettings:
     """Accuracy and number of the implicit steps."""
 
-    # Last term of a step's polynomial over the states; the first omitted term is smaller by the
-    # ratio of the last two
-    tolerance: float = 1e-11
-    # Step budget of a trajectory, ten seconds: a hundred forcing periods of stiff slip
-    max_steps: int = 20_000
-    safety: float = 0.85  # Safety factor of a step, and bounds of the ratio of two steps
-    shortest_ratio: float = 0.1
+    tolerance: float = (
+        1e-11  # last term of a step's polynomial over the states; the next is smaller
+    )
+    max_steps: int = 20_000  # ten seconds: a hundred forcing periods of stiff slip
+    safety: float = 0.85
+    shortest_ratio: float = 0.1  # of two steps
     longest_ratio: float = 3.0
 
 

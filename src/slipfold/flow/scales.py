@@ -22,18 +22,12 @@ from slipfold.models.model import Model
 class ScaleSettings:
     """The search for characteristic scales."""
 
-    # Feedback, as a fraction of the typical rate, assumed where a state drives another that does
-    # not act back
-    weak: float = 0.1
-    # Vibrations this many times faster than the slowest one and the forcing follow the trajectory
-    # quasi-statically. A chain of forty masses has none, a beam of three elements has some
+    weak: float = 0.1  # feedback, over the typical rate, of a state that does not act back
+    # Vibrations so many times faster than the slowest follow at once: in a beam, not in a chain
     fast: float = 64.0
-    # Forcing periods of a trial trajectory: a resonance shows, and an unstable one is still small
-    periods: int = 8
-    samples: int = 16  # Samples of it per forcing period
-    # Fraction of the displacement at rest, or of the fastest rate, below which movement or
-    # vibration is rounding
-    rounding: float = 1e-9
+    periods: int = 8  # of a trial trajectory: a resonance shows, an instability is still small
+    samples: int = 16  # of it a period
+    rounding: float = 1e-9  # of the displacement at rest, or of the fastest rate
 
 
 SCALES = ScaleSettings()

@@ -32,29 +32,21 @@ from slipfold.text import number_text
 class ConvergenceSettings:
     """When a trajectory has converged."""
 
-    max_period: int = 8  # Longest period of a response, in forcing periods
-    # Forcing periods below which nothing is known, and below which a transient may be a torus
-    few: int = 16
-    short: int = 200
-    # Ratio of the changes in successive windows that counts as shrinking (growing: its inverse)
-    trend: float = 0.9
-    # Changes of contacts in a cycle at most, and rounds that must repeat each other
-    max_changes: int = 64
-    rounds: int = 4
-    # Steps of the integrator at the end of a trajectory in which returns are sought: a round of a
-    # smooth cycle takes fifty, one with jumps a thousand
+    max_period: int = 8  # of a response, in forcing periods
+    few: int = 16  # periods below which nothing is known
+    short: int = 200  # periods below which a transient may be a torus
+    trend: float = 0.9  # ratio of changes in successive windows that shrink; its inverse: grow
+    max_changes: int = 64  # of contacts in a cycle
+    rounds: int = 4  # that must repeat each other
+    # At the end, in which returns are sought: a smooth round takes fifty, one with jumps a thousand
     steps: tuple[int, ...] = (4_000, 16_000, 64_000)
-    # Intervals before the end from which stiffness is tried, how many of them, and steps of each
-    stiff_intervals: int = 100
-    stiff_trials: int = 10
-    stiff_steps: int = 500
-    # Crossings farther from the plane's origin than this fraction of the trajectory's extent
-    # belong to other parts of the trajectory
-    near: float = 0.3
-    enough: int = 60  # Returns that suffice for a trend, and states below which none can be seen
-    fewest: int = 40
-    # Distance from one of a multiplier that may be one: of a center two are, known to 1e-6 only
-    neutral: float = 1e-5
+    stiff_intervals: int = 100  # before the end, from which stiffness is tried
+    stiff_trials: int = 10  # of them
+    stiff_steps: int = 500  # of each
+    near: float = 0.3  # distance of a crossing from the plane's origin, over the extent
+    enough: int = 60  # returns that suffice for a trend
+    fewest: int = 40  # states in which an approach to an equilibrium shows
+    neutral: float = 1e-5  # distance of a multiplier from one: those of a center are known to 1e-6
 
 
 CONVERGENCE = ConvergenceSettings()

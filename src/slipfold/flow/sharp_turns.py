@@ -116,17 +116,14 @@ Group = tuple[int, ...]
 class TurnSettings:
     """Events at sharp turns."""
 
-    # Factor by which the watched function changes faster than the state: it is of order one where
-    # other states may have a thousand scales, and errors are relative to the largest
-    faster: float = 1.5
+    faster: float = (
+        1.5  # change of the watched function of an invariant group over that of the state
+    )
     flat: float = 36.0  # exp(-36) is rounding relative to 1
-    steep_power: int = 15  # Highest power whose coefficient is in the series at zero
-    # Weight of events in the length of a step, relative to states. It gives edges to 1e-4 or
-    # better, keeps the tolerance for arguments up to 1e9, and ends a step at half the distance of
-    # a pole with any residue
+    steep_power: int = 15  # highest power whose coefficient is in the series at zero
+    # Of events in the length of a step: edges are exact to 1e-4 for arguments up to 1e9
     weight: float = 1e-9
-    # Cooldown phase after an edge: longer than rounding, shorter than a crossing
-    cooldown: float = 1e-10
+    cooldown: float = 1e-10  # phase after an edge: longer than rounding, shorter than a crossing
 
 
 TURNS = TurnSettings()

@@ -24,28 +24,19 @@ from slipfold.progress import Observer, Progress
 class ClassificationSettings:
     """When a trajectory counts as periodic, torus or chaos."""
 
-    floor: float = 1e-8  # Change in scales over a period that may be an error of the integration
-    # Distance in scales from its limit at which a trajectory counts as converged
-    near: float = 1e-3
-    # Forcing periods of pairs in the first and in the second attempt
-    pair_periods: tuple[int, ...] = (1000, 4000)
-    # Distance of a pair in scales: far above rounding, since both take the same steps
-    separation: float = 1e-7
-    zero: float = 3e-4  # Largest exponent per period of a torus, and its largest error
-    # Largest fraction of its distance from a response that a converging trajectory keeps; a
-    # smaller one if the exponent predicts it
-    shrunk: float = 0.9
-    recent: int = 48  # Last periods in which a trajectory must repeat
-    # States are averaged by their number modulo this, which shows periods that divide it
-    classes: int = 24
-    stuck: int = 32  # Periods with stick after which a trajectory is left
-    batch: int = 2048  # Trajectories in a batch; an interruption loses at most one batch
-    # Distance in scales between the means of two different responses of one period
-    same_mean: float = 1e-2
-    transient: int = 400  # Forcing periods before a trajectory must repeat, as in a map of regimes
-    # Cells between a place and the border of its region; nearer to it the label may be that of
-    # the other side
-    margin: int = 2
+    floor: float = 1e-8  # change in scales over a period that may be an error of the integration
+    near: float = 1e-3  # distance from its limit at which a trajectory counts as converged
+    pair_periods: tuple[int, ...] = (1000, 4000)  # of pairs in the first and second attempt
+    separation: float = 1e-7  # of a pair in scales: far above rounding, as both take the same steps
+    zero: float = 3e-4  # largest exponent per period of a torus, and its largest error
+    shrunk: float = 0.9  # largest fraction of its distance that a converging trajectory keeps
+    recent: int = 48  # last periods in which a trajectory must repeat
+    classes: int = 24  # states are averaged by their number modulo this: shows its divisors
+    stuck: int = 32  # periods with stick after which a trajectory is left
+    batch: int = 2048  # trajectories; an interruption loses at most one batch
+    same_mean: float = 1e-2  # distance between the means of two responses of one period
+    transient: int = 400  # forcing periods before a trajectory in a region must repeat
+    margin: int = 2  # cells between a place and the border of its region
 
 
 CLASSIFICATION = ClassificationSettings()

@@ -71,27 +71,18 @@ def bump(count: int) -> Array:
 class ExponentSettings:
     """Accuracy of exponents and of rotation numbers."""
 
-    lines: int = 6  # Strongest lines of the spectrum, which have to be multiples of one of them
-    multiples: int = 32  # Largest of these multiples
-    match: float = 1e-6  # Distance of a line from a multiple, in turns
-    # Errors by which an exponent must differ from zero to be positive or negative
-    sure: float = 3.0
-    rounding: float = 1e-10  # Exponent per period of a zero one that is rounding
-    pilot: int = 8  # Periods that show how unequally perturbations grow
-    # Difference of logarithms of growth in one linearization. With 36 the smallest growth would
-    # have no digits left
-    spread: float = 12.0
-    # Growth over a period, relative to the largest, below which stick has removed a perturbation;
-    # the remainder is rounding
-    removed: float = 1e-12
-    # Periods before the first estimate of exponents; each later one takes twice as many
-    first: int = 250
-    # Default number of periods: if the classification is known or periods are expensive, and
-    # else. With four states 128,000 take 9 s
-    max_periods: int = 32_000
-    longest: int = 128_000
-    # Distance from a periodic response, in scaled states, at which a trajectory has converged
-    converged: float = 1e-9
+    lines: int = 6  # strongest of a spectrum, which have to be multiples of one
+    multiples: int = 32  # largest of these
+    match: float = 1e-6  # distance of a line from a multiple, in turns
+    sure: float = 3.0  # errors by which an exponent differs from zero
+    rounding: float = 1e-10  # of a zero exponent per period
+    pilot: int = 8  # periods that show how unequally perturbations grow
+    spread: float = 12.0  # of logarithms of growth in one linearization; 36 would leave no digits
+    removed: float = 1e-12  # growth over a period, over the largest, that stick left to rounding
+    first: int = 250  # periods before the first estimate; each later one takes twice as many
+    max_periods: int = 32_000  # by default if the classification is known or periods are expensive
+    longest: int = 128_000  # by default else: 9 s with four states
+    converged: float = 1e-9  # distance from a periodic response, in scaled states
 
 
 EXPONENTS = ExponentSettings()
@@ -99,28 +90,14 @@ EXPONENTS = ExponentSettings()
 
 @dataclass(frozen=True)
 class Rotation:
-    """How the closed curve on which a trajectory passes phase zero is turned; frozen.
+    """How the closed curve on which a trajectory passes phase zero is turned."""
 
-    Parameters
-    ----------
-    number
-        The rotation number, from 0 to 1/2: turns of the curve over `period`.
-    period
-        Forcing periods after which the curve is mapped onto itself.
-    error
-        Estimated error of the number: the difference from that of its second half.
-    resonance
-        A fraction p/q near the number, None if there is none: the curve nearly closes after q
-        returns.
-    beat
-        Forcing periods after which it has closed once more or less than at the resonance, else NaN:
-        what is averaged along the trajectory converges only beyond several of them.
-    """
-
-    number: float
-    period: int
-    error: float
-    resonance: Fraction | None
+    number: float  # the rotation number, from 0 to 1/2: turns of the curve over `period`
+    period: int  # forcing periods after which the curve is mapped onto itself
+    error: float  # of the number, estimated: the difference from that of its second half
+    resonance: Fraction | None  # p/q near the number: the curve nearly closes after q returns
+    # Forcing periods after which it has closed once more or less than at the resonance, else NaN:
+    # averages along the trajectory converge only beyond several of them
     beat: float
 
     @property

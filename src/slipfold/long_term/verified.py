@@ -84,46 +84,30 @@ class CycleLine:
 class AttractorSettings:
     """Distances and numbers of trials that verify an attractor."""
 
-    # Distance, in scaled states, that is tried first: the flow is nearly linear there
-    first_distance: float = 1e-4
-    ratio: int = 4  # Factor between distances that are tried, and their number in each direction
-    trials: int = 7
-    probes: int = 24  # States at a distance from which all trajectories must approach
-    same: float = 1e-6  # Distance, in scaled states, within which two orbits are the same
-    # Factor by which multipliers shrink distances from a cycle in the rounds that trajectories
-    # get to come nearer by half, and the minimum and maximum of these rounds: modes that are not
-    # orthogonal grow at first
-    decay: float = 0.03
-    fewest: int = 2
+    # Distances are in scaled states
+    first_distance: float = 1e-4  # that is tried: the flow is nearly linear there
+    ratio: int = 4  # between distances that are tried
+    trials: int = 7  # in each direction
+    probes: int = 24  # states at a distance from which all trajectories must approach
+    same: float = 1e-6  # distance of two orbits that are the same
+    decay: float = 0.03  # of distances by multipliers in rounds that need to bring half of that
+    fewest: int = 2  # of these rounds: modes that are not orthogonal grow at first
     max_rounds: int = 100
-    # Fraction of the states of a trajectory on a torus or chaos that lie near the stored ones
-    inside: float = 0.9
-    # Distance, in scaled states or over its extent, within which a trajectory that returns is
-    # near a periodic orbit, which Newton's method then finds
-    nearly: float = 0.03
-    # Distance from a cycle, in scaled states, within which a trajectory is on it
-    near_cycle: float = 3e-3
-    samples: int = 64  # Samples per interval for the search of a return
-    # Extent, in scaled states, below which a cycle found by Newton's method is an equilibrium
-    point: float = 1e-5
-    # Periods after which exponents say, one after the other, whether it is a torus or chaos
-    exponents: tuple[int, ...] = (2000, 8000)
-    tolerance: float = 1e-8  # Error of exponents that suffices
-    # Half width of the default box about the model's start, in characteristic scales of states
-    reach: float = 1.5
-    stored: int = 33  # Last states of each trajectory that are examined
-    # Starts of a first search; the others then mostly converge to known attractors
-    scouts: int = 256
-    visiting: int = 256  # Periods in which a trajectory on a torus or in chaos visits most of it
-    paced: int = 7  # Trajectories from which the interval is chosen
-    search_values: int = (
-        4  # Parameter values, evenly spaced over the span, at which trajectories start
-    )
-    search_starts: int = (
-        32  # Trajectories at each value, and starts of Newton's method for equilibria
-    )
-    # Distance, in scaled states, within which two orbits are the same: branches are interpolated
-    same_branch: float = 1e-4
+    inside: float = 0.9  # fraction of the states on a torus or chaos near the stored ones
+    nearly: float = 0.03  # return of a trajectory near an orbit that Newton's method then finds
+    near_cycle: float = 3e-3  # distance of a trajectory on a cycle
+    samples: int = 64  # an interval for the search of a return
+    point: float = 1e-5  # extent of a cycle that is an equilibrium
+    exponents: tuple[int, ...] = (2000, 8000)  # periods after which exponents decide
+    tolerance: float = 1e-8  # of these exponents
+    reach: float = 1.5  # half width of the default box, in scales
+    stored: int = 33  # last states of each trajectory that are examined
+    scouts: int = 256  # starts of a first search; others mostly converge to what it finds
+    visiting: int = 256  # periods in which a trajectory visits most of a torus or chaos
+    paced: int = 7  # trajectories from which the interval is chosen
+    search_values: int = 4  # of the parameter at which trajectories start
+    search_starts: int = 32  # trajectories at each, and starts of Newton's method
+    same_branch: float = 1e-4  # distance of two orbits that are the same: branches are interpolated
 
 
 ATTRACTOR = AttractorSettings()
