@@ -74,6 +74,7 @@ def test_a_curve_lost_beside_the_limit_is_lost_because_of_it(branches):
             orbit = branch.orbit(index)
             orbits = orbits_of(orbit.model, {"F": 1.0}, 1, len(orbit.nodes))
             z = orbits.unknown(orbit.nodes, orbit.model)
-            last = SimpleNamespace(z=z, tangent=np.eye(1, len(z), len(z) - 1)[0])
+            tangent = np.eye(1, len(z), len(z) - 1)[0]
+            last = SimpleNamespace(z=z, tangent=tangent, multipliers=orbit.multipliers)
             kind, _ = failure_reason(orbits, last, Failure("failed", "Newton's method failed"))
             assert kind == expected

@@ -58,7 +58,7 @@ class Sparse(SquareMatrix):
         from scipy.sparse.linalg import splu
 
         try:
-            return splu(self._entries(LIGHT))
+            return splu(self._entries(LIGHT), permc_spec="NATURAL")  # columns are in order
         except RuntimeError:
             return None
 
@@ -131,15 +131,7 @@ def _parity(permutation: Places) -> int:
 
 
 LARGE = 64
-"""Unknowns beyond which nodes are eliminated in turn; below, one inversion of the whole
-matrix is quicker than so many small operations (measured: 76 us instead of 165 at 33 unknowns, the
-same at 80), and no threads are started for it."""
-
-STATES = 8
-"""States from which elimination along a mesh is quicker than sparse factors, eight times at 32."""
-
-GROWN = 1e5
-"""Growth along a mesh beyond which elimination loses digits."""
+"""Unknowns up to which one inversion of the whole matrix is quicker than sparse factors."""
 
 MANY = 12
 """Nodes beyond which they may be those of a mesh, through which an orbit may grow without bound."""
@@ -277,23 +269,11 @@ class Linearization:
         """
         if len(self.conditions.values) >= self.along.shape[2]:
             return LeastSquares(np.concatenate([self.jacobian, row[None]]))
-        if len(self.blocks) > MANY and self._grows:
-            return Sparse(self.blocks, self.along, self._lines(row))
-        if len(row) > LARGE:
-            return Eliminated(self, row)
-        return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
-
-    @cached_property
-    def _grows(self) -> bool:
-        """Whether perturbations may grow along the mesh by more than elimination can take."""
-        if self.along.shape[1] < STATES:
-            return True
-        return any(not np.abs(part).max() < GROWN for part in _products(self.blocks))
-
-    def _lines(self, row: Array) -> Array:
-        """Return the rows below those of the segments, shape (d + 1, m n + k)."""
+        if len(row) <= LARGE:
+            return WholeMatrix(np.concatenate([self.jacobian, row[None]]))
         gradients = self.conditions.gradients
-        return row[None] if gradients is None else np.vstack([gradients, row])
+        lines = row[None] if gradients is None else np.vstack([gradients, row])
+        return Sparse(self.blocks, self.along, lines)
 
 
 def _product(factors: Array) -> Array:
@@ -331,101 +311,3 @@ def _places(m: int, n: int, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64
     blocks = np.arange(m)[:, None, None] * n * (width + 1) + inside
     ones = np.arange(size) * width + (np.arange(size) + n) % size
     return blocks.ravel(), ones
-
-
-class Eliminated(SquareMatrix):
-    """Jacobian of an orbit with one more row, square of size m n + k, for many states.
-
-    The unknowns of all nodes but the first are eliminated by the transition matrices: systems of
-    size n + k remain, for which linear algebra starts no threads. What rounding adds, magnified by
-    the multipliers, Newton's method removes.
-
-    Shapes: row (m n + k,).
-    """
-
-    def __init__(self, linearization: Linearization, row: Array) -> None:
-        self.linearization = linearization
-        self.row = row
-
-    @property
-    def matrix(self) -> Array:
-        """The whole matrix."""
-        return np.concatenate([self.linearization.jacobian, self.row[None]])
-
-    @cached_property
-    def _lines(self) -> Array:
-        """The rows below those of the segments, shape (k, m n + k)."""
-        gradients = self.linearization.conditions.gradients
-        return self.row[None] if gradients is None else np.vstack([gradients, self.row])
-
-    @cached_property
-    def _carried(self) -> Array:
-        """Nodes, then parameters, by the first node and the parameters: shape (m n + k, n + k)."""
-        part = self.linearization
-        m, n, k = part.along.shape
-        carried = np.zeros((m * n + k, n + k))
-        carried[m * n :, n:] = np.eye(k)
-        nodes = carried[: m * n].reshape(m, n, n + k)
-        nodes[0, :, :n] = np.eye(n)
-        for j in range(m - 1):
-            np.matmul(part.blocks[j], nodes[j], out=nodes[j + 1])
-            nodes[j + 1, :, n:] += part.along[j]
-        return carried
-
-    @cached_property
-    def _condensed(self) -> Array:
-        """What is left for the first node and the parameters, shape (n + k, n + k).
-
-        Its determinant is that of the whole matrix: the pivots are -1, and as many columns change
-        places.
-        """
-        part = self.linearization
-        m, n, _ = part.along.shape
-        last = part.blocks[-1] @ self._carried[(m - 1) * n : m * n]
-        last[:, n:] += part.along[-1]
-        last[:, :n] -= np.eye(n)
-        return np.vstack([last, self._lines @ self._carried])
-
-    @cached_property
-    def _inverse(self) -> Array:
-        """Inverse of what is left, NaN if it is singular."""
-        try:
-            return np.asarray(np.linalg.inv(self._condensed), dtype=float)
-        except np.linalg.LinAlgError:
-            return np.full_like(self._condensed, np.nan)
-
-    def solve(self, right: Array) -> Array:
-        """Return the solution for a right-hand side, NaN if the matrix is singular."""
-        part = self.linearization
-        m, n, k = part.along.shape
-        alone = np.zeros(m * n + k)  # what the right-hand side does with the first node held
-        nodes, sides = alone[: m * n].reshape(m, n), right[: m * n].reshape(m, n)
-        for j in range(m - 1):
-            nodes[j + 1] = part.blocks[j] @ nodes[j] - sides[j]
-        last = sides[-1] - part.blocks[-1] @ nodes[-1]
-        left = np.concatenate([last, right[m * n :] - self._lines @ alone])
-        return alone + self._carried @ (self._inverse @ left)
-
-    def solve_transposed(self, right: Array) -> Array:
-        """Return the solution with the transposed matrix, NaN if it is singular."""
-        part = self.linearization
-        m, n, _ = part.along.shape
-        left = self._inverse.T @ (self._carried.T @ right)
-        pull = right - self._lines.T @ left[n:]
-        nodes = pull[: m * n].reshape(m, n)
-        found = np.empty((m, n))
-        found[-1], carried = left[:n], nodes[-1] - part.blocks[-1].T @ left[:n]
-        for j in range(m - 2, -1, -1):
-            found[j] = -carried
-            carried = part.blocks[j].T @ carried + nodes[j]
-        return np.concatenate([found.ravel(), left[n:]])
-
-    @cached_property
-    def _kernel(self) -> Array:
-        """Last column of the whole inverse."""
-        return self._carried @ self._inverse[:, -1]
-
-    @cached_property
-    def _determinant(self) -> tuple[float, float]:
-        sign, logarithm = np.linalg.slogdet(self._condensed)
-        return float(sign), float(logarithm)
