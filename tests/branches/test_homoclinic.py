@@ -71,6 +71,21 @@ def test_cycles_arrive_at_the_homoclinic_orbit(sign):
     assert slope == pytest.approx(-rate, rel=0.02)
 
 
+def test_shooting_and_collocation_agree_within_their_uncertainties():
+    folds = {}
+    for method in ("automatic", "collocation"):
+        settings = sf.Settings(largest_period=1, discretization=method)
+        diagram = sf.response(sf.System(CHUA), vary="alpha", span=(6.5, 12), settings=settings)
+        folds[method] = [item for item in diagram.branches[1].special if item.type == "LP"]
+    assert len(folds["automatic"]) >= 6
+    for shot, other in zip(folds["automatic"][:6], folds["collocation"], strict=False):
+        assert abs(shot.value - other.value) <= shot.uncertainty + other.uncertainty
+        # Errors of the mesh, which large multipliers magnify, are said.
+        apart = np.abs(other.multipliers[:, None] - shot.multipliers).min(axis=1)
+        assert (apart <= other.multiplier_uncertainty + shot.multiplier_uncertainty.max()).all()
+        assert shot.uncertainty < 1e-12 < other.uncertainty < 1e-5
+
+
 def test_lorenz_cycles_end_where_they_are_homoclinic():
     # rho = 13.926557 (Sparrow 1982): the cycles born at the Hopf point 24.74.
     lorenz = sf.System(

@@ -25,13 +25,17 @@ from slipfold.continuation.traced_curve import Found
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.batches import LANES
 from slipfold.flow.flow import flow_of
-from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
 from slipfold.orbits.continued import locate_marginal_stops
 from slipfold.orbits.extrema import TOGETHER, Extrema
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.normal_forms.forms import forms_of
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
-from slipfold.orbits.test_functions import evaluate_tests, match_multipliers
+from slipfold.orbits.test_functions import (
+    critical_places,
+    evaluate_tests,
+    match_multipliers,
+)
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 from slipfold.text import certain
 
@@ -248,6 +252,12 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
         rounding = crossing.rounding
         for direction in (point.tangent, other):
             uncertain = uncertain + crossing.blurred * _multiplier_rates(orbits, point, direction)
+    # The critical multipliers cannot be known better than they meet the condition.
+    places = critical_places(found.type, point.multipliers)
+    critical = point.multipliers[places]
+    off = np.abs(critical - (-1 if found.type == "PD" else 1))
+    off = np.abs(np.abs(critical) - 1) if found.type in PAIRED else off
+    uncertain[places] = np.maximum(uncertain[places], off)
     moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
     value = orbits.value(point.z)
     largest = max(abs(value), orbits.width)

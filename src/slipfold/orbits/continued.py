@@ -22,7 +22,7 @@ from slipfold.orbits.linearization import Conditions, Linearization
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.meshes import INTERVALS
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
-from slipfold.orbits.shooting import SEGMENT_GROWTH, Shooting, growth_within
+from slipfold.orbits.shooting import SEGMENT_GROWTH, MeshShooting, Shooting, growth_within
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
 MESHES = 4
@@ -185,12 +185,18 @@ def by_collocation(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
 def by_mesh_shooting(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:
     """Return a curve by shooting over a mesh, and a point of it; None if that fails.
 
-    None too where perturbations grow so little that segments are short enough.
+    None too where it is no more exact: where perturbations grow little from segment to segment, or
+    motion is stiff.
     """
-    by, part = curve.orbits.by, point.linearization
+    orbits, part = curve.orbits, point.linearization
+    by, nodes, constants = orbits.by, orbits.nodes(point.z), orbits.constants(point.z)
+    if isinstance(by, Collocation):
+        if by.points.damps or by.flow.is_stiff(nodes[0], constants):
+            return None
+        return _described_by(MeshShooting.with_scales_of(by, by.edges), curve, point)
     if type(by) is not Shooting or part is None or growth_within(part.blocks) < SEGMENT_GROWTH:
         return None
-    return _described_by(by.over_a_mesh(), curve, point)
+    return _described_by(MeshShooting.with_scales_of(by), curve, point)
 
 
 def _described_by(by: Discretization, curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint] | None:

@@ -73,13 +73,7 @@ class Shooting(Discretization):
     ) -> Shooting | None:
         """Return the same over a mesh where perturbations grow too much for equal segments."""
         grows = blocks is not None and growth_within(blocks) > RESOLVED
-        return self.over_a_mesh() if grows else None
-
-    def over_a_mesh(self) -> MeshShooting:
-        """Return the same over a uniform mesh."""
-        other = MeshShooting(self.model, self.free, self.period)
-        other.measure_in(self.scales)
-        return other
+        return MeshShooting.with_scales_of(self) if grows else None
 
     def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
         """Return where states lead, each from one phase to another, shape (q, n).
@@ -179,11 +173,17 @@ class MeshShooting(MeshDiscretization, Shooting):
         edges = even_mesh(model, period, segments) if edges is None else edges
         super().__init__(model, free, period, edges=edges)
 
+    @classmethod
+    def with_scales_of(cls, by: Discretization, edges: Array | None = None) -> Self:
+        """Return shooting over a mesh in the scales of another discretization."""
+        period = by.period if edges is None else round(edges[-1] - edges[0])
+        other = cls(by.model, by.free, period, edges=edges)
+        other.measure_in(by.scales)
+        return other
+
     def on(self, edges: Array) -> Self:
         """Return the same on another mesh over the whole period."""
-        other = type(self)(self.model, self.free, round(edges[-1] - edges[0]), edges=edges)
-        other.measure_in(self.scales)
-        return other
+        return self.with_scales_of(self, edges)
 
     def better(
         self, nodes: Array, constants: Constants, blocks: Array | None = None

@@ -11,6 +11,7 @@ from slipfold.errors import BREAKDOWNS
 from slipfold.flow.equations import power_of_two
 from slipfold.flow.flow import flow_of
 from slipfold.models.model import Model
+from slipfold.orbits.continued import by_mesh_shooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint
 from slipfold.orbits.test_functions import floquet_multipliers, match_multipliers
 
@@ -62,17 +63,22 @@ def parameter_rounding(bordered: SquareMatrix, z: Array) -> float:
 
 
 def recomputed(curve: OrbitCurve, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
-    """Compute a point of a curve with other errors in every step.
+    """Compute a point of a curve with other errors in every step, or smaller ones if possible.
 
     Also what rounding can do to its last parameter. None if that fails: nothing is known then.
     """
-    other, guess, row = curve.shifted(point.z, point.tangent)
     try:
-        correction = correct(other, guess, row)
-        if not correction.converged:
-            return None, np.inf
-        again = other.point(correction, point.arclength)
-        return again, parameter_rounding(correction.bordered, correction.z)
+        exact = by_mesh_shooting(curve, point)
+        if exact is None:
+            other, guess, row = curve.shifted(point.z, point.tangent)
+            correction = correct(other, guess, row)
+            if not correction.converged:
+                return None, np.inf
+            again, bordered = other.point(correction, point.arclength), correction.bordered
+        else:
+            _, again = exact
+            bordered = again.linearization.bordered(again.tangent)
+        return again, parameter_rounding(bordered, again.z)
     except BREAKDOWNS:
         return None, np.inf
 
