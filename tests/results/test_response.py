@@ -91,3 +91,33 @@ def test_a_part_of_the_span_without_a_branch_is_reported():
     assert "No branch was found for A from 0.5144 to 1.2; search=True (--search)" in text
     text = response(pendulum, vary="A", span=(0.1, 0.4)).summary()
     assert "No branch was found" not in text
+
+
+PLANAR = """
+[parameters]
+f = { value = 2.0, unit = "Hz", above = 0 }
+[states]
+x = "vx"
+y = "vy"
+vx = "Rx - 200*x - 0.8*vx + 2*cos(2*pi*f*t)"
+vy = "Ry - 330*y - 0.8*vy + cos(2*pi*f*t)"
+[contacts.R]
+slip = ["0.3 - vx", "-vy"]
+normal = "5"
+friction = { law = "Coulomb", mu_s = "0.5", mu_k = "0.4" }
+[forcing]
+period = "1/f"
+"""
+
+
+def test_extrema_of_a_planar_graze_continue_those_of_its_neighbors(tmp_path):
+    # Slip has no direction there, so nothing integrates the orbit itself.
+    diagram = response(System(PLANAR), "f", (2.3, 2.6))
+    (branch,) = diagram.branches
+    (graze,) = (point for point in branch.special if point.type == "GRAZE")
+    nearest = np.abs(branch.parameter - graze.value).argmin()
+    reached, beside = graze.orbit.extrema.maximum[0], branch.orbit(nearest).extrema.maximum[0]
+    assert reached[:4] == pytest.approx(beside[:4], rel=1e-2)
+    assert "nan" not in diagram.summary()
+    diagram.save(tmp_path / "x.nc")
+    assert load(tmp_path / "x.nc").summary() == diagram.summary()

@@ -37,6 +37,9 @@ COMPLETE = {"span", "closed", "born"}
 GAP = 1e-3
 """Fraction of the span below which a part without branches is not reported."""
 
+NEIGHBORS = 8
+"""Orbits next to one that cannot be integrated that are tried."""
+
 LOCATED = 1e-9
 """Accuracy of special points, over the largest value of the span."""
 
@@ -384,4 +387,30 @@ def finalized(diagram: Diagram) -> Diagram:
             one = slice(row, row + 1)
             own = Extrema(result.names, result.minimum[one], result.maximum[one])
             vars(orbit)["extrema"] = own
+    for branch, point in diagram.special:
+        if np.isnan(point.orbit.extrema.maximum[0, 0]):
+            vars(point.orbit)["extrema"] = _limit(branch, point)
     return diagram
+
+
+def _limit(branch: Branch, point: SpecialPoint) -> Extrema:
+    """Extrapolate extrema to an orbit that cannot be integrated from two orbits on one side of it.
+
+    At a planar GRAZE slip has no direction.
+    """
+    ahead = branch.arclength - point.arclength
+    known = list[tuple[float, Extrema]]()
+    for row in np.argsort(np.abs(ahead))[:NEIGHBORS]:
+        extrema = branch.orbit(int(row)).extrema
+        beside = not known or ahead[row] * known[0][0] > 0
+        if beside and ahead[row] and np.isfinite(extrema.maximum[0, 0]):
+            known.append((float(ahead[row]), extrema))
+        if len(known) == 2:
+            (near, first), (far, second) = known
+            weight = near / (far - near)
+            low, high = (
+                one + weight * (one - other)
+                for one, other in ((first.minimum, second.minimum), (first.maximum, second.maximum))
+            )
+            return Extrema(first.names, low, high)
+    return point.orbit.extrema
