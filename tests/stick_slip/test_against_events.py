@@ -141,5 +141,5 @@ def test_changes_of_two_contacts_that_meet_are_counted_once():
     settings = sf.Settings(largest_period=1)
     (branch,) = sf.response(model, "f", (0.13, 0.1), settings=settings).branches
     assert [point.type for point in branch.special] == ["STICK", "MEET", "STICK"]
-    assert branch.stopped.kind == "limit"
+    assert branch.stopped.kind == "failed"
     assert max(point.uncertainty for point in branch.special) < 1e-9

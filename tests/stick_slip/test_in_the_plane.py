@@ -106,3 +106,39 @@ def test_loci_and_maps_are_not_followed_on_a_wall():
     ):
         with pytest.raises(sf.InputError, match=r"^Vd = 0 is outside its bounds; Vd must be > 0"):
             follow()
+
+
+@pytest.mark.parametrize("span", [(0.085, 0.095), (0.095, 0.085)])
+def test_slip_that_begins_within_a_stop_in_the_plane_is_passed(span):
+    # Next to it the equations are too stiff to be solved: the tangent leads across.
+    (point,) = special_in_the_plane(0.505, 0.2855, 0.722, span)
+    assert point.type == "GRAZE"
+    assert point.value == pytest.approx(0.088902059946123, abs=1e-13)
+
+
+@pytest.mark.parametrize("span", [(0.0935, 0.088), (0.088, 0.0935)])
+def test_a_stop_that_begins_in_the_plane_is_passed(span):
+    points = special_in_the_plane(0.54, 0.42, 1.0, span)
+    assert [point.type for point in points] == ["GRAZE", "GRAZE"]
+    (point,) = [item for item in points if item.value > 0.09]
+    assert point.uncertainty < 1e-7
+    near = point.nodes[0]
+    counts = [
+        len([item for item in motion.sticking.intervals if item.state == "stick"])
+        for motion in (sf.simulate(point.model.replace(f=point.value + away), 20, near)
+                       for away in (1e-6, -1e-6))
+    ]  # fmt: skip
+    assert counts == [20, 40]
+
+
+def special_in_the_plane(friction, speed, force, span):
+    """Special points of a mass on a moving plane, shaken along it, over the whole span."""
+    law = sf.Coulomb(mu_s=friction, mu_k=friction)
+    contact = sf.FrictionContact(("x", "y"), law, load=1.0, Vd=speed)
+    model = sf.Structure(
+        np.eye(2), 0.1 * np.eye(2), [[1.0, 0.3], [0.3, 1.5]], names="x y", contacts=contact,
+        forcing=sf.HarmonicForce("x", F=force), f=span[0],
+    )  # fmt: skip
+    (branch,) = sf.response(model, "f", span, settings=sf.Settings(largest_period=1)).branches
+    assert branch.stopped.kind == "span"
+    return branch.special

@@ -11,10 +11,12 @@ import numpy as np
 
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.newton import correct
 from slipfold.continuation.pieces import (
     PIECE,
     PieceBoundary,
     Vanishing,
+    across_gap,
     ahead_of,
     beyond_vanishing,
     locate_ahead,
@@ -40,12 +42,15 @@ NEAR = 1e-4
 """Slip in the plane, over its size, or square of a stuck interval, in phases, below which a grazing
 is searched ahead."""
 
-LEAST = (1e-6, 8e-6, 6.4e-5)
+LEAST = (1e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5)
 """Minimum of that at which orbits are computed. Nearer to zero the equations become stiff; the
 smallest value that works is the most accurate."""
 
 NEARLY = 1e-6
 """Arclength beyond the last orbit within which an event explains why there is no other."""
+
+APPROACHES = 8
+"""Maximum number of extrapolations to a change of contacts."""
 
 AHEAD = 0.02
 """Arclength within which a grazing is searched."""
@@ -135,6 +140,13 @@ class SwitchingBoundaries:
         left = None if last is None else self._left(last)
         if last is None or (left is not None and left < NEAR):  # it vanishes: nearer it is seen
             return None
+        beyond = across_gap(self._orbits, last)
+        if beyond is not None:
+            back = self._orbits.turned(beyond)
+            change = _change_ahead(back, 2 * float(np.linalg.norm(beyond.z - last.z)))
+            if change is not None:
+                end = _end(change.type, self._orbits, change.point)
+                return MonitorResult([change], Stop(last, end, beyond=beyond))
         return MonitorResult(stop=Stop(last, End("failed", CAUGHT, self._orbits.place(last.z))))
 
     def _left(self, point: OrbitPoint) -> float | None:
@@ -219,17 +231,53 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     """Note a change of contacts after which no orbit is near: static friction is more than kinetic.
 
     Slip that touches zero, or stops where friction only just holds it, is then caught, or not, for
-    good.
+    good. Where it is not, the next piece lies where the tangent of this one leads.
     """
     last = traced.points[-1]
     orbits = last.curve.orbits
-    by, nodes, constants = orbits.by, orbits.nodes(last.z), orbits.constants(last.z)
-    if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
+    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MarginalShooting):
         return
+    change = _change_ahead(last, NEARLY)
+    if change is not None:
+        traced.found.append(change)
+        traced.end = _end(change.type, orbits, change.point)
+        beyond = across_gap(last.curve, last)
+        if beyond is not None:
+            traced.points.append(beyond)
+        return
+    release = orbits.by.slowest_release(orbits.nodes(last.z), orbits.constants(last.z))
+    if release is not None and release < BARELY:
+        traced.end = End("limit", RELEASED, last.curve.place(last.z))
+
+
+def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | None:
+    """Return the change of contacts at which a piece ends within a distance ahead of a point."""
+    ahead = farthest
+    for _ in range(APPROACHES):
+        change = _extrapolated_change(point)
+        if change is None or not 0 <= change[1] <= ahead:
+            return None
+        found, left = change
+        if left <= NEARLY:
+            return found
+        # Nearer to it the extrapolation is more accurate.
+        curve, ahead = point.curve, NEARLY + left / 2
+        nearer = correct(curve, point.z + 0.999 * left * point.tangent, point.tangent)
+        if not nearer.converged:
+            return None
+        point = curve.point(nearer, point.arclength + 0.999 * left)
+    return None
+
+
+def _extrapolated_change(last: OrbitPoint) -> tuple[Found[OrbitPoint], float] | None:
+    """Return the change of contacts to which the tangent at a point leads, and its distance."""
+    orbits = last.curve.orbits
+    by, nodes, constants = orbits.by, orbits.nodes(last.z), orbits.constants(last.z)
     changes: list[tuple[str, MarginalShooting | None]] = [
         ("GRAZE", MarginalShooting.at(by, nodes, constants, "GRAZE")),
         *(("STICK", stop) for _, stop in MarginalShooting.stops_of(by, nodes, constants)[:1]),
     ]
+    nearest: tuple[Found[OrbitPoint], float] | None = None
     for kind, change in changes:
         if change is None or change.met.level:  # slip in the plane vanishes in its own way
             continue
@@ -240,15 +288,11 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
         at = curve.orbits.nodes(again.z), curve.orbits.constants(again.z)
         value, *slopes = change.condition(*at)
         left = -value / float(np.concatenate(slopes) @ again.tangent)
-        if 0 <= left <= NEARLY:
+        if left >= 0 and (nearest is None or left < nearest[1]):
             z = again.z + left * again.tangent
             point = replace(again, z=z, arclength=last.arclength + left)
-            traced.found.append(Found(kind, point, float("inf")))
-            traced.end = _end(kind, curve, point)
-            return
-    release = by.slowest_release(nodes, constants)
-    if release is not None and release < BARELY:
-        traced.end = End("limit", RELEASED, last.curve.place(last.z))
+            nearest = Found(kind, point, float("inf")), left
+    return nearest
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:

@@ -26,12 +26,14 @@ class PieceRules:
     # Arclength to which the end of a piece is located if there is no next piece
     lost: float = 1e-6
     # Steps onto the next piece, which show in which direction of its tangent it lies
-    looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3)
+    looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
     # Steps towards a fold between two pieces, and the fraction of the distance that each leaves
     hops: int = 4
     left: float = 1e-3
     # Distance above which the end of a piece and the beginning of the next are not connected
     apart: float = 1e-4
+    # Maximum distance of the next piece from the tangent of this one, over the step
+    straight: float = 0.1
     # Maximum distance of the other piece, in steps
     reach: float = 100.0
     # Arclength backward over which the first rate of the function is estimated
@@ -255,6 +257,21 @@ def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
                 return replace(turned, arclength=after.arclength)
             if sign > 0 and point.piece != before.piece:
                 return point
+    return None
+
+
+def across_gap(curve: Curve[P], last: P) -> P | None:
+    """Return a point of the next piece to which the tangent of this one leads, None without one.
+
+    Next to where the piece begins the equations may be too stiff to be solved.
+    """
+    for step in PIECE.looks:
+        guess, s = last.z + step * last.tangent, last.arclength + step
+        point = _solution(curve, guess, last.tangent, s, last.z, 2 * step)
+        if point is None or point.piece == last.piece:
+            continue
+        if np.linalg.norm(point.z - guess) < PIECE.straight * step:
+            return point
     return None
 
 
