@@ -317,12 +317,14 @@ class Bifurcations(Zeros[OrbitPoint]):
         around = [point_at(self._orbits, known, place) for place in places.tolist()]
         values, own = [function(point) for point in around], [item.arclength for item in around]
         arclength = float(lagrange(values, 0.0) @ own)
-        error = abs(arclength - float(lagrange(values[1:], 0.0) @ own[1:]))
-        z = hermite(around, arclength)[0]
+        fewer = [float(lagrange(values[part], 0.0) @ own[part]) for part in (slice(1, 4), slice(3))]
+        error = max(abs(arclength - each) for each in fewer)
+        z, direction = hermite(around, arclength)
         linearization = self._orbits.linearize(z)
         point = replace(
             near,
             z=z,
+            tangent=direction / np.linalg.norm(direction),
             arclength=arclength,
             residual=float(np.abs(linearization.residual).max()),
             linearization=linearization,

@@ -228,8 +228,8 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
     point, other = found.point, found.other
     if isinstance(found, SeveralCritical):  # Newton's method is singular there
         along = found.error + ZERO.close
-        blurred = along * abs(point.tangent[-1]) * orbits.width
-        return blurred, along * _multiplier_rates(orbits, point, point.tangent)
+        moved = along * abs(point.tangent[-1])
+        return moved * orbits.width, along * _multiplier_rates(orbits, point, point.tangent)
     if other is None:
         again, rounding = recomputed(orbits, point)
     else:

@@ -149,7 +149,13 @@ class _Branches(CurveSet[OrbitPoint]):
         for item in self._junctions:
             if any(item.birth is reached for reached in followed.traced.reached):
                 self.lead(item.found, followed.number)
-        new = junctions_on(followed, self._settings)
+        known = sum(
+            found.type == "PD"
+            for other in self.curves
+            if other is not followed
+            for found in other.traced.found
+        )
+        new = junctions_on(followed, self._settings, known)
         for i, junction in enumerate(new):
             other = find_meeting(junction, [*self._junctions, *new[:i]])
             if other is not None and other.parent is not None and other.found != junction.found:

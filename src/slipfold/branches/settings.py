@@ -27,7 +27,7 @@ class Settings(Stepping):
         of an autonomous model are followed, but equilibria alone.
     snaking_period
         The same for branches that leave one which snakes towards a homoclinic orbit, and so has
-        infinitely many doublings.
+        infinitely many doublings, and once more than 20 doublings were found.
     largest_duration
         A branch of cycles ends where one round lasts this many times as long as at its first point.
         Near a homoclinic orbit the duration grows without bound; then eight segments of equal time

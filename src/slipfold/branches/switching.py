@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.arrays import Array
 from slipfold.branches.bifurcations import SeveralCritical
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
 from slipfold.branches.homoclinic import snakes_about
@@ -40,6 +41,11 @@ DIRECTIONS = 24
 """Directions from which they are: twice as many as leave a point with a dihedral symmetry D6."""
 
 
+CROWDED = 20
+"""Period doublings above which longer periods are followed on request only: of canard explosions
+and of families without damping there is no end. A cascade to period eight and back has eight."""
+
+
 @dataclass(frozen=True, eq=False)
 class Junction(Start[OrbitPoint]):
     """A special point of a known branch at which another branch begins."""
@@ -49,16 +55,23 @@ class Junction(Start[OrbitPoint]):
     several: bool = False  # whether other branches begin there as well, as by a symmetry
 
 
-def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> list[Junction]:
+def junctions_on(
+    followed: FollowedCurve[OrbitPoint], settings: Settings, known: int = 0
+) -> list[Junction]:
     """Return the points of a branch at which others begin.
+
+    So many period doublings were found on the branches before it.
 
     Equilibria are followed before cycles, and shorter periods before longer ones, since a branch
     may end where another one begins. A branch that snakes to a homoclinic orbit has infinitely many
-    such points: those near its end are excluded, and so are longer periods.
+    such points: those near its end are excluded, and so are longer periods. So they are where
+    branches double many times, as in canard explosions or without damping.
     """
     junctions, traced = [], followed.traced
     about = snakes_about(traced.found, followed.started, traced.end)
-    largest = min(settings.largest_period, settings.snaking_period if about else np.inf)
+    doublings = known + sum(found.type == "PD" for found in traced.found)
+    crowded = bool(about) or doublings > CROWDED
+    largest = min(settings.largest_period, settings.snaking_period if crowded else np.inf)
     for found in traced.found:
         orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]
         if min(left, default=np.inf) < TAIL:
@@ -85,6 +98,13 @@ def junctions_on(followed: FollowedCurve[OrbitPoint], settings: Settings) -> lis
             f"{traced.end.reason}; what begins within {TAIL:g} of the span of that value, at one "
             f"turn after the other, is not followed (a narrower span shows it), and no period "
             f"above {largest:g}"
+        )
+        traced.end = replace(traced.end, reason=reason)
+    elif largest < settings.largest_period and traced.end is not None:
+        reason = (
+            f"{traced.end.reason}; branches double {doublings} times up to there, and of what "
+            f"doubles on this one no period above {largest:g} is followed unless requested "
+            "(--largest-period)"
         )
         traced.end = replace(traced.end, reason=reason)
     return junctions
@@ -120,7 +140,7 @@ def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
     for angle in 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
         row, found = np.array([np.cos(angle), np.sin(angle)]) @ plane, None
         for _ in range(3):  # until the row is the direction of the branch itself
-            correction = correct(orbits, point.z + RADIUS * row, row, reach=RADIUS)
+            correction = correct(orbits, _nearest_orbit(orbits, point.z, RADIUS * row, plane), row)
             if not correction.converged:
                 break
             found = orbits.point(correction, 0.0)
@@ -136,6 +156,21 @@ def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
         start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
         births.append(Birth(orbits, start))
     return births
+
+
+def _nearest_orbit(orbits: Orbits, z: Array, away: Array, plane: Array) -> Array:
+    """Return what satisfies the equations best with a given displacement in a plane.
+
+    The parameter is right then, and Newton's method does not lead to a branch farther round.
+    Shapes: z, away (u,); plane (2, u).
+    """
+    near = z + away
+    for _ in range(3):
+        part = orbits.linearize(near)
+        matrix = np.vstack([part.jacobian, plane])
+        missing = np.concatenate([-part.defect, plane @ (z + away - near)])
+        near = near + np.linalg.lstsq(matrix, missing, rcond=None)[0]
+    return near
 
 
 def _are_images(first: OrbitPoint, second: OrbitPoint) -> bool:

@@ -144,7 +144,8 @@ def motion_bases(rates: Array) -> Array:
 
 def product(matrices: Array) -> Array:
     """Return the product of matrices of which the first acts first."""
-    return reduce(lambda result, matrix: matrix @ result, matrices)
+    with np.errstate(over="ignore", invalid="ignore"):  # where all numbers are left, no digit is
+        return reduce(lambda result, matrix: matrix @ result, matrices)
 
 
 def multiplier_difference(values: Complex, others: Complex) -> float:
