@@ -1,8 +1,8 @@
-"""The figures of docs/how-to/tori-and-chaos.md that show what motions do.
+"""The figures of docs/how-to/tori-and-chaos.md that show what solutions do.
 
     python docs/figures/regimes.py
 
-The last three are those of ``slipfold paper --motions``. About ten minutes.
+The last three are those of ``slipfold paper --long-term``. About ten minutes.
 """
 
 from pathlib import Path
@@ -20,7 +20,7 @@ WINDOW = (11.5, 13.5), (0.0, 0.5)
 
 
 def sweeps() -> Figure:
-    """The response at 12.5 Hz with what motions do besides, and its spectra."""
+    """The response at 12.5 Hz with what solutions do besides, and its spectra."""
     diagram = sf.response(MODEL, vary="Nd", span=(0, 0.2), f=12.5)
     swept = sf.sweep(
         MODEL, "Nd", (0, 0.2), points=240, starts=4, box=BOX, transient=1500, periods=48, f=12.5
@@ -33,7 +33,7 @@ def sweeps() -> Figure:
 
 
 def plane() -> Figure:
-    """What motions do over frequency and amplitude, over the bifurcations."""
+    """What solutions do over frequency and amplitude, over the bifurcations."""
     loci = sf.bifurcation_set(MODEL, ("f", "Nd"), WINDOW)
     found = sf.regimes(MODEL, {"f": WINDOW[0], "Nd": WINDOW[1]}, points=(81, 61))
     figure = Figure(figsize=(2 * COLUMN, 1.25 * COLUMN), layout="constrained")
@@ -46,7 +46,7 @@ def main() -> None:
     with figure_style():
         for name, draw in (("sweep", sweeps), ("regimes", plane)):
             draw().savefig(FOLDER / f"{name}.png", dpi=200)
-        for figure in read_cases(motions=True).figures:
+        for figure in read_cases(long_term=True).figures:
             if figure.kind in ("completed", "hysteresis"):
                 found = {case: case.compute(tori=True) for case in figure.needs}
                 draw(figure, found).savefig(FOLDER / f"{figure.key}.png", dpi=200)

@@ -15,8 +15,8 @@ def calls(monkeypatch):
     """Let the command report these instead of computing for half a minute."""
     made = {}
 
-    def reproduce(out, on_progress=None, *, processes, tori, motions):
-        made.update(processes=processes, tori=tori, motions=motions)
+    def reproduce(out, on_progress=None, *, processes, tori, long_term):
+        made.update(processes=processes, tori=tori, long_term=long_term)
         on_progress(Progress("results", 1, 30, "Nd_base  found: PD 0.0435789"))
         return Reproduction(Path(out), (), (), **made.get("outcome", {}))
 
@@ -29,7 +29,7 @@ def test_done(calls):
     result = run("paper", "--out", "here", "--processes", "3")
     assert (result.exit_code, result.stderr) == (0, "")
     assert result.stdout == "0 files are in here; 0 of 0 claims are confirmed\n"
-    assert (calls["processes"], calls["tori"], calls["motions"]) == (3, False, False)
+    assert (calls["processes"], calls["tori"], calls["long_term"]) == (3, False, False)
 
 
 def test_interrupted(calls):

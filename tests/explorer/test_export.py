@@ -27,7 +27,7 @@ SIMULATION = {
     "model": "sliding",
     "parameters": {**VALUES, "Nd": 0.15},
     "start": {"x": 0.1},
-    "nudge": {"vy": 0.5},
+    "perturbation": {"vy": 0.5},
     "periods": 50,
 }
 PLANE = {

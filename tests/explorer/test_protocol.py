@@ -57,7 +57,7 @@ def test_lines_are_whole_and_marks_lie_on_them(client):
     for branch in answer["branches"]:
         x, y = branch["x"], branch["y"]
         assert len(x) == len(y) == len(branch["arclength"])
-        edges = [(item["first"], item["last"]) for item in branch["stretches"]]
+        edges = [(item["first"], item["last"]) for item in branch["segments"]]
         assert edges[0][0] == 0
         assert edges[-1][1] == len(x) - 1
         assert all(left[1] == right[0] for left, right in pairwise(edges))
@@ -136,8 +136,8 @@ def test_a_motion_comes_in_pieces_and_ends_with_what_simulate_says(client):
 
 def test_a_motion_starts_beside_an_orbit_where_it_is_nudged(client):
     request = {"kind": "simulation", "id": 4, "model": "sliding", "periods": 3}
-    start, nudge = {"x": 0.1, "y": 0.05, "vx": 0, "vy": 0}, {"x": 0.01}
-    pieces = ask_all(client, {**request, "start": start, "nudge": nudge})
+    start, perturbation = {"x": 0.1, "y": 0.05, "vx": 0, "vy": 0}, {"x": 0.01}
+    pieces = ask_all(client, {**request, "start": start, "perturbation": perturbation})
     assert pieces[0]["sections"]["start"]["x"][0] == pytest.approx(0.11)
 
 
@@ -160,8 +160,8 @@ def test_a_plane_tells_its_progress_and_has_the_loci(client):
     drawn = [
         place
         for locus in followed
-        for stretch in locus["stretches"]
-        for place in zip(stretch["x"], stretch["y"], strict=True)
+        for segment in locus["segments"]
+        for place in zip(segment["x"], segment["y"], strict=True)
     ]
     assert all(any(place == pytest.approx(end, rel=1e-5) for place in drawn) for end in ends)
     assert ("PD", 1) in {(locus["type"], locus["period"]) for locus in plane["loci"]}
@@ -236,7 +236,12 @@ def test_what_is_cancelled_is_not_answered(client):
 
 def test_a_motion_is_judged_as_lyapunov_judges_it_from_where_it_starts(client):
     values = {"f": 12.5, "Nd": 0.02}
-    motion = {"model": "sliding", "parameters": values, "start": {"x": 0.1}, "nudge": {"vy": 0.5}}
+    motion = {
+        "model": "sliding",
+        "parameters": values,
+        "start": {"x": 0.1},
+        "perturbation": {"vy": 0.5},
+    }
     client.send({"kind": "exponents", "id": 5, **motion})
     *progress, last = client.until_done(5)
     own = sf.lyapunov(sf.SlidingOscillator(**values), state={"x": 0.1, "vy": 0.5}, tolerance=1e-6)

@@ -40,7 +40,7 @@ def test_of_a_torus_each_period_is_a_dot():
         state={"y": 0.1}, periods=24,
     )  # fmt: skip
     assert torus.repeats("up").tolist() == [0, 0]
-    _, strobe = dots_of(torus, 0, "x", "strobe")
+    _, strobe = dots_of(torus, 0, "x", "stroboscopic")
     _, high = dots_of(torus, 0, "x", "max")
     assert len(strobe) == 2 * 24
     assert len(high) == 2 * 23

@@ -1,4 +1,4 @@
-"""Figures of what motions do, beyond the paper: their cases, and how they are drawn."""
+"""Figures of what solutions do, beyond the paper: their cases, and how they are drawn."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def small():
 
 
 def test_figures_need_curves_and_planes_of_the_paper():
-    cases = read_cases(motions=True)
+    cases = read_cases(long_term=True)
     completed, second = cases.of_kind("completed")
     ((hysteresis,), (regimes,)) = map(cases.of_kind, ("hysteresis", "regimes"))
     assert completed.of_kind("response") == cases.figures[0].of_kind("response")

@@ -25,8 +25,8 @@ Output = Annotated[
 Measure = Annotated[
     str | None,
     Option(
-        "Of a response or sweep: what to show of each solution; strobe of sweeps only.",
-        metavar="max|min|peak_to_peak|modulus|stuck_fraction|strobe",
+        "Of a response or sweep: what to show of each solution; stroboscopic of sweeps only.",
+        metavar="max|min|peak_to_peak|modulus|stuck_fraction|stroboscopic",
     ),
 ]
 PlotKind = Annotated[

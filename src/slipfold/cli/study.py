@@ -128,7 +128,7 @@ Processes = Annotated[
     Option("Processes to compute with; one a processor by default."),
 ]
 WithTori = Annotated[bool, Option("Follow the tori, too, and draw them in figures 2 and 3.")]
-WithMotions = Annotated[
+WithLongTerm = Annotated[
     bool,
     Option(
         "Draw the long-term behavior, too: tori in figures 2 and 3 as with --tori, both completed "
@@ -142,7 +142,7 @@ def paper(
     out: Folder = "paper-output",
     processes: Processes = None,
     tori: WithTori = False,
-    motions: WithMotions = False,
+    long_term: WithLongTerm = False,
 ) -> int:
     """Compute and draw what the source paper shows."""
     from slipfold.paper.reproduce import reproduce
@@ -153,7 +153,7 @@ def paper(
             on_progress=lambda progress: show(str(progress)),
             processes=processes or cores(),
             tori=tori,
-            motions=motions,
+            long_term=long_term,
         )
     if made.interrupted:
         note(made.message)

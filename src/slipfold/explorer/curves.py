@@ -49,14 +49,14 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
     x: list[float] = []
     y: list[float] = []
     s: list[float] = []
-    stretches = []
+    segments = []
     for line in branch_segments(branch, show, statistic):
         first = max(len(x) - 1, 0)
         skip = 1 if x else 0  # a segment starts where the one before ends
         x += line.parameter[skip:].tolist()
         y += line.value[skip:].tolist()
         s += line.arclength[skip:].tolist()
-        stretches.append({"kind": line.kind, "first": first, "last": len(x) - 1})
+        segments.append({"kind": line.kind, "first": first, "last": len(x) - 1})
     return {
         "id": branch.id,
         "kind": branch.kind,
@@ -65,7 +65,7 @@ def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
         "x": short(x),
         "y": short(y),
         "arclength": short(s),
-        "stretches": stretches,
+        "segments": segments,
         "special": [
             _special(point, show, statistic)
             for point in branch.special
@@ -145,7 +145,7 @@ def _locus(locus: Locus) -> dict[str, Any]:
         "type": locus.type,
         "period": locus.period,
         "name": locus_title(locus.type, locus.period, locus.kind),
-        "stretches": [
+        "segments": [
             {
                 "criticality": line.kind,
                 "x": short(line.points[:, 0]),

@@ -176,7 +176,7 @@ class TrajectoryRequest(_ModelRequest):
     """A solution from rest or from a state."""
 
     start: Literal["rest"] | Values = "rest"  # states at phase zero by name
-    nudge: Values = {}  # added to the states, by name
+    perturbation: Values = {}  # added to the states, by name
 
 
 class SimulationRequest(TrajectoryRequest):

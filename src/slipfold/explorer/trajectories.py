@@ -34,9 +34,9 @@ from slipfold.progress import Progress
 def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
     """Return the starting state with its perturbation."""
     state = model.start if request.start == "rest" else initial_state(model, request.start)
-    initial_state(model, request.nudge)  # refuses unknown states
+    initial_state(model, request.perturbation)  # refuses unknown states
     return {
-        item.name: float(value) + request.nudge.get(item.name, 0.0)
+        item.name: float(value) + request.perturbation.get(item.name, 0.0)
         for item, value in zip(model.states, state, strict=True)
     }
 

@@ -142,12 +142,12 @@ class Cases:
         return Cases(tuple(figure for figure in self.figures if figure.number in wanted))
 
 
-def read_cases(*, motions: bool = False) -> Cases:
+def read_cases(*, long_term: bool = False) -> Cases:
     """Read the figures of the source paper, the bifurcation sets and, on request, long-term ones.
 
     >>> [figure.number for figure in read_cases().of_kind("family")]
     [2, 3, 4, 5, 6, 7]
-    >>> [figure.key for figure in read_cases(motions=True).figures[-4:]]
+    >>> [figure.key for figure in read_cases(long_term=True).figures[-4:]]
     ['figure2_completed', 'figure3_completed', 'hysteresis', 'regimes_f_Nd']
     """
     content = tomllib.loads(files("slipfold.paper").joinpath("cases.toml").read_text("utf-8"))
@@ -166,7 +166,7 @@ def read_cases(*, motions: bool = False) -> Cases:
         for item in content["figure"]
     ]
     figures += map(_plane, content["plane"])
-    if motions:
+    if long_term:
         figures += _long_term(content, figures)
     further = tuple((item["number"], _row(row)) for item in content["claim"] for row in item["row"])
     return Cases(tuple(figures), further)

@@ -83,21 +83,21 @@ def reproduce(
     settings: Settings | None = None,
     measure: str = "max",
     tori: bool = False,
-    motions: bool = False,
+    long_term: bool = False,
 ) -> Reproduction:
     """Compute and draw what the source paper shows, and judge what it claims.
 
     Writes ``figure2.pdf`` ... ``figure7.png``, ``thresholds.csv``, ``claims.md``, beyond the paper
     ``bifurcation_set_*.pdf`` and ``.png`` with ``bifurcation_sets.md``, and all that was computed,
-    ``data/*.nc``. With `tori` figures 2 and 3 have them, too, and with `motions`, which adds
+    ``data/*.nc``. With `tori` figures 2 and 3 have them, too, and with `long_term`, which adds
     figures of the long-term behavior: ``figure2_completed``, ``figure3_completed``,
     ``hysteresis`` and ``regimes_f_Nd``. Ctrl-C ends it and keeps what is finished.
     """
     if processes < 1:
         raise InputError(f"processes = {processes} is less than 1; give at least 1")
     folder = _prepare(Path(out))
-    run = _Run(folder, cases or read_cases(motions=motions), on_progress)
-    with_tori = WITH_TORI if tori or motions else set[int]()
+    run = _Run(folder, cases or read_cases(long_term=long_term), on_progress)
+    with_tori = WITH_TORI if tori or long_term else set[int]()
     with open_executor(None if processes == 1 else processes) as opened:
         try:
             tasks: Iterable[Task] = (

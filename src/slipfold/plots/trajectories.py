@@ -45,7 +45,7 @@ COLORS = {UP: "#2166ac", DOWN: "#c0392b"}
 
 OTHERS = "0.6"
 
-STROBE = "strobe"
+STROBE = "stroboscopic"
 """Measure: what an output is at phase zero."""
 
 SIZE = 1.1

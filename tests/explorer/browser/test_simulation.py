@@ -39,7 +39,7 @@ def test_from_an_orbit_nudged_off_it_and_cleared(explorer):
     explorer.open("model=sliding&p.Nd=0.02")
     explorer.orbit_shown(1)
     page = explorer.page
-    page.get_by_label("Nudge").select_option("10 %")
+    page.get_by_label("Perturbation").select_option("10 %")
     page.get_by_role("button", name="From this orbit").click()
     expect(page.locator(".verdict")).to_have_text(SETTLED)
     page.get_by_role("button", name="Clear").click()

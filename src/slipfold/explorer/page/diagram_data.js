@@ -81,7 +81,7 @@ export function chosenPlace(places, chosen) {
  */
 function placeOn(branch, i, share) {
   const between = (values) => values[i] + share * (values[i + 1] - values[i]);
-  const stretch = branch.stretches.find(({ first, last }) => first <= i && i < last);
+  const segment = branch.segments.find(({ first, last }) => first <= i && i < last);
   return {
     branch: branch.id,
     arclength: between(branch.arclength),
@@ -89,7 +89,7 @@ function placeOn(branch, i, share) {
     y: between(branch.y),
     period: branch.period,
     isEquilibrium: branch.kind === "equilibrium",
-    kind: stretch?.kind ?? "stable",
+    kind: segment?.kind ?? "stable",
   };
 }
 
@@ -217,7 +217,7 @@ export function lineTraces(diagram, color, name) {
     const x = [];
     const y = [];
     for (const branch of diagram.branches) {
-      for (const { kind: own, first, last } of branch.stretches) {
+      for (const { kind: own, first, last } of branch.segments) {
         if (own !== kind) continue;
         for (let i = first; i <= last; i++) {
           x.push(branch.x[i] * fx);

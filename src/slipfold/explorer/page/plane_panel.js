@@ -99,7 +99,7 @@ function lineKeys({ loci }) {
   const names = [...new Set(loci.map(({ name }) => name))].sort();
   const keys = names.map((name) => {
     const [locus, ...others] = loci.filter((item) => item.name === name);
-    const kinds = [locus, ...others].flatMap(({ stretches }) => stretches.map(({ criticality }) => criticality));
+    const kinds = [locus, ...others].flatMap(({ segments }) => segments.map(({ criticality }) => criticality));
     const criticality = kinds.find((kind) => kind === "supercritical") ?? kinds[0];
     const isHard = kinds.every((kind) => kind === HARD);
     return { name: isHard ? nameOf(locus, HARD) : name, locus, criticality, isMixed: !isHard && kinds.includes(HARD) };

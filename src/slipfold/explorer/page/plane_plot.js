@@ -87,7 +87,7 @@ const FAINT = 0.55;
 const UNMARKED = ["MIN", "MAX", "EVENT"];
 
 /**
- * How a stretch of a locus is drawn: its color tells the type, its dashes the criticality, its
+ * How a segment of a locus is drawn: its color tells the type, its dashes the criticality, its
  * width the period.
  */
 export function lineStyle({ type, period }, criticality, color) {
@@ -97,7 +97,7 @@ export function lineStyle({ type, period }, criticality, color) {
   };
 }
 
-/** The name of a stretch of a locus. */
+/** The name of a segment of a locus. */
 export function nameOf({ name }, criticality) {
   return criticality ? `${name}, ${criticality}` : name;
 }
@@ -108,7 +108,7 @@ export function nameOf({ name }, criticality) {
  */
 function draftOf(lines) {
   const loci = lines.map(({ type, period, x, y }) => (
-    { type, period, name: `${type} of period ${period}`, stretches: [{ criticality: null, x, y }], special: [] }));
+    { type, period, name: `${type} of period ${period}`, segments: [{ criticality: null, x, y }], special: [] }));
   return { loci, regions: null, isDraft: true };
 }
 
@@ -158,7 +158,7 @@ function regionTraces(regions, color, fx, fy) {
 }
 
 function locusTraces(locus, color, fx, fy, isDraft) {
-  return locus.stretches.map(({ criticality, x, y }) => ({
+  return locus.segments.map(({ criticality, x, y }) => ({
     type: "scatter", mode: "lines", hoverinfo: "skip", opacity: isDraft ? FAINT : 1,
     name: nameOf(locus, criticality),
     x: x.map((v) => v * fx), y: y.map((v) => v * fy),
@@ -443,7 +443,7 @@ export class PlanePlot {
 
   #positions(plane, fx, fy, size) {
     const at = (x, y) => this.#map.toPixel(x * fx, y * fy);
-    const lines = plane.loci.flatMap((locus) => locus.stretches)
+    const lines = plane.loci.flatMap((locus) => locus.segments)
       .map(({ x, y }) => x.map((value, i) => at(value, y[i])));
     const texts = markedPoints(plane).map(({ type, x, y }) => ({ text: type, at: at(x, y) }));
     return labelPlaces(texts, lines, frame(size));

@@ -37,17 +37,17 @@ export class Simulation {
     const { view, verdict } = this.state;
     const vary = this.#session.quantity(view.vary);
     const at = `${vary.label ?? vary.name} = ${withUnit(vary, view.parameters[view.vary])}`;
-    const { start, nudge } = this.request;
+    const { start, perturbation } = this.request;
     const states = Object.entries(start).map(([name, value]) => `${name} = ${formatted(value)}`).join(", ");
-    const from = start === "rest" ? "rest" : nudge ? "an orbit, nudged off it" : states;
+    const from = start === "rest" ? "rest" : perturbation ? "a perturbed orbit" : states;
     return `${at}, simulated from ${from}: ${verdict}`;
   }
 
   /** How the motion began: as it was simulated last, else from rest. */
   get start() {
     if (this.state.view === null) return { start: "rest" };
-    const { start, nudge = {} } = this.request;
-    return { start, nudge };
+    const { start, perturbation = {} } = this.request;
+    return { start, perturbation };
   }
 
   /** From rest, at the working point. */
@@ -61,7 +61,7 @@ export class Simulation {
   }
 
   /**
-   * From an orbit, nudged off it.
+   * From a perturbed orbit.
    * @param {object} orbit the server's answer
    * @param {number} share of its own size by which the first state is moved
    */
@@ -70,7 +70,7 @@ export class Simulation {
       Object.entries(orbit.states).map(([name, values]) => [name, values[0]]));
     const [name, values] = Object.entries(orbit.states)[0];
     const size = Math.max(...values.map(Math.abs), 1e-6);
-    this.#run({ start, nudge: { [name]: share * size }, periods: PERIODS });
+    this.#run({ start, perturbation: { [name]: share * size }, periods: PERIODS });
   }
 
   /** Stop computing; what has come stays. */
@@ -279,7 +279,7 @@ export class SimulationPanel {
   #session;
   #verdict = element("p", { class: "verdict", role: "status" });
   #plot = new SmallPlot("settling", "Settling");
-  #nudge = element("select", { "aria-label": "Nudge" },
+  #perturbation = element("select", { "aria-label": "Perturbation" },
     ...Object.entries(NUDGES).map(([value, text]) => element("option", { value }, text)));
   #contacts;
   #stop;
@@ -289,11 +289,11 @@ export class SimulationPanel {
   constructor(session, simulation, diagram, orbits) {
     this.#session = session;
     this.#simulation = simulation;
-    this.#nudge.value = "0.01";
+    this.#perturbation.value = "0.01";
     const button = (text, click, kind = "") =>
       element("button", { type: "button", class: kind, on: { click } }, text);
     this.#fromOrbit = button("From this orbit", () =>
-      simulation.fromOrbit(orbits.shown.answer, Number(this.#nudge.value)));
+      simulation.fromOrbit(orbits.shown.answer, Number(this.#perturbation.value)));
     this.#fromOrbit.disabled = true;
     this.#stop = button("Stop", () => simulation.stop(), "quiet");
     this.#clear = button("Clear", () => simulation.clear(), "quiet");
@@ -301,7 +301,7 @@ export class SimulationPanel {
     this.node = element("div", { class: "simulation" },
       element("div", { class: "sentence" },
         button("From rest", () => simulation.fromRest()), this.#fromOrbit,
-        element("label", { class: "choice" }, element("span", {}, "nudged by"), this.#nudge),
+        element("label", { class: "choice" }, element("span", {}, "perturbed by"), this.#perturbation),
         this.#stop, this.#clear),
       this.#verdict, new Exponents(session, simulation).node, this.#plot.node, this.#contacts.node);
     simulation.changed.subscribe(() => this.#show(diagram));
