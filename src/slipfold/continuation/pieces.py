@@ -26,7 +26,8 @@ class PieceRules:
     # Arclength to which the end of a piece is located if there is no next piece
     lost: float = 1e-6
     # Steps onto the next piece, which show in which direction of its tangent it lies
-    looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+    looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3)
+    longest_look: float = 1e-2  # such a step where the next piece is straight ahead
     # Steps towards a fold between two pieces, and the fraction of the distance that each leaves
     hops: int = 4
     left: float = 1e-3
@@ -265,7 +266,7 @@ def across_gap(curve: Curve[P], last: P) -> P | None:
 
     Next to where the piece begins the equations may be too stiff to be solved.
     """
-    for step in PIECE.looks:
+    for step in (*PIECE.looks, PIECE.longest_look):
         guess, s = last.z + step * last.tangent, last.arclength + step
         point = _solution(curve, guess, last.tangent, s, last.z, 2 * step)
         if point is None or point.piece == last.piece:
