@@ -355,7 +355,8 @@ class Sweep(Result):
     `plot` draws ``kind="points"``, ``"section"``, the states at phase zero at one value ``at=``, or
     ``"waterfall"``, amplitudes over frequency and parameter; of ``runs=``. Of points
     ``measure="stroboscopic"`` at phase zero, or ``"max"``, ``"min"``, ``"peak_to_peak"`` and
-    ``"modulus"`` as in response diagrams: of the whole response where it repeats, else of each forcing period.
+    ``"modulus"`` as in response diagrams: of the whole response where it repeats, else of each
+    forcing period.
 
     Examples
     --------
