@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +14,7 @@ from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
 from slipfold.errors import InputError
-from slipfold.flow.contact_trajectory import ContactPhase, ContactTrajectory
+from slipfold.flow.contact_trajectory import ContactPhase
 from slipfold.flow.modes import Status
 from slipfold.flow.trajectory import Trajectory
 from slipfold.long_term.contacts import ContactRounds, find_contacts
@@ -33,6 +34,10 @@ BANDS: Mapping[Status, tuple[str, str, str]] = MappingProxyType(
 
 THICK = 3.6
 """Width of a line where the contact sticks."""
+
+FORCE = "friction force"
+
+Motion = Trajectory | PeriodicOrbit
 
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -57,25 +62,58 @@ def axis_label(word: str, unit: str) -> str:
     return f"{word} ({unit})" if unit else word
 
 
-def line(ax: Axes, x: Array, y: Array, status: Status, color: str) -> None:
-    """Draw what a contact does in one piece; a dot where it sticks and nothing changes."""
-    if status is Status.STICK:
+Curve = tuple[str, list[tuple[Array, Array, Status]]]
+"""Name of a curve, and coordinates and status of its pieces."""
+
+
+def _draw(
+    shown: ContactRounds,
+    ax: Axes | None,
+    curves: Sequence[Curve],
+    words: tuple[str, str],
+    units: tuple[str, str],
+) -> Axes:
+    """Draw curves, thick where contacts stick; a dot where nothing changes meanwhile.
+
+    In the plane of a contact both axes have one scale; otherwise jumps are joined by faint lines.
+    """
+    ax, plane = axes_or_new(ax), words[0].startswith("x")
+    pieces = [(*piece, place) for place, (_, own) in enumerate(curves) for piece in own]
+    across, up = [x for x, *_ in pieces], [y for _, y, *_ in pieces]
+    (x_factor, x_unit), (y_factor, y_unit) = (
+        readable(across + up if plane else values, unit)
+        for values, unit in zip((across, up), units, strict=True)
+    )
+    colors = palette(len(curves))
+    for color, (_, own) in zip(colors, curves, strict=True):
+        for before, after in () if plane else pairwise(own):
+            ax.plot(
+                x_factor * np.append(before[0][-1], after[0][0]),
+                y_factor * np.append(before[1][-1], after[1][0]),
+                color=color, linewidth=0.5, alpha=0.5,
+            )  # fmt: skip
+    # What sticks lies on top: along a law it is a short segment between long ones.
+    for x, y, status, place in sorted(pieces, key=lambda piece: piece[2] is Status.STICK):
+        sticks = status is Status.STICK
         # Changes of a coordinate by rounding are none.
-        still = all(np.ptp(item) <= 1e-9 * np.abs(item).max() for item in (x, y))
+        still = sticks and all(np.ptp(item) <= 1e-9 * np.abs(item).max() for item in (x, y))
+        style = "o" if still else ":" if status is Status.OPEN else "-"
+        count = 1 if still else len(x)
         ax.plot(
-            x[:1] if still else x,
-            y[:1] if still else y,
-            "o" if still else "-",
-            color=color,
-            linewidth=THICK,
-            markersize=THICK + 1,
-        )
-    else:
-        ax.plot(x, y, color=color, linewidth=1.0, linestyle=":" if status is Status.OPEN else "-")
+            x_factor * x[:count], y_factor * y[:count], style, color=colors[place],
+            linewidth=THICK if sticks else 1.0, markersize=THICK + 1,
+        )  # fmt: skip
+    if plane:
+        ax.set_aspect("equal", adjustable="datalim")
+    ax.margins(0.08 if plane else 0.05)
+    ax.set_xlabel(axis_label(words[0], x_unit))
+    ax.set_ylabel(axis_label(words[1], y_unit))
+    _legend(ax, shown, dict(zip((name for name, _ in curves), colors, strict=True)))
+    return ax
 
 
-def legend(ax: Axes, shown: ContactRounds, names: Mapping[str, str]) -> None:
-    """Say below the axes what lines mean: names by color, if there are several, and thick ones."""
+def _legend(ax: Axes, shown: ContactRounds, names: Mapping[str, str]) -> None:
+    """Say above the axes what lines mean: names by color, if there are several, and thick ones."""
     handles = []
     if len(names) > 1:
         handles = [Line2D([], [], color=own, label=name) for name, own in names.items()]
@@ -89,9 +127,14 @@ def legend(ax: Axes, shown: ContactRounds, names: Mapping[str, str]) -> None:
         ax.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(handles))
 
 
-def with_displacement(shown: ContactRounds) -> ContactRounds:
-    """Return contacts whose displacements are known, or say which is not."""
+def with_displacement(shown: ContactRounds, *, planar: bool = False) -> ContactRounds:
+    """Return contacts whose displacements are known, in the plane if so; or say which is not."""
     for contact in shown.contacts:
+        if planar and contact.directions < 2:
+            raise InputError(
+                f"{contact.name} slides along a line, so it has no path in a plane; kind = "
+                "'hysteresis' and 'timeline' show what it does"
+            )
         if np.isnan(contact.pieces[0].displacement).any():
             raise InputError(
                 f"how far {contact.name} has moved does not follow from its equations; kind = "
@@ -101,165 +144,89 @@ def with_displacement(shown: ContactRounds) -> ContactRounds:
 
 
 def draw_path(
-    motion: Trajectory | PeriodicOrbit,
-    contact: str | None = None,
-    ax: Axes | None = None,
-    *,
-    rounds: int = 1,
+    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
 ) -> Axes:
     """Draw where contacts in a plane go, as seen in space; thick where they stick.
 
     An arrow shows which way the moving surface moves.
     """
-    shown = _planar(find_contacts(motion, contact, rounds))
-    return _draw_place(shown, ax, moving=False)
-
-
-def draw_track(
-    motion: Trajectory | PeriodicOrbit,
-    contact: str | None = None,
-    ax: Axes | None = None,
-    *,
-    rounds: int = 3,
-) -> Axes:
-    """Draw the track of contacts in a plane on the moving surface; dots where they stick."""
-    return _draw_place(_planar(find_contacts(motion, contact, rounds)), ax, moving=True)
-
-
-def _planar(shown: ContactRounds) -> ContactRounds:
-    for contact in shown.contacts:
-        if contact.directions < 2:
-            raise InputError(
-                f"{contact.name} slides along a line, so it has no path in a plane; kind = "
-                "'hysteresis' and 'timeline' show what it does"
-            )
-    return with_displacement(shown)
-
-
-def _draw_place(shown: ContactRounds, ax: Axes | None, *, moving: bool) -> Axes:
-    ax = axes_or_new(ax)
-    names = [contact.name for contact in shown.contacts]
-    colors = dict(zip(names, palette(len(names)), strict=True))
-    places = {
-        contact.name: [
-            piece.displacement - (shown.seconds(piece)[:, None] * piece.plate if moving else 0.0)
-            for piece in contact.pieces
-        ]
-        for contact in shown.contacts
-    }
-    factor, unit = readable((place for own in places.values() for place in own), shown.units[0])
-    for contact in shown.contacts:
-        color = colors[contact.name]
-        for piece, place in zip(contact.pieces, places[contact.name], strict=True):
-            line(ax, factor * place[:, 0], factor * place[:, 1], piece.status, color)
-        if not moving:
-            _show_plate(ax, contact)
-    ax.set_aspect("equal", adjustable="datalim")
-    ax.margins(0.08)
-    on = " on the moving surface" if moving else ""
-    ax.set_xlabel(axis_label(f"x{on}", unit))
-    ax.set_ylabel(axis_label(f"y{on}", unit))
-    legend(ax, shown, colors)
+    shown = with_displacement(find_contacts(motion, contact, rounds), planar=True)
+    ax = _draw(shown, ax, _places(shown, moving=False), ("x", "y"), (shown.units[0],) * 2)
+    for own in shown.contacts:
+        velocity = own.pieces[0].plate[0]
+        if velocity.any():
+            tail = -24.0 * velocity / np.hypot(*velocity)
+            ax.annotate(
+                "", (0.94, 0.94 if velocity[1] >= 0 else 0.8), xycoords="axes fraction",
+                xytext=(tail[0], tail[1]), textcoords="offset points",
+                arrowprops={"arrowstyle": "->", "color": "0.35", "linewidth": 0.9},
+            )  # fmt: skip
     return ax
 
 
-def _show_plate(ax: Axes, contact: ContactTrajectory) -> None:
-    """Draw in a corner which way the moving surface moves."""
-    velocity = contact.pieces[0].plate[0]
-    speed = float(np.hypot(*velocity))
-    if speed == 0:
-        return
-    tail = -24.0 * velocity / speed
-    ax.annotate(
-        "",
-        xy=(0.94, 0.94 if velocity[1] >= 0 else 0.8),
-        xycoords="axes fraction",
-        xytext=(tail[0], tail[1]),
-        textcoords="offset points",
-        arrowprops={"arrowstyle": "->", "color": "0.35", "linewidth": 0.9},
-    )
+def draw_track(
+    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 3
+) -> Axes:
+    """Draw the track of contacts in a plane on the moving surface; dots where they stick."""
+    shown = with_displacement(find_contacts(motion, contact, rounds), planar=True)
+    words = "x on the moving surface", "y on the moving surface"
+    return _draw(shown, ax, _places(shown, moving=True), words, (shown.units[0],) * 2)
+
+
+def _places(shown: ContactRounds, *, moving: bool) -> list[Curve]:
+    """Return where contacts are in the plane, in space or on the moving surface."""
+    curves = list[Curve]()
+    for contact in shown.contacts:
+        pieces = []
+        for piece in contact.pieces:
+            surface = shown.seconds(piece)[:, None] * piece.plate if moving else 0.0
+            x, y = (piece.displacement - surface).T
+            pieces.append((x, y, piece.status))
+        curves.append((contact.name, pieces))
+    return curves
 
 
 def draw_hysteresis(
-    motion: Trajectory | PeriodicOrbit,
-    contact: str | None = None,
-    ax: Axes | None = None,
-    *,
-    rounds: int = 1,
+    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
 ) -> Axes:
     """Draw friction over displacement, in the plane along each direction; thick where it sticks.
 
     The area of a loop is the work that friction does in a round.
     """
     shown = with_displacement(find_contacts(motion, contact, rounds))
-    return _draw_force(shown, ax, "displacement", shown.units[0], lambda piece: piece.displacement)
+    curves = _forces(shown, lambda piece: piece.displacement)
+    return _draw(shown, ax, curves, ("displacement", FORCE), (shown.units[0], shown.units[2]))
 
 
 def draw_friction_force(
-    motion: Trajectory | PeriodicOrbit,
-    contact: str | None = None,
-    ax: Axes | None = None,
-    *,
-    rounds: int = 1,
+    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
 ) -> Axes:
     """Draw friction over slip velocity, in the plane along each direction; thick where it sticks.
 
     Slip is the velocity of the moving surface relative to the body, friction acts on the body.
     """
     shown = find_contacts(motion, contact, rounds)
-    return _draw_force(shown, ax, "slip velocity", shown.units[1], lambda piece: piece.slip)
+    curves = _forces(shown, lambda piece: piece.slip)
+    return _draw(shown, ax, curves, ("slip velocity", FORCE), (shown.units[1], shown.units[2]))
 
 
-def _draw_force(
-    shown: ContactRounds,
-    ax: Axes | None,
-    word: str,
-    unit: str,
-    over: Callable[[ContactPhase], Array],
-) -> Axes:
-    pieces = [piece for contact in shown.contacts for piece in contact.pieces]
-    along, unit = readable((over(piece) for piece in pieces), unit)
-    up, force = readable((piece.friction for piece in pieces), shown.units[2])
-    names = [name for name, _ in _lines(shown)]
-    colors = dict(zip(names, palette(len(names)), strict=True))
-    ax = axes_or_new(ax)
-    for name, parts in _lines(shown):
-        for (before, axis), (after, _) in pairwise(parts):
-            ends = [
-                (along * over(before)[-1, axis], up * before.friction[-1, axis]),
-                (along * over(after)[0, axis], up * after.friction[0, axis]),
-            ]
-            ax.plot(*zip(*ends, strict=True), color=colors[name], linewidth=0.5, alpha=0.5)
-    # What sticks lies on top: along a law it is a short stretch between long ones.
-    for stuck in (False, True):
-        for name, parts in _lines(shown):
-            for piece, axis in parts:
-                if (piece.status is Status.STICK) is stuck:
-                    x, y = along * over(piece)[:, axis], up * piece.friction[:, axis]
-                    line(ax, x, y, piece.status, colors[name])
-    ax.margins(0.05)
-    ax.set_xlabel(axis_label(word, unit))
-    ax.set_ylabel(axis_label("friction force", force))
-    legend(ax, shown, colors)
-    return ax
-
-
-def _lines(shown: ContactRounds) -> Iterator[tuple[str, list[tuple[ContactPhase, int]]]]:
-    """Yield each component of each contact with its name."""
+def _forces(shown: ContactRounds, over: Callable[[ContactPhase], Array]) -> list[Curve]:
+    """Return friction along each direction of each contact."""
+    curves = list[Curve]()
     for contact in shown.contacts:
         own = f"{contact.name}, " if len(shown.contacts) > 1 else ""
         for axis in range(contact.directions):
             along = "along " + "xy"[axis] if contact.directions > 1 else ""
             name = (own + along).removesuffix(", ") or contact.name
-            yield name, [(piece, axis) for piece in contact.pieces]
+            pieces = contact.pieces
+            curves.append(
+                (name, [(over(p)[:, axis], p.friction[:, axis], p.status) for p in pieces])
+            )
+    return curves
 
 
 def draw_timeline(
-    motion: Trajectory | PeriodicOrbit,
-    contact: str | None = None,
-    ax: Axes | None = None,
-    *,
-    rounds: int = 2,
+    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 2
 ) -> Axes:
     """Draw what each contact does over time, one row each.
 
@@ -273,16 +240,8 @@ def draw_timeline(
         for piece in item.pieces:
             time, (_, color, hatch) = shown.time(piece), BANDS[piece.status]
             seen.add(piece.status)
-            ax.barh(
-                row,
-                time[-1] - time[0],
-                0.62,
-                left=time[0],
-                color=color,
-                hatch=hatch,
-                edgecolor="0.5",
-                linewidth=0.0,
-            )
+            bar: dict[str, Any] = {"color": color, "hatch": hatch, "edgecolor": "0.5"}
+            ax.barh(row, time[-1] - time[0], 0.62, left=time[0], linewidth=0.0, **bar)
         ends = shown.time(item.pieces[0])[0], shown.time(item.pieces[-1])[-1]
         ax.barh(row, ends[1] - ends[0], 0.62, left=ends[0], fill=False, linewidth=0.6)
         ax.set_xlim(*ends)
