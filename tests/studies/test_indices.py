@@ -60,7 +60,7 @@ def test_indices_that_cannot_be_told_say_why(found):
         sf.study({**LINEAR, "compute": compute, "cases": cases}).indices("max_q")
     cases = {**LINEAR["cases"], "count": 4, "distributions": {"W": "normal 1:-5:5"}}
     lost = sf.study({**LINEAR, "compute": compute, "cases": cases})
-    (said,) = (line for line in lost.summary().splitlines() if "shares of a variance" in line)
+    (said,) = (line for line in lost.summary().splitlines() if "fractions of a variance" in line)
     assert said.startswith("no indices of time, last_q, last_v, min_q, max_q, ")
     assert f"the number is missing in {len(lost.failures)} of 12 cases; first: " in said
     assert len(lost.failures) > 0

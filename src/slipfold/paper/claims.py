@@ -89,13 +89,13 @@ def band(branches: Sequence[Branch]) -> tuple[float, float]:
 def reached(branch: Branch, output: str, value: float, measure: str = "max") -> list[float]:
     """Return what an output reaches where a branch passes a value of the parameter."""
     result = []
-    for stretch in branch_segments(branch, output, measure):
-        ahead = stretch.parameter - value
+    for segment in branch_segments(branch, output, measure):
+        ahead = segment.parameter - value
         for i in np.flatnonzero(ahead[:-1] * ahead[1:] <= 0):
             width = ahead[i] - ahead[i + 1]
-            share = ahead[i] / width if width else 0.0
-            step = stretch.value[i + 1] - stretch.value[i]
-            result.append(float(stretch.value[i] + share * step))
+            fraction = ahead[i] / width if width else 0.0
+            step = segment.value[i + 1] - segment.value[i]
+            result.append(float(segment.value[i] + fraction * step))
     return result
 
 

@@ -132,14 +132,15 @@ def _marker(type_: str, name: str, face: str = GRAY) -> Line2D:
     )  # fmt: skip
 
 
+HEIGHTS = {
+    "row": 2.45, "wide row": 3.1, "detail": 1.95, "spectrum": 1.7, "legend": 0.55,
+    "plane": 2.6, "wide plane": 3.3, "wide detail": 2.4, "plane legend": 0.8,
+    "trajectories": 2.3, "basin legend": 0.6,
+}  # fmt: skip
+"""Heights of panels and legends in inches."""
+
 OUTPUTS = ("y", "x")
 """Left and right panel of a row, as in the paper."""
-
-ROW_HEIGHT = 2.45
-WIDE_HEIGHT = 3.1
-DETAIL_HEIGHT = 1.95
-SPECTRUM_HEIGHT = 1.7
-LEGEND_HEIGHT = 0.55
 
 
 @dataclass(frozen=True)
@@ -157,10 +158,10 @@ def _family(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     """Draw one figure of the paper."""
     heights = list[float]()
     for row in figure.rows:
-        heights += [WIDE_HEIGHT] * 2 if row.wide else [ROW_HEIGHT]
-        heights += [DETAIL_HEIGHT] * (row.detail is not None)
-    heights += [SPECTRUM_HEIGHT] * len(figure.cases)
-    canvas = _canvas(sum(heights) + LEGEND_HEIGHT)
+        heights += [HEIGHTS["wide row"]] * 2 if row.wide else [HEIGHTS["row"]]
+        heights += [HEIGHTS["detail"]] * (row.detail is not None)
+    heights += [HEIGHTS["spectrum"]] * len(figure.cases)
+    canvas = _canvas(sum(heights) + HEIGHTS["legend"])
     grid = canvas.add_gridspec(len(heights), 2, height_ratios=heights)
     lines = iter(range(len(heights)))
     letters = (f"({chr(ord('a') + number)})" for number in count())
@@ -257,10 +258,6 @@ def _common(row: Row) -> str:
     return f"{equations}; {symbol} as marked" if equations else f"{symbol} as marked"
 
 
-PLANE_HEIGHT = 2.6
-WIDE_HEIGHTS = (3.3, 2.4)
-PLANE_LEGEND_HEIGHT = 0.8
-
 CONTACT = ("Ns", "Nd")
 """The plane in which a line parts contact all the time from none at times."""
 
@@ -270,8 +267,10 @@ def _plane(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     (case,) = figure.cases
     diagram = _without_lost_contact(result[case])
     assert figure.detail is not None
-    heights = WIDE_HEIGHTS if figure.wide else (PLANE_HEIGHT,)
-    canvas = _canvas(sum(heights) + PLANE_LEGEND_HEIGHT)
+    heights = (
+        (HEIGHTS["wide plane"], HEIGHTS["wide detail"]) if figure.wide else (HEIGHTS["plane"],)
+    )
+    canvas = _canvas(sum(heights) + HEIGHTS["plane legend"])
     # It knows the size of a text; without it every question would draw the figure again.
     FigureCanvasAgg(canvas)
     grid = canvas.add_gridspec(len(heights), 2 // len(heights), height_ratios=heights)
@@ -319,12 +318,10 @@ def _draw_contact_limit(ax: Axes, view: Window) -> None:
     ax.text(*place, "tip lifts off: $N_d > N_s$", fontsize=7.0, ha="center", bbox=box)
 
 
-MOTION_HEIGHT, BASIN_HEIGHT, MOTION_LEGEND_HEIGHT = 2.3, 2.6, 0.6
-
 LAST = 1000
 """Order, among periods, of what does not repeat."""
 
-DOTS = {UP: "motions swept up", DOWN: "swept down", "": "from many starts"}
+DOTS = {UP: "trajectories swept up", DOWN: "swept down", "": "from many starts"}
 
 BESIDE = {UP: 5.0, DOWN: 3.0}
 """Sizes in points of the dots of periodic solutions, which lie on a line of the diagram."""
@@ -347,7 +344,7 @@ def _regimes(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas
 def _completed(figure: Figure, result: Mapping[Case, Any], measure: str) -> Canvas:
     """Draw a figure of the paper with tori and sampled solutions, a curve a row."""
     curves, sweeps = figure.of_kind("response"), figure.of_kind("sweep")
-    canvas = _canvas(len(curves) * MOTION_HEIGHT + MOTION_LEGEND_HEIGHT)
+    canvas = _canvas(len(curves) * HEIGHTS["trajectories"] + HEIGHTS["basin legend"])
     letters = (f"({chr(ord('a') + number)})" for number in count())
     naming = []
     panels = canvas.subplots(len(curves), 2, squeeze=False)
@@ -367,8 +364,8 @@ def _hysteresis(figure: Figure, result: Mapping[Case, Any], measure: str) -> Can
     """Draw a range with two responses, and their basins of attraction."""
     curve, swept, *cases = figure.cases
     basins = [_by_period(result[case]) for case in cases]
-    heights = MOTION_HEIGHT, BASIN_HEIGHT
-    canvas = _canvas(sum(heights) + MOTION_LEGEND_HEIGHT)
+    heights = HEIGHTS["trajectories"], HEIGHTS["plane"]
+    canvas = _canvas(sum(heights) + HEIGHTS["basin legend"])
     grid = canvas.add_gridspec(2, 1, height_ratios=heights)
     above, below = (grid[row].subgridspec(1, n) for row, n in ((0, 2), (1, len(basins))))
     naming = []

@@ -37,7 +37,7 @@ THICK = 3.6
 
 FORCE = "friction force"
 
-Motion = Trajectory | PeriodicOrbit
+Solution = Trajectory | PeriodicOrbit
 
 PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 
@@ -144,13 +144,13 @@ def with_displacement(shown: ContactRounds, *, planar: bool = False) -> ContactR
 
 
 def draw_path(
-    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
+    solution: Solution, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
 ) -> Axes:
     """Draw where contacts in a plane go, as seen in space; thick where they stick.
 
     An arrow shows which way the moving surface moves.
     """
-    shown = with_displacement(find_contacts(motion, contact, rounds), planar=True)
+    shown = with_displacement(find_contacts(solution, contact, rounds), planar=True)
     ax = _draw(shown, ax, _places(shown, moving=False), ("x", "y"), (shown.units[0],) * 2)
     for own in shown.contacts:
         velocity = own.pieces[0].plate[0]
@@ -165,10 +165,10 @@ def draw_path(
 
 
 def draw_track(
-    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 3
+    solution: Solution, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 3
 ) -> Axes:
     """Draw the track of contacts in a plane on the moving surface; dots where they stick."""
-    shown = with_displacement(find_contacts(motion, contact, rounds), planar=True)
+    shown = with_displacement(find_contacts(solution, contact, rounds), planar=True)
     words = "x on the moving surface", "y on the moving surface"
     return _draw(shown, ax, _places(shown, moving=True), words, (shown.units[0],) * 2)
 
@@ -187,25 +187,25 @@ def _places(shown: ContactRounds, *, moving: bool) -> list[Curve]:
 
 
 def draw_hysteresis(
-    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
+    solution: Solution, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
 ) -> Axes:
     """Draw friction over displacement, in the plane along each direction; thick where it sticks.
 
     The area of a loop is the work that friction does in a round.
     """
-    shown = with_displacement(find_contacts(motion, contact, rounds))
+    shown = with_displacement(find_contacts(solution, contact, rounds))
     curves = _forces(shown, lambda piece: piece.displacement)
     return _draw(shown, ax, curves, ("displacement", FORCE), (shown.units[0], shown.units[2]))
 
 
 def draw_friction_force(
-    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
+    solution: Solution, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 1
 ) -> Axes:
     """Draw friction over slip velocity, in the plane along each direction; thick where it sticks.
 
     Slip is the velocity of the moving surface relative to the body, friction acts on the body.
     """
-    shown = find_contacts(motion, contact, rounds)
+    shown = find_contacts(solution, contact, rounds)
     curves = _forces(shown, lambda piece: piece.slip)
     return _draw(shown, ax, curves, ("slip velocity", FORCE), (shown.units[1], shown.units[2]))
 
@@ -226,13 +226,13 @@ def _forces(shown: ContactRounds, over: Callable[[ContactPhase], Array]) -> list
 
 
 def draw_timeline(
-    motion: Motion, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 2
+    solution: Solution, contact: str | None = None, ax: Axes | None = None, *, rounds: int = 2
 ) -> Axes:
     """Draw what each contact does over time, one row each.
 
     It slips forth where the moving surface moves forwards relative to it, along its direction.
     """
-    shown = find_contacts(motion, contact, rounds, per_period=1)
+    shown = find_contacts(solution, contact, rounds, per_period=1)
     ax = axes_or_new(ax)
     planar = all(item.directions > 1 for item in shown.contacts)
     seen = set[Status]()

@@ -164,10 +164,10 @@ def _nothing() -> Artist:
 
 def _lines(diagrams: Sequence[LocusDiagram], colors: Mapping[str, str]) -> list[Artist]:
     kinds = {
-        (locus.type, locus.period, stretch.kind, locus.kind)
+        (locus.type, locus.period, segment.kind, locus.kind)
         for diagram in diagrams
         for locus in diagram.loci
-        for stretch in locus_segments(locus)
+        for segment in locus_segments(locus)
     }
     order = [*colors, *TOUCHING]
     handles: list[Artist] = []
@@ -255,9 +255,9 @@ def draw_loci(
         labels = sharpen(diagram.regions, lines, diagram.window, view)
         draw_regions(ax, diagram.regions, labels)
     for locus in sorted(diagram.loci, key=lambda item: ORDER.index(item.type)):
-        for stretch in locus_segments(locus):
-            style = line_style(locus.type, locus.period, stretch.kind, colors, locus.kind)
-            ax.plot(*stretch.points.T, **style)
+        for segment in locus_segments(locus):
+            style = line_style(locus.type, locus.period, segment.kind, colors, locus.kind)
+            ax.plot(*segment.points.T, **style)
     for mark in locus_marks(diagram.loci, diagram.window):
         ax.plot(*mark.values, **mark_style(mark.type))
     ax.set_xlim(view[0])
@@ -319,7 +319,7 @@ def _name(locus: Locus) -> str:
 
 def _anchors(locus: Locus) -> Array:
     """Return points along a locus, shape (n, 2)."""
-    points = [stretch.points for stretch in locus_segments(locus)]
+    points = [segment.points for segment in locus_segments(locus)]
     if not points:
         return np.zeros((0, 2))
     together = np.concatenate(points)

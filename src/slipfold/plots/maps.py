@@ -171,10 +171,10 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
     }
     shown = found.labels - UNFINISHED  # from zero
     ax.imshow(shown, cmap=ListedColormap(colors), vmin=-0.5, vmax=len(colors) - 0.5, **place)
-    doubts = [(level, *UNCERTAIN[level]) for level in UNCERTAIN if (found.uncertain == level).any()]
-    if doubts:
+    levels = [(level, *UNCERTAIN[level]) for level in UNCERTAIN if (found.uncertain == level).any()]
+    if levels:
         over = np.zeros((*found.labels.shape, 4))
-        for level, color, _ in doubts:
+        for level, color, _ in levels:
             over[found.uncertain == level] = color
         ax.imshow(over, **place)
     across, up = (
@@ -196,7 +196,7 @@ def draw_basins(found: Basins, ax: Axes | None = None, *, legend: bool = True) -
             for label, (color, name) in NO_ATTRACTOR.items()
             if (found.labels == label).any()
         ]
-        for level, (shade, *_, opaque), name in doubts:
+        for level, (shade, *_, opaque), name in levels:
             over_gray = str(opaque * shade + 0.5 * (1 - opaque))
             label = f"{name}: {_percent((found.uncertain == level).mean())}"
             handles.append(Patch(facecolor=over_gray, label=label, **edge))
@@ -222,7 +222,7 @@ def draw_regimes(
     over: LocusDiagram | None = None,
     legend: bool = True,
 ) -> Axes:
-    """Draw what the motions of one run do as colors, and what those of others do besides.
+    """Draw what the trajectories of one run do as colors, and what those of others do besides.
 
     A hatch has the color of the other regime; it is dark where only the responses differ. Lines of
     a bifurcation set may be drawn over it. What is undecided is dotted, what is not done white.
@@ -263,7 +263,7 @@ def draw_regimes(
 
 
 def _coexisting(found: RegimeMap, named: Any) -> dict[str, Mask]:
-    """Return where other runs came to each other regime; by "" where to one of the same kind."""
+    """Return where other runs reach each other regime; by "" where one of the same kind."""
     masks: dict[str, Mask] = {}
     free = found.coexist
     for run in found.runs:

@@ -50,7 +50,7 @@ SWEEPS = {
     "down": ("measured, downward", "none", 5.0),
     "": ("measured", READ, 2.8),
 }
-"""Name, color and size of measurements by how the parameter came to its value."""
+"""Name, color and size of measurements by how the parameter reached its value."""
 
 CROWDED = 9.0
 """Distance in points below which points of one type share a name: half the width of the name."""
@@ -323,7 +323,7 @@ def draw_fit(fit: Fit, quantity: str | None = None, ax: Axes | None = None) -> A
 
 
 def draw_plan(plan: MeasurementPlan, ax: Axes | None = None) -> Axes:
-    """Draw how much each measurement tells: its change with each parameter, over its error."""
+    """Draw the information of each reading: its change with each parameter, over its error."""
     ax = axes_or_new(ax)
     sizes = np.abs([plan.model.values[name] for name in plan.fitted])
     sensitivity = np.abs(plan.slopes) / plan.errors[:, None] * sizes

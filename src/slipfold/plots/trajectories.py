@@ -35,13 +35,13 @@ from slipfold.results.trajectories import Sweep
 from slipfold.text import with_unit
 from slipfold.tori.surface import TorusSpectrum
 
-Motion = Trajectory | PeriodicOrbit
+Solution = Trajectory | PeriodicOrbit
 
 FIRST, BETWEEN = "black", "#2166ac"
 """Colors of the multiples of the first frequency, and of the other lines."""
 
 COLORS = {UP: "#2166ac", DOWN: "#c0392b"}
-"""Colors of sweeps; motions from many starts are gray."""
+"""Colors of sweeps; trajectories from many starts are gray."""
 
 OTHERS = "0.6"
 
@@ -53,7 +53,7 @@ SIZE = 1.1
 
 
 def draw_timeseries(
-    motion: Motion,
+    solution: Solution,
     output: str | None = None,
     ax: Axes | None = None,
     color: str = "black",
@@ -63,22 +63,22 @@ def draw_timeseries(
     per_period: int = 64,
 ) -> Axes:
     """Draw one output over time."""
-    output = output or motion.model.states[0].name
-    if isinstance(motion, Trajectory):
-        time, values = motion.output(output, start, stop, per_period)
+    output = output or solution.model.states[0].name
+    if isinstance(solution, Trajectory):
+        time, values = solution.output(output, start, stop, per_period)
     else:
-        time, values = motion.output(output, per_period * motion.period)
+        time, values = solution.output(output, per_period * solution.period)
     ax = axes_or_new(ax)
-    values, time = on_circles(motion.model, [(output, values)], [time])
+    values, time = on_circles(solution.model, [(output, values)], [time])
     ax.plot(time, values, color=color, linewidth=0.9)
     ax.margins(x=0.0)
     ax.set_xlabel("time (s)")
-    label_output(ax, "y", motion.model, output)
+    label_output(ax, "y", solution.model, output)
     return ax
 
 
 def draw_phase(
-    motion: Motion,
+    solution: Solution,
     output: str | None = None,
     against: str | None = None,
     ax: Axes | None = None,
@@ -91,29 +91,29 @@ def draw_phase(
 
     By default these are the first state and its rate.
     """
-    names = [item.name for item in motion.model.states]
+    names = [item.name for item in solution.model.states]
     output = output or names[0]
     against = against or _rate_or_other(names, output)
-    if isinstance(motion, Trajectory):
-        start = max(motion.periods - periods, 0)
-        columns = [motion.output(name, start, None, per_period)[1] for name in (output, against)]
+    if isinstance(solution, Trajectory):
+        start = max(solution.periods - periods, 0)
+        columns = [solution.output(name, start, None, per_period)[1] for name in (output, against)]
         dots = [column[::per_period] for column in columns]
     else:
         # A multiple of the nodes, so that a sample falls on the start of every forcing period.
-        unit = math.lcm(motion.period, len(motion.nodes))
-        count = -(-per_period * motion.period // unit) * unit
-        columns = [motion.output(name, count)[1] for name in (output, against)]
-        dots = [column[:: count // motion.period] for column in columns]
+        unit = math.lcm(solution.period, len(solution.nodes))
+        count = -(-per_period * solution.period // unit) * unit
+        columns = [solution.output(name, count)[1] for name in (output, against)]
+        dots = [column[:: count // solution.period] for column in columns]
         columns = [np.append(column, column[0]) for column in columns]
     ax = axes_or_new(ax)
     named = (output, against)
-    lines = on_circles(motion.model, list(zip(named, columns, strict=True)))
+    lines = on_circles(solution.model, list(zip(named, columns, strict=True)))
     ax.plot(*lines, color=color, linewidth=0.8)
-    starts = on_circles(motion.model, list(zip(named, dots, strict=True)))
+    starts = on_circles(solution.model, list(zip(named, dots, strict=True)))
     ax.plot(*starts, "o", markersize=3, color=color)
     ax.margins(0.05)
-    label_output(ax, "x", motion.model, output)
-    label_output(ax, "y", motion.model, against)
+    label_output(ax, "x", solution.model, output)
+    label_output(ax, "y", solution.model, against)
     return ax
 
 
@@ -128,7 +128,7 @@ def _rate_or_other(names: Sequence[str], output: str) -> str:
 
 
 def draw_spectrum(
-    motion: Simulation | Spectrum,
+    solution: Simulation | Spectrum,
     output: str | None = None,
     ax: Axes | None = None,
     color: str = "black",
@@ -138,7 +138,7 @@ def draw_spectrum(
     annotate: bool = True,
 ) -> Axes:
     """Draw the amplitudes of one output over frequency, one line each, on a logarithmic scale."""
-    spectrum = motion.spectrum() if isinstance(motion, Simulation) else motion
+    spectrum = solution.spectrum() if isinstance(solution, Simulation) else solution
     output = output or spectrum.model.states[0].name
     amplitude = spectrum.of(output)
     shown = (spectrum.order <= largest_order * (1 + 1e-9)) & (amplitude > floor)
@@ -287,8 +287,8 @@ def draw_points(
 ) -> Axes:
     """Draw an output at phase zero of each period, or its extremes, over the parameter.
 
-    Sweeps lie on top of motions from many starts, the one down on top of the one up. A motion that
-    sticks is drawn at phase zero alone.
+    Sweeps lie on top of trajectories from many starts, the one down on top of the one up. A
+    trajectory that sticks is drawn at phase zero alone.
     """
     if measure not in (STROBE, *MEASURE_NAMES):
         raise InputError(
@@ -385,8 +385,8 @@ def draw_waterfall(
     """Draw amplitudes over frequency and parameter as colors.
 
     Frequencies are in multiples of the forcing's, up to `lines`; amplitudes are shown down to the
-    fraction `floor` of the largest. Motions are windowed (Hann), so that a line is as wide as four
-    steps of the frequency, and a peak as high as its amplitude.
+    fraction `floor` of the largest. Trajectories are windowed (Hann), so that a line is as wide as
+    four steps of the frequency, and a peak as high as its amplitude.
     """
     output = output or sweep.model.states[0].name
     ax = axes_or_new(ax)
@@ -399,12 +399,12 @@ def draw_waterfall(
     x = np.repeat(sweep.values[known], periods)
     flat = states[known].reshape(len(x), -1)
     outputs = sampled_outputs(sweep.model, sweep.vary, x, flat, samples)
-    motion = outputs[:, :, flow_of(sweep.model).output_index(output)]
-    motion = motion.reshape(int(known.sum()), -1)
-    window = np.hanning(motion.shape[1] + 1)[:-1]
-    centerd = motion - motion.mean(axis=1, keepdims=True)
-    amplitudes = np.full((len(states), motion.shape[1] // 2 + 1), np.nan)
-    amplitudes[known] = 2 * np.abs(np.fft.rfft(centerd * window)) / window.sum()
+    solution = outputs[:, :, flow_of(sweep.model).output_index(output)]
+    solution = solution.reshape(int(known.sum()), -1)
+    window = np.hanning(solution.shape[1] + 1)[:-1]
+    centered = solution - solution.mean(axis=1, keepdims=True)
+    amplitudes = np.full((len(states), solution.shape[1] // 2 + 1), np.nan)
+    amplitudes[known] = 2 * np.abs(np.fft.rfft(centered * window)) / window.sum()
     frequencies = np.arange(amplitudes.shape[1]) / periods
     shown = frequencies <= lines
     largest = float(np.nanmax(amplitudes))

@@ -39,7 +39,8 @@ class MeasurementPlan(Result):
 
     Notes
     -----
-    `plot` draws how much each reading tells: a change of each parameter by its own size, in errors.
+    `plot` draws the information of each reading: a change of each parameter by its own size, in
+    errors.
 
     Examples
     --------
@@ -55,7 +56,7 @@ class MeasurementPlan(Result):
     schema = "slipfold.measurement-plan/1"
     row = "a value of `vary`"
 
-    title = "what a measurement of {0.model.name} over {0.vary} would tell"
+    title = "what a measurement of {0.model.name} over {0.vary} would show"
     rows = "row"
     recorded = (
         "vary", "quantities", "errors", "fitted", "errors_expected", "correlation", "values",
@@ -107,7 +108,7 @@ class MeasurementPlan(Result):
 
     @property
     def covariance(self) -> Array:
-        """Expected covariance of the parameters, shape (p, p); infinite where nothing tells."""
+        """Expected covariance of the parameters, shape (p, p); infinite if unknown."""
         scaled = self.slopes / self.errors[:, None]
         return covariance_of(scaled.reshape(-1, len(self.fitted)), self._sizes)
 
@@ -142,13 +143,13 @@ class MeasurementPlan(Result):
         Raises
         ------
         InputError
-            If there are not as many, or too few to tell the parameters.
+            If there are not as many, or too few to determine the parameters.
         """
         there = int(np.isfinite(self.slopes).all(axis=(1, 2)).sum())
         least = -(-len(self.fitted) // len(self.quantities))
         if not least <= count <= there:
             raise InputError(
-                f"count = {count} rows cannot be chosen; give {least}, the fewest that tell "
+                f"count = {count} rows cannot be chosen; give {least}, the fewest that determine "
                 f"{len(self.fitted)} parameters, to {there}"
             )
         return best_rows(self.slopes / self.errors[:, None] * self._sizes, count)

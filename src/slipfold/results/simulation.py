@@ -32,7 +32,7 @@ WORDS = {
     Status.STICK: "stick", Status.FORTH: "slip", Status.BACK: "slip backwards", Status.OPEN: "open",
 }  # fmt: skip
 
-TOLD = 4
+LISTED = 4
 """Intervals of stick that a summary lists of each contact."""
 
 INTERVALS = Items("interval", (
@@ -79,8 +79,8 @@ def stick_text(last: LastRound, unit: str) -> str:
     parts = []
     for name in names:
         own = [item for item in last.sticking if item.contact == name]
-        spans = [f"{item.begin:.6g} to {item.end:.6g}" for item in own[:TOLD]]
-        more = f" and {len(own) - TOLD} more intervals" if len(own) > TOLD else ""
+        spans = [f"{item.begin:.6g} to {item.end:.6g}" for item in own[:LISTED]]
+        more = f" and {len(own) - LISTED} more intervals" if len(own) > LISTED else ""
         parts.append(f"{name} from {', '.join(spans)}{more}")
     return f"{'; '.join(parts)} ({unit} from its start)"
 

@@ -141,7 +141,7 @@ class StudyResult(Result):
         return self.work.quantities(self.model)
 
     def indices(self, quantity: str | ArrayLike) -> SobolIndices:
-        """Return which shares of the variance of a quantity the parameters account for.
+        """Return which fractions of the variance of a quantity the parameters account for.
 
         Parameters
         ----------
@@ -220,7 +220,7 @@ class StudyResult(Result):
             first = missing[0]
             why = str(self.reasons[first] or self.values.get("reason", {first: ""})[first])
             raise InputError(
-                f"indices are shares of a variance, and {name} is missing in {len(missing)} of "
+                f"indices are fractions of a variance, and {name} is missing in {len(missing)} of "
                 f"{len(values)} cases{'; first: ' if why else ''}{why}"
             )
         if not np.ptp(values) > CONSTANT * np.abs(values).max():

@@ -22,8 +22,8 @@ LASTING = "duration of a round, after which the circle lies on itself"
 RESONANCE_ENDS = {
     "first": "at the last torus before it",
     "last": "at the first torus after it",
-    "low": "from which motion is locked",
-    "high": "up to which motion is locked",
+    "low": "from which trajectories are locked",
+    "high": "up to which trajectories are locked",
 }
 
 OWNER = ("torus", "branch of tori it lies on")

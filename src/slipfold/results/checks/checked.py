@@ -81,7 +81,7 @@ class Check(OneLine):
         is the only way; ``"forces"`` where contact forces and events were compared with friction.
     difference
         Largest difference: of states in their scales or as a fraction of the largest of them, of
-        durations and multipliers as a share.
+        durations and multipliers as a fraction.
         Infinite where it could not be computed again.
     allowed
         What its uncertainty allows, 1e-3 at most.

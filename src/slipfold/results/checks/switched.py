@@ -171,14 +171,14 @@ def switched_difference(orbit: StickSlipOrbit) -> Difference:
 
 
 def _judged(orbit: StickSlipOrbit, matrix: Array) -> Difference:
-    """Hold multipliers against those of a matrix of differences."""
+    """Compare multipliers with those of a matrix of differences."""
     size = max(1.0, float(np.abs(orbit.multipliers).max()))
     value = multiplier_difference(orbit.multipliers, _values(matrix)) / size
     return Difference(value, CHECKS.coarse, what="multipliers")
 
 
 def _extrapolated(orbit: StickSlipOrbit, matrix: Array, finer: Array) -> Difference:
-    """Hold them against differences of two steps, whose error of second order is left out.
+    """Compare them with differences of two steps, whose error of second order is left out.
 
     The extrapolated values are as uncertain as a tenth of what the extrapolation changes.
     """

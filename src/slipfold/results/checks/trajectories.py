@@ -66,12 +66,12 @@ def _again(trajectory: Trajectory) -> list[Check]:
     )
     chosen = np.linspace(0, trajectory.periods - 1, count).astype(int)
     chosen = chosen[~_perturbed(trajectory)[chosen]]
-    for shares in CHECKS.calls:  # a period may take more steps than one call allows
-        ends = _ends(trajectory, trajectory.strobe[chosen], shares)
+    for calls in CHECKS.calls:  # a period may take more steps than one call allows
+        ends = _ends(trajectory, trajectory.strobe[chosen], calls)
         failed = ~np.isfinite(ends).all(axis=1)
         if not failed.any():
             break
-        if shares == CHECKS.calls[0]:
+        if calls == CHECKS.calls[0]:
             continue
         # Each takes twice the time that the trajectory took for it.
         few = max(2, trajectory.periods // CHECKS.one_in)
@@ -135,12 +135,12 @@ def _remark(trajectory: Trajectory, checks: Sequence[Check]) -> str:
     return sensitivity(trajectory)
 
 
-def _ends(trajectory: Trajectory, states: NDArray[np.float64], shares: int) -> NDArray[np.float64]:
+def _ends(trajectory: Trajectory, states: NDArray[np.float64], calls: int) -> NDArray[np.float64]:
     """Integrate states over a forcing period, in so many calls."""
     flow = flow_of(trajectory.model)
     constants, one = flow.constants_of(trajectory.model), np.ones(len(states))
-    for k in range(shares):
-        states = flow.advance(states, k / shares * one, (k + 1) / shares * one, constants)
+    for k in range(calls):
+        states = flow.advance(states, k / calls * one, (k + 1) / calls * one, constants)
     return states
 
 
