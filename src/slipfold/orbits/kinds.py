@@ -113,6 +113,22 @@ STANDING = 1e-9
 """A cycle whose nodes differ by less, in scaled states, is an equilibrium: it has no phase."""
 
 
+def _log_determinant(factors: Array) -> float:
+    """Return the logarithm of the determinant of a product of matrices in a plane.
+
+    Each determinant is a difference of products that are known to rounding. A sum within what that
+    leaves is zero: the multiplier of a conservative system is one. Shapes: factors (m, 2, 2).
+
+    >>> _log_determinant(np.array([[[1e4, 1.0], [1e4, 1.0 + 1e-4 * (1 + 1e-9)]]]))
+    0.0
+    """
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        logarithms = np.linalg.slogdet(factors)[1]
+        sizes = np.linalg.norm(factors, axis=(1, 2)) ** 2 / np.exp(logarithms)
+        total, noise = float(logarithms.sum()), float(np.finfo(float).eps * sizes.sum())
+    return 0.0 if abs(total) <= noise < 1 else total
+
+
 class Cycles(Orbits):
     """Orbits with the duration of one round as a free parameter, and with no phase of their own.
 
@@ -149,12 +165,11 @@ class Cycles(Orbits):
 
         In a plane it is one, and by Liouville's formula it is the exponential of the divergence
         integrated over a round: known also where a segment lasts many times the fastest decay.
-        Along a mesh it is the product of the transitions' determinants.
+        Where it is not integrated, it is the product of the transitions' determinants.
         """
         logarithm = self.log_multiplier(z)
-        if logarithm is None and len(self.scales) == 2 and self.by.growing:
-            with np.errstate(divide="ignore"):
-                logarithm = np.linalg.slogdet(linearization.factors)[1].sum()
+        if logarithm is None and len(self.scales) == 2:
+            logarithm = _log_determinant(linearization.factors)
         if logarithm is None:
             return super().eigenvalues(z, linearization)
         with np.errstate(over="ignore"):
