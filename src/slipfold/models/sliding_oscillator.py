@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, ClassVar, Self
 
 import heyoka as hy
@@ -29,14 +30,8 @@ from slipfold.models.quantities import (
     positive,
 )
 from slipfold.models.structures.component import LocalState
-from slipfold.models.structures.contacts import ModulatedLoad
+from slipfold.models.structures.contacts import FrictionContact, ModulatedLoad
 from slipfold.models.unforced import MechanicalModel
-
-LOAD = ModulatedLoad()
-"""The normal force, with the parameters ``Ns`` and ``Nd``."""
-
-LAW_PREFIX = "law_"
-"""Beginning of the names of a friction law's parameters among the coefficients."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +49,17 @@ class PaperFriction(FrictionLaw):
 
 
 PAPER = PaperFriction()
+
+TIP = "tip_"
+"""Beginning of the names of the contact's coefficients."""
+
+
+@lru_cache(maxsize=64)
+def _contact_with(law: FrictionLaw) -> FrictionContact:
+    """Return the contact of the tip with the plate, with default values."""
+    contact = FrictionContact(along=("x", "y"), law=law, load=ModulatedLoad(), name="tip")
+    return contact.kind
+
 
 OUTPUTS = (
     *("N", "Vrel", "Vrel_ratio", "l", "Fx", "Fy", "friction_direction", "power_plate"),
@@ -158,8 +164,7 @@ class SlidingOscillator(MechanicalModel):
     )
     limits = (STICK_LIMIT, PULSATING_LIMIT, COLLAPSE_LIMIT)
 
-    _law: FrictionLaw = PAPER
-    """The friction law with default values."""
+    _contact: FrictionContact = _contact_with(PAPER)
 
     def __init__(self, friction: FrictionLaw | None = None, **values: float | str) -> None:
         if friction is not None:
@@ -185,11 +190,16 @@ class SlidingOscillator(MechanicalModel):
                     "give the law another name for it"
                 )
         self._take(
-            _law=law.kind,
+            _contact=_contact_with(law.kind),
             parameters=(*kept, *law.parameters),
             states=(*cls.states, *law.memory(2)),
             limits=tuple(item for item in cls.limits if law.sticks or item != STICK_LIMIT),
         )
+
+    @property
+    def _law(self) -> FrictionLaw:
+        """The friction law with default values."""
+        return self._contact.law
 
     @property
     def surface_speeds(self) -> Mapping[str, bool]:
@@ -199,14 +209,14 @@ class SlidingOscillator(MechanicalModel):
     @property
     def structure(self) -> Mapping[str, Hashable]:
         """The friction law with default values: its own values are among the parameters."""
-        return {} if self._law is PAPER else {"friction": self._law}
+        return {} if self._law == PAPER else {"friction": self._law}
 
     @property
     def friction(self) -> FrictionLaw:
         """The friction law with its present values."""
-        if self._law is PAPER:
+        if self._law == PAPER:
             return Coulomb(mu_s=self._values["mu"], mu_k=self._values["mu"])
-        return self._law.replace(**{name: self._values[name] for name in self._law.values})
+        return self._contact._law_with(self._values)
 
     def replace(self, **changes: Any) -> Self:
         """Return a new model with some parameters changed, or with another friction law.
@@ -263,10 +273,7 @@ class SlidingOscillator(MechanicalModel):
             "mass_ratio": m2 / m1,
             "drive_x": p["Vd"] * cos(p["alpha"]) / p["L"],
             "drive_y": p["Vd"] * sin(p["alpha"]) / p["L"],
-            "plate_x": p["Vd"] * cos(p["alpha"]),
-            "plate_y": p["Vd"] * sin(p["alpha"]),
-            **{name: p[name] for name in ("Vd", "Ns", "Nd", "f")},
-            **{f"{LAW_PREFIX}{name}": p[name] for name in self._law.values},
+            **{f"{TIP}{key}": part for key, part in self._contact._coefficients(p).items()},
         }
 
     def rates(self, q: Symbols, c: Symbols, phase: Expression) -> dict[str, Expression]:
@@ -295,8 +302,8 @@ class SlidingOscillator(MechanicalModel):
         if tip.given:
             x, y = (part / (c["m2"] * c["L"]) for part in tip.given)
             return x, c["mass_ratio"] * y
-        load = {"Ns": c["push_static"], "Nd": c["push_pulsing"]}
-        tip = replace(tip, normal=LOAD._force(LocalState(q, load, phase, u=(), v=())))
+        load = LocalState(q, {"Ns": c["push_static"], "Nd": c["push_pulsing"]}, phase, u=(), v=())
+        tip = replace(tip, normal=self._contact.load._force(load))
         if self._law.rate_independent:
             tip = replace(tip, slip=(c["drive_x"] - q["vx"], c["drive_y"] - q["vy"]))
         x, y = tip.force
@@ -304,22 +311,13 @@ class SlidingOscillator(MechanicalModel):
 
     def _tip(self, q: Symbols, c: Symbols, phase: Expression) -> Contact:
         """Return the contact of tip and plate."""
-        plate = (c["plate_x"], c["plate_y"])
-        memory = tuple(q[state.name] for state in self._law.memory(2))
-        local = LocalState(q, c, phase, u=(), v=())
-        start = len(LAW_PREFIX)
-        return Contact(
-            slip=(c["L"] * (c["drive_x"] - q["vx"]), c["L"] * (c["drive_y"] - q["vy"])),
-            memory=memory,
-            normal=LOAD._force(local),
-            normal_rate=LOAD._rate(local) if memory else 0.0,
-            name="tip",
-            plate=plate,
-            plate_speed=c["Vd"],
-            law=self._law,
-            values={key[start:]: part for key, part in c.items() if key.startswith(LAW_PREFIX)},
-            limits=(STICK_LIMIT.name,),
-        ).in_states(q)
+        own = {key.removeprefix(TIP): part for key, part in c.items() if key.startswith(TIP)}
+        memory = tuple(q[state.name] for state in self._contact.memory())
+        zero = (0.0, 0.0)
+        local = LocalState(q, own, phase, zero, zero, memory, a=zero if memory else ())
+        # Drive and velocity are subtracted over L, as in the rates.
+        slip = (c["L"] * (c["drive_x"] - q["vx"]), c["L"] * (c["drive_y"] - q["vy"]))
+        return replace(self._contact._contact(local), slip=slip, limits=(STICK_LIMIT.name,))
 
     def contacts(self, q: Symbols, c: Symbols, phase: Expression) -> tuple[Contact, ...]:
         """Return the tip on the plate, unless its law never sticks."""
@@ -332,9 +330,7 @@ class SlidingOscillator(MechanicalModel):
     @property
     def start(self) -> Array:
         """Zero, with the memory that a friction law has after a long slip at the plate's speed."""
-        angle, speed = self._values["alpha"], self._values["Vd"]
-        slip = (speed * math.cos(angle), speed * math.sin(angle))
-        return np.array([0.0, 0.0, 0.0, 0.0, *self.friction.steady_memory(slip)])
+        return np.array([0.0, 0.0, 0.0, 0.0, *self._contact._steady_memory(self._values)])
 
     def declared_scales(self) -> Array:
         """Displacements of order L, rates of order 2 pi f, memory as the law says."""
@@ -365,7 +361,7 @@ class SlidingOscillator(MechanicalModel):
         return self._tip(q, c, phase).power((c["L"] * q["vx"], c["L"] * q["vy"]))
 
     def _pulsation_power(self, q: Symbols, c: Symbols, phase: Expression) -> Expression:
-        pulsation = c["Nd"] * hy.cos(2 * math.pi * phase)
+        pulsation = c[f"{TIP}Nd"] * hy.cos(2 * math.pi * phase)
         return self._structure_power(q, c, phase) * pulsation / self._tip(q, c, phase).normal
 
     # -- quantities that do not depend on the state ----------------------------------------------

@@ -184,9 +184,8 @@ class CubicStribeck(FrictionLaw):
 
     Examples
     --------
-    >>> law = CubicStribeck(mu_s=0.4, mu_m=0.25, vm=0.5)
-    >>> round(law.a, 12), round(law.b, 12), round(law.coefficient(0.5), 12)
-    (0.45, 0.6, 0.25)
+    >>> round(CubicStribeck(mu_s=0.4, mu_m=0.25, vm=0.5).coefficient(0.5), 12)
+    0.25
     """
 
     title: ClassVar[str] = "cubic Stribeck"
@@ -196,16 +195,6 @@ class CubicStribeck(FrictionLaw):
         nonnegative("mu_m", 0.3, "", "smallest friction coefficient", r"$\mu_m$")
     )
     vm: float = described(positive("vm", 0.5, "m/s", "speed of the smallest friction", "$v_m$"))
-
-    @property
-    def a(self) -> float:
-        """The linear coefficient, ``1.5 (mu_s - mu_m)/vm``, in s/m."""
-        return 1.5 * (self.mu_s - self.mu_m) / self.vm
-
-    @property
-    def b(self) -> float:
-        """The cubic coefficient, ``(mu_s - mu_m)/(2 vm^3)``, in (s/m)^3."""
-        return (self.mu_s - self.mu_m) / (2 * self.vm**3)
 
     @property
     def typical_speed(self) -> float:
