@@ -1,5 +1,7 @@
 """The search for the response of stiff motion: it tells how far it is, and comes to an end."""
 
+from dataclasses import replace
+
 import pytest
 
 import slipfold as sf
@@ -34,7 +36,8 @@ def test_a_search_tells_of_every_period_and_may_be_stopped_there(slider):
 
 
 def test_a_search_that_takes_too_long_is_given_up_and_said_so(slider, monkeypatch):
-    monkeypatch.setattr(first_orbits, "BUDGET", 1)
+    few = replace(first_orbits.SEARCH, stiff_steps=1)
+    monkeypatch.setattr(first_orbits, "SEARCH", few)
     with pytest.raises(sf.InputError, match=r"stiff, and within .* it comes near no orbit; start"):
         sf.response(slider, vary="f", span=(1.0, 1.05))
 

@@ -41,7 +41,7 @@ from slipfold.flow.modes import contacts_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.first_orbits import NEAR
+from slipfold.orbits.first_orbits import SEARCH
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import ITERATIONS, Converged, OrbitBatch
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
@@ -176,7 +176,7 @@ def _responses(
         return []
     rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
     which = np.array(list(curves))
-    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, NEAR)
+    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, SEARCH.near)
     branches = list[BatchedBranch]()
     for row, (number, curve) in enumerate(curves.items()):
         if result.found[row]:

@@ -13,7 +13,7 @@ from slipfold.flow.flow import flow_of
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model, evaluation_of
 from slipfold.newton import Rule, find_root
-from slipfold.orbits.collocation import LARGEST, Collocation
+from slipfold.orbits.collocation import MESH, Collocation
 from slipfold.orbits.continued import hold_parameter, on_mesh
 from slipfold.orbits.discretization import STAGES, Discretization
 from slipfold.orbits.kinds import orbits_at
@@ -26,13 +26,6 @@ from slipfold.orbits.multipliers import (
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable, multipliers_text, number_text
-
-TOLERANCE = 1e-10
-"""Difference from the result on half as many intervals, whose error is 2^14 times as large."""
-
-REST = 1e-8
-"""Where the scaled states of an autonomous model change by less than this in a unit of phase, the
-orbit is an equilibrium."""
 
 SINGULAR = 1e-4
 """With a multiplier this near to one, orbits a residual of 1e-12 apart differ by 1e-8 and more:
@@ -206,8 +199,9 @@ def collocate(
         finer = coarse.orbits.described_by(_halved(coarse.orbits.by))
         fine = _Solution.near(finer, finer.adopt(coarse.orbits, coarse.z), singular=singular)
         error = coarse.difference(fine)
-        converged, stalled = error < TOLERANCE, best / 2 < error < np.inf
-        if converged or stalled or fine.orbits.segments > LARGEST * period:
+        # The error on the finer mesh is a 2^14th of the change.
+        converged, stalled = error < 1e-10, best / 2 < error < np.inf
+        if converged or stalled or fine.orbits.segments > MESH.max_intervals * period:
             break
         coarse, best = fine, error
     orbits, constants = fine.orbits, fine.orbits.constants(fine.z)
@@ -425,4 +419,4 @@ def rests(model: Model, states: Array) -> bool:
         return False
     flow = flow_of(model)
     rates = flow.rates(states, np.zeros(len(states)), flow.constants_of(model))
-    return bool(np.abs(rates / model.state_scales()).max() < REST)
+    return bool(np.abs(rates / model.state_scales()).max() < 1e-8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -18,36 +19,23 @@ from slipfold.orbits.meshes import FLOOR, INTERVALS, MeshDiscretization, even_me
 
 Places = NDArray[np.intp]
 
-LARGEST = 1500
-"""Intervals of a mesh at most: beyond, the errors are what they are."""
 
-TOLERANCE = 1e-6
-"""Error inside an interval that meshes are made for, in scaled states. At the nodes it is nearly
-the square of that."""
+@dataclass(frozen=True)
+class MeshRule:
+    """What meshes of collocation are made for."""
 
-SLACK = 5.0
-"""A mesh serves until the error inside one of its intervals is this many times the tolerance."""
+    error: float = 1e-6  # inside an interval, in scaled states; less at nodes in smooth motion
+    slack: float = 5.0  # errors up to which a mesh serves
+    spare: float = 1.15  # intervals over those that the error needs
+    wasteful: float = 2.5  # the same, from which a mesh is made coarser
+    max_intervals: int = 1500  # beyond, errors are what they are
+    finer: float = 1.3  # intervals of a second mesh over those of the first: errors are a 23rd
+    gone: float = 100.0  # exponent of decay over an interval of which exp(-84 / 100) is left
+    growth: float = 4.0  # exponent of growth over an interval, which is solved from its first state
+    reach: float = 0.2  # change of scaled states over which polynomials are extrapolated
 
-SPARE = 1.15
-"""A mesh has this many times the intervals that the tolerance needs."""
 
-WASTEFUL = 2.5
-"""A mesh with this many times the intervals that are needed is made coarser."""
-
-FINER = 1.3
-"""The other mesh on which results are computed again has so many times the intervals: its errors
-are a 23rd. Intervals may be as many times longer than vibrations need until there is a new mesh."""
-
-GONE = 100.0
-"""Decay over an interval, as an exponent, of which nothing is left. Of less the method leaves
-exp(-84/100) or so, and in all intervals together nothing."""
-
-GROWTH = 4.0
-"""Growth over an interval, as an exponent, that meshes are made for: an interval is solved from its
-first state, which has to be known that much better."""
-
-REACH = 0.2
-"""Change of the states, in scaled ones, over which polynomials are extrapolated linearly."""
+MESH = MeshRule()
 
 
 class Collocation(MeshDiscretization):
@@ -79,7 +67,7 @@ class Collocation(MeshDiscretization):
         super().__init__(model, free, period, edges)
         self._scheme, self.points = scheme, scheme.points
         if self.points.damps:
-            self.noise = TOLERANCE  # of test functions near stiff modes
+            self.noise = MESH.error  # of test functions near stiff modes
         self.lengths = np.diff(edges)
         self._linear = LinearPart()
         # Coefficients and polynomials that were solved last; their changes with free parameters
@@ -129,11 +117,11 @@ class Collocation(MeshDiscretization):
             return None
         slopes = self._field(constants).jacobians(nodes / self.scales, self.start)
         slopes *= self.lengths[:, None, None]
-        stiff = np.flatnonzero(np.abs(slopes).sum(axis=2).max(axis=1) > GONE)
+        stiff = np.flatnonzero(np.abs(slopes).sum(axis=2).max(axis=1) > MESH.gone)
         if not len(stiff) or not np.isfinite(slopes).all():
             return None
         values, vectors = np.linalg.eig(slopes[stiff])
-        stays = np.where(values.real > -GONE, 1.0, 0.0)
+        stays = np.where(values.real > -MESH.gone, 1.0, 0.0)
         try:
             projectors = ((vectors * stays[:, None]) @ np.linalg.inv(vectors)).real
         except np.linalg.LinAlgError:  # eigenvectors coincide: which of them decay is not known
@@ -214,7 +202,7 @@ class Collocation(MeshDiscretization):
             return None
         (values, latest), (solved, pulled) = self._latest, self._slopes
         change = scaled - latest.nodes
-        if not np.abs(change).max() < REACH:
+        if not np.abs(change).max() < MESH.reach:
             return None
         along = constants.rates[:, self.indices]
         moved = np.linalg.lstsq(along, constants.values - values, rcond=None)[0]
@@ -310,7 +298,7 @@ class Collocation(MeshDiscretization):
 
         Shapes: nodes, along (m, n); rates (k,); returns nodes and direction (m', n).
         """
-        count = round(FINER * self.segments / self.copies) * self.copies
+        count = round(MESH.finer * self.segments / self.copies) * self.copies
         places = np.linspace(0.0, self.segments, count + 1)
         other = self.on(np.interp(places, np.arange(self.segments + 1), self.edges))
         return other, *self.moved_to(other, nodes, constants, along, rates)
@@ -326,17 +314,17 @@ class Collocation(MeshDiscretization):
             return None
         order = len(self.points.points) + 1
         density = _steepness(self.edges, solved.slopes, self.points)
-        density *= (self.points.error / TOLERANCE) ** (1 / order)
-        density = np.maximum(density, self._growth(nodes, constants) / GROWTH)
+        density *= (self.points.error / MESH.error) ** (1 / order)
+        density = np.maximum(density, self._growth(nodes, constants) / MESH.growth)
         errors = (density * self.lengths) ** order
         scheme = self.scheme(nodes, constants, order - 1)
         pattern, density = self.pattern(density)
         density = np.maximum(density, scheme.density)
         lengths = np.diff(pattern)
-        wanted = SPARE * (1 + FLOOR) * float(density @ lengths)
-        wanted = min(max(INTERVALS, int(np.ceil(wanted))), LARGEST // self.copies)
-        fits = scheme.points is self.points and scheme.density * lengths.max() <= FINER
-        if fits and errors.max() <= SLACK and len(lengths) <= WASTEFUL * wanted:
+        wanted = MESH.spare * (1 + FLOOR) * float(density @ lengths)
+        wanted = min(max(INTERVALS, int(np.ceil(wanted))), MESH.max_intervals // self.copies)
+        fits = scheme.points is self.points and scheme.density * lengths.max() <= MESH.finer
+        if fits and errors.max() <= MESH.slack and len(lengths) <= MESH.wasteful * wanted:
             return None
         return self.on(repeated(spread(pattern, density, wanted), self.copies), scheme)
 

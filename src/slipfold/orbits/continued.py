@@ -25,12 +25,6 @@ from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.shooting import SEGMENT_GROWTH, MeshShooting, Shooting, growth_within
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
-MESHES = 4
-"""Meshes that are tried until one fits."""
-
-MARGINAL = 1e-3
-"""Fraction of what friction can hold by which a stop may miss being marginal."""
-
 MEETING = Rule(close=1e-9, longest=0.01, iterations=10)
 """Stops that are marginal have converged after a step this short: the next is of its square."""
 
@@ -90,7 +84,7 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
     nodes, constants = orbits.nodes(point.z), orbits.constants(point.z)
     kind = by.met.kind if isinstance(by, MarginalShooting) else "MEET"
     stops = MarginalShooting.stops_of(by, nodes, constants, kind)
-    found = [stop for near, stop in stops if near < MARGINAL]
+    found = [stop for near, stop in stops if near < 1e-3]  # of what friction can hold
     for some in (found, found[:1]) if len(found) > 1 else (found,):
         met = _meet(orbits, point, some) if some else None
         if met is not None:
@@ -215,7 +209,7 @@ def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Arr
     by: Collocation | None = Collocation(
         orbits.model, orbits.by.free, orbits.period, count, scheme=scheme
     )
-    for _ in range(MESHES):
+    for _ in range(4):
         if by is None:
             break
         other = orbits.described_by(by)
@@ -225,7 +219,7 @@ def on_mesh(orbits: Orbits, z: Array, stages: int = STAGES) -> tuple[Orbits, Arr
 
 
 def _fitted(curve: C, point: OrbitPoint) -> tuple[C, OrbitPoint]:
-    for _ in range(MESHES):
+    for _ in range(4):
         following = curve.renewed([point])
         if following is None:
             break

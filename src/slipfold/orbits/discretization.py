@@ -22,15 +22,17 @@ STAGES = 6
 """Points an interval: errors at its ends fall with the 12th power of its length, of Radau points
 with the 11th."""
 
-RESOLVED = 6.0
-"""Radians that a vibration turns in an interval at most for polynomials to carry it: at Radau
-points they lose 0.4 percent of it there, at 4 radians 0.005 percent."""
 
-DECAYS = 3.0
-"""Decay in a unit of phase, as an exponent, beyond which a vibration is stable for certain."""
+@dataclass(frozen=True)
+class RadauRule:
+    """When intervals have Radau points."""
 
-DENSEST = 400.0
-"""Intervals a unit of phase up to which what decays more slowly is resolved for its own sake."""
+    resolved: float = 6.0  # radians of a vibration in an interval, of which points lose 0.4 percent
+    decays: float = 3.0  # exponent in a unit of phase beyond which it is stable for certain
+    densest: float = 400.0  # intervals a unit of phase up to which what decays slowly is resolved
+
+
+RADAU = RadauRule()
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,15 +59,11 @@ def scheme_for(jacobians: Array, stages: int = STAGES) -> Scheme:
     if not np.isfinite(jacobians).all():
         return Scheme(gauss_points(stages))
     values = np.linalg.eigvals(jacobians)
-    turning, decays = np.abs(values.imag), -values.real > DECAYS
-    density = float(turning[~decays].max(initial=0.0)) / RESOLVED
-    if density > DENSEST or not (decays & (turning > 64 * RESOLVED)).any(axis=1).all():
+    turning, decays = np.abs(values.imag), -values.real > RADAU.decays
+    density = float(turning[~decays].max(initial=0.0)) / RADAU.resolved
+    if density > RADAU.densest or not (decays & (turning > 64 * RADAU.resolved)).any(axis=1).all():
         return Scheme(gauss_points(stages))
     return Scheme(radau_points(stages), density)
-
-
-PHASES = 256
-"""Phases at which the start of one cycle that lies nearest to another is searched."""
 
 
 class Discretization(ABC):
@@ -232,7 +230,7 @@ class Discretization(ABC):
 
         Shapes: nodes, wanted (m, n).
         """
-        samples = self.samples(nodes, constants, max(PHASES, 8 * self.segments))
+        samples = self.samples(nodes, constants, max(256, 8 * self.segments))
         closed, spacing = np.concatenate([samples, samples[:1]]), self.period / len(samples)
         tried: Array = np.arange(len(samples), dtype=float) * spacing
         phases = ((self.start - self.phase)[None] + tried[:, None]) % self.period

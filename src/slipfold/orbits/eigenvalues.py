@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,22 +15,19 @@ from slipfold.orbits.linearization import Linearization
 from slipfold.orbits.multipliers import Multipliers
 from slipfold.orbits.test_functions import Degeneracy
 
-ANGLE = 0.8
-"""What the fastest rate makes in the unit of time: angles far from the half turn that would look
-like a period doubling, growth by little more than two."""
 
-WIDEST = 128.0
-"""Fastest vibration over the slowest up to which the unit of time is set by the fastest: in a
-thousandth of a turn multipliers of slow ones are all one."""
+@dataclass(frozen=True)
+class UnitOfTime:
+    """The time over which multipliers of equilibria are stated."""
 
-VIBRATES = 1e-9
-"""Imaginary part of an eigenvalue, over the fastest rate, that rounding may feign."""
+    angle: float = 0.8  # that the fastest rate makes: far from the half turn of a period doubling
+    widest: float = 128.0  # ratio of vibrations beyond which the fastest does not set the unit
+    vibrates: float = 1e-9  # imaginary part over the fastest rate that rounding may make
+    slow: float = 0.1  # norm of a Jacobian below which the unit stops: it is zero at a fold
+    slowest: float = 1e-3  # ratio of rates beyond which decay does not set the unit
 
-SLOW = 0.1
-"""Norm of a Jacobian below which the unit of time grows no more: zero at a fold of one state."""
 
-SLOWEST = 1e-3
-"""Decay this much faster than everything else does not set the unit of time."""
+UNIT = UnitOfTime()
 
 
 class Eigenvalues(Multipliers):
@@ -73,7 +71,7 @@ class Paced(Eigenvalues):
             return 1.0
         values = np.linalg.eigvals(jacobian)
         fastest = max(_turning(values), float(values.real.max()))
-        return ANGLE / max(ANGLE, fastest)
+        return UNIT.angle / max(UNIT.angle, fastest)
 
     def matrix(self, part: Linearization) -> Array:
         """Return the matrix of the flow over the unit of time."""
@@ -97,7 +95,7 @@ class Cayley(Eigenvalues):
     def unit(self, jacobian: Array) -> float:
         """Return the unit of time, in the model's durations."""
         size = float(np.linalg.norm(jacobian))
-        return 1.0 / max(size, SLOW) if np.isfinite(size) else np.nan
+        return 1.0 / max(size, UNIT.slow) if np.isfinite(size) else np.nan
 
     def matrix(self, part: Linearization) -> Array:
         """Return Cayley's transform of the Jacobian."""
@@ -146,14 +144,14 @@ def unit_of_time(jacobian: Array) -> float:
         return 1.0
     values = np.linalg.eigvals(jacobian)
     rate = max(_turning(values), float(values.real.max()), float(np.sort(np.abs(values))[0]))
-    straight = np.abs(values.imag) <= VIBRATES * np.abs(values).max()
+    straight = np.abs(values.imag) <= UNIT.vibrates * np.abs(values).max()
     decay = float(np.abs(values[straight]).max(initial=0.0))
-    rate = max(rate, min(decay, rate / SLOWEST))
-    return ANGLE / rate if rate > 0 and math.isfinite(rate) else 1.0
+    rate = max(rate, min(decay, rate / UNIT.slowest))
+    return UNIT.angle / rate if rate > 0 and math.isfinite(rate) else 1.0
 
 
 def _turning(values: NDArray[Any]) -> float:
     """Return the rate of the fastest vibration that sets the unit of time."""
     turning = np.abs(values.imag)
-    moving = turning[turning > VIBRATES * np.abs(values).max()]
-    return float(min(moving.max(), WIDEST * moving.min())) if len(moving) else 0.0
+    moving = turning[turning > UNIT.vibrates * np.abs(values).max()]
+    return float(min(moving.max(), UNIT.widest * moving.min())) if len(moving) else 0.0

@@ -38,24 +38,21 @@ def turns_of_segments(
     )
 
 
-SAMPLES = 64
-"""Samples a forcing period that find the right hump; Newton's method finds its top."""
+@dataclass(frozen=True)
+class ExtremaSearch:
+    """The search for extrema between samples."""
 
-ZOOM = 16
-"""Samples of each closer look."""
+    samples: int = 64  # a forcing period, which find the right hump
+    zoom: int = 16  # samples of each closer look
+    zooms: int = 2  # closer looks: the second resolves 1e-3 of a forcing period
+    max_zooms: int = 7  # where a trajectory turns sharply, as the speed of a relaxation
+    neighbors: int = 3  # samples to either side that a polynomial goes through: 1e-13 in value
+    bend: float = 1e-4  # fraction of the value by which these may exceed the minimum
+    jump: float = 1 / 8  # change between samples, over the range, that may hide a peak
+    periods: int = 256  # examined of a trajectory that has not converged
 
-ZOOMS, MORE = 2, 7
-"""Closer looks: the second resolves 1e-3 of a forcing period, a polynomial through `BESIDE` samples
-to either side then 1e-13 in value unless the trajectory turns more sharply, as a relaxation's speed
-does."""
 
-BESIDE = 3
-
-ROUND = 1e-4
-"""Fraction of the value by which samples near a minimum may exceed it for the polynomial."""
-
-JUMP = 1 / 8
-"""Fraction of its range by which an output changes between samples where peaks may lie unseen."""
+SEARCH = ExtremaSearch()
 
 
 TOGETHER = 32
@@ -174,7 +171,7 @@ def _extrema_of_orbits(
     """Extrema of some outputs over some orbits, each of shape (n_orbits, n_outputs)."""
     flow, (count, segments) = flow_of(model), nodes.shape[:2]
     edges = np.linspace(0, period, segments + 1)
-    each = -(-SAMPLES * period // segments)
+    each = -(-SEARCH.samples * period // segments)
     # Neighbors in the lanes of the flow are the same part of all orbits: as many steps each.
     segment, orbit = (index.ravel() for index in np.indices((segments, count)))
     start, end = edges[segment], edges[segment + 1]
@@ -198,19 +195,23 @@ def _extrema_of_orbits(
     jumping, places = _jumps(values)
     if len(jumping):
         first, own = jumping * total + places, constants.rows(jumping)
-        closer = flow.sample(samples[first], phases[first], phases[first] + spacing, ZOOM, own)
-        times = phases[first, None] + np.arange(ZOOM) * (spacing / ZOOM)
-        flat = flow.outputs(closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(ZOOM))
+        closer = flow.sample(
+            samples[first], phases[first], phases[first] + spacing, SEARCH.zoom, own
+        )
+        times = phases[first, None] + np.arange(SEARCH.zoom) * (spacing / SEARCH.zoom)
+        flat = flow.outputs(
+            closer.reshape(-1, closer.shape[2]), times.ravel(), own.repeated(SEARCH.zoom)
+        )
         outputs = flat.reshape(*times.shape, -1)[:, :, columns]
         lowest = signs * values[orbit, at, column]
         for row in np.flatnonzero(np.isin(orbit, jumping)):
             pieces = np.flatnonzero(jumping == orbit[row])
             of_row = signs[row] * outputs[pieces, :, column[row]]
-            piece, place = divmod(int(of_row.argmin()), ZOOM)
+            piece, place = divmod(int(of_row.argmin()), SEARCH.zoom)
             if of_row[piece, place] < lowest[row]:
                 sample = pieces[piece], max(place - 1, 0)
                 states[row], start[row] = closer[sample], times[sample]
-                width[row] = spacing / ZOOM
+                width[row] = spacing / SEARCH.zoom
     own = constants.rows(orbit)
     found = signs * refine_minimum(flow, own, states, start, width, columns[column], signs)
     low, high = found.reshape(nearest.shape).swapaxes(1, 2)
@@ -226,7 +227,9 @@ def _jumps(values: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     Shapes: values (n_orbits, n_samples, n_outputs).
     """
     after = np.roll(values, -1, axis=1)
-    jumps = (np.abs(after - values) > JUMP * np.ptp(values, axis=1, keepdims=True)).any(axis=2)
+    jumps = (np.abs(after - values) > SEARCH.jump * np.ptp(values, axis=1, keepdims=True)).any(
+        axis=2
+    )
     jumps |= np.roll(jumps, 1, axis=1) | np.roll(jumps, -1, axis=1)
     orbits, samples = np.nonzero(jumps)
     return orbits, samples
@@ -253,49 +256,49 @@ def refine_minimum(
     lowest = np.empty(len(columns))
     going = np.arange(len(columns))
     width = np.broadcast_to(2.0 * np.asarray(spacing), len(going))
-    for zoom in range(1, MORE + 1):
+    for zoom in range(1, SEARCH.max_zooms + 1):
         rows, own = np.arange(len(going)), constants.rows(going)
-        fine = flow.sample(states, start, start + width, ZOOM, own)
-        at = start[:, None] + np.arange(ZOOM) * (width / ZOOM)[:, None]
-        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(ZOOM))
-        values = flat.reshape(len(going), ZOOM, -1)[rows, :, columns[going]]
+        fine = flow.sample(states, start, start + width, SEARCH.zoom, own)
+        at = start[:, None] + np.arange(SEARCH.zoom) * (width / SEARCH.zoom)[:, None]
+        flat = flow.outputs(fine.reshape(-1, fine.shape[2]), at.ravel(), own.repeated(SEARCH.zoom))
+        values = flat.reshape(len(going), SEARCH.zoom, -1)[rows, :, columns[going]]
         values = signs[going, None] * values
-        best = np.clip(values.argmin(axis=1), BESIDE, ZOOM - 1 - BESIDE)
+        best = np.clip(values.argmin(axis=1), SEARCH.neighbors, SEARCH.zoom - 1 - SEARCH.neighbors)
         beside = values[rows[:, None], best[:, None] + _PLACES]
         least, bend = beside.min(axis=1), _bend(beside)
         # Each continues individually: others change no digit of it.
-        on = (bend > ROUND * np.abs(values).max(axis=1)) | (zoom < ZOOMS)
+        on = (bend > SEARCH.bend * np.abs(values).max(axis=1)) | (zoom < SEARCH.zooms)
         if enough is not None:
             on &= ~(least - np.abs(bend) > enough[going])
-        on &= zoom < MORE
+        on &= zoom < SEARCH.max_zooms
         lowest[going[~on]] = _least_between(beside[~on])
         if not on.any():
             break
-        best = np.clip(values.argmin(axis=1), 1, ZOOM - 2)
+        best = np.clip(values.argmin(axis=1), 1, SEARCH.zoom - 2)
         going, states, start = going[on], fine[rows, best - 1][on], at[rows, best - 1][on]
-        width = (2 * width / ZOOM)[on]
+        width = (2 * width / SEARCH.zoom)[on]
     return lowest
 
 
-_PLACES = np.arange(-BESIDE, BESIDE + 1)
+_PLACES = np.arange(-SEARCH.neighbors, SEARCH.neighbors + 1)
 _ORDERS = np.arange(len(_PLACES))
 _FIT = np.linalg.inv(np.vander(_PLACES.astype(float), increasing=True)).T
 
 
 def _middle(values: Array) -> NDArray[np.intp]:
-    """Return which of samples has the lowest in its neighborhood, (k, 2 BESIDE + 1) to (k,)."""
+    """Return which of samples has the lowest in its neighborhood, (k, 2 neighbors + 1) to (k,)."""
     return np.clip(values.argmin(axis=1), 1, len(_PLACES) - 2)
 
 
 def _bend(values: Array) -> Array:
-    """Return how much samples bend where they are lowest, (k, 2 BESIDE + 1) to (k,)."""
+    """Return how much samples bend where they are lowest, (k, 2 neighbors + 1) to (k,)."""
     rows, middle = np.arange(len(values)), _middle(values)
     left, right = values[rows, middle - 1], values[rows, middle + 1]
     return np.asarray(left - 2 * values[rows, middle] + right)
 
 
 def _least_between(values: Array) -> Array:
-    """Return the minima of polynomials through samples, (k, 2 BESIDE + 1) to (k,)."""
+    """Return the minima of polynomials through samples, (k, 2 neighbors + 1) to (k,)."""
     least, bend, middle = values.min(axis=1), _bend(values), _middle(values)
     coefficients, places = values @ _FIT, _PLACES[middle].astype(float)
     for _ in range(3):
@@ -311,20 +314,16 @@ def _least_between(values: Array) -> Array:
     return np.asarray(np.clip(found, least - np.abs(bend), least))
 
 
-SEEN = 256
-"""Periods that are examined of a trajectory that has not settled."""
-
-
 def steady_extrema(motion: Trajectory, names: Sequence[str]) -> Extrema:
     """Find extrema over the orbit that a trajectory settled on, or else over its last periods.
 
     It has a whole period at least.
     """
     settlement = motion.settlement
-    count = motion.steady_periods(1 if settlement.settled else SEEN)
+    count = motion.steady_periods(1 if settlement.settled else SEARCH.periods)
     columns = [flow_of(motion.model).output_index(name) for name in names]
     if motion.sticking is not None:
-        values = motion.steady_outputs(count, ZOOM * SAMPLES)[:, columns]
+        values = motion.steady_outputs(count, SEARCH.zoom * SEARCH.samples)[:, columns]
         return Extrema(tuple(names), values.min(axis=0)[None], values.max(axis=0)[None])
     model = motion.steady_model
     # A round of a cycle takes no whole number of intervals, so that it begins at the last state.

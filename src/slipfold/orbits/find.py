@@ -27,7 +27,8 @@ from slipfold.models.angles import wrap_angles
 from slipfold.models.equilibria import check_followed, search_equilibrium
 from slipfold.models.model import Model
 from slipfold.orbits.continued import hold_parameter
-from slipfold.orbits.first_orbits import ITERATIONS, find_cycle, find_response
+from slipfold.orbits.first_orbits import SEARCH as FIRST
+from slipfold.orbits.first_orbits import find_cycle, find_response
 from slipfold.orbits.kinds import ForcedOrbits, orbits_at
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import Orbits
@@ -38,24 +39,26 @@ from slipfold.progress import Observer
 
 GivenState = ArrayLike | Mapping[str, float] | None
 
-LONGEST_PERIOD, LONGEST_SETTLING = 64, 10**6
-"""Maximum of the period and of the forcing periods in which a trajectory converges."""
 
-REVOLUTIONS = 24
-"""Times that a trajectory may go round a cycle until it comes back, and products of such."""
+@dataclass(frozen=True)
+class OrbitSearch:
+    """The search for an orbit near a state."""
 
-SAME = 1e-7
-"""Distance of states, in their scales, above which they differ: orbits close to 1e-10, and what a
-cascade has just doubled is farther apart."""
+    max_period: int = 64  # in forcing periods
+    max_settling: int = 10**6  # forcing periods
+    revolutions: int = 24  # of a trajectory until it returns, and products of such
+    same: float = 1e-7  # distance in scales above which states differ: orbits close to 1e-10
+    transient: int = 2000  # forcing periods, or steps in which a trajectory near a cycle returns
+    periods: tuple[int, ...] = (
+        1,
+        2,
+        4,
+        3,
+    )  # tried where a trajectory does not nearly repeat
+    returned: float = 0.05  # distance over the extent, or in scales, at which an orbit is near
 
-TRANSIENT = 2000
-"""Forcing periods in which a trajectory converges, and steps in which one near a cycle returns."""
 
-PERIODS = (1, 2, 4, 3)
-"""Periods that are tried where a trajectory repeats after none up to twice the largest."""
-
-RETURNED = 0.05
-"""A trajectory that returns this near, over its extent or in scaled states, is near an orbit."""
+SEARCH = OrbitSearch()
 
 
 def periodic_orbit(
@@ -116,13 +119,14 @@ def periodic_orbit(
     >>> round(cycle.duration, 9)
     6.663286859
     """
-    if period not in range(1, LONGEST_PERIOD + 1):
+    if period not in range(1, SEARCH.max_period + 1):
         raise InputError(
-            f"period = {period!r} is not a whole number from 1 to {LONGEST_PERIOD}; give e.g. 2"
+            f"period = {period!r} is not a whole number from 1 to {SEARCH.max_period}; give e.g. 2"
         )
-    if settle not in range(1, LONGEST_SETTLING + 1):
+    if settle not in range(1, SEARCH.max_settling + 1):
         raise InputError(
-            f"settle = {settle!r} is not a whole number from 1 to {LONGEST_SETTLING}; give e.g. 400"
+            f"settle = {settle!r} is not a whole number from 1 to {SEARCH.max_settling}; "
+            "give e.g. 400"
         )
     on_wall = not may_slip(model)
     model = model if on_wall else measured(model)
@@ -238,7 +242,7 @@ class _Search:
         orbit = self._as_orbit(orbits, self._corrected(orbits, orbits.unknown(node[None], model)))
         if self.period > 1:
             hybrid = HybridIntegration.begin(orbit.model, orbit.state, own_duration=False)
-            _refuse_shorter(orbit, hybrid.run(self.period, SAME).strobe)
+            _refuse_shorter(orbit, hybrid.run(self.period, SEARCH.same).strobe)
         return orbit
 
     def _cycle(self, state: Array | None) -> PeriodicOrbit:
@@ -260,7 +264,7 @@ class _Search:
 
     def _corrected(self, orbits: Orbits, guess: Array) -> Correction:
         row = hold_parameter(len(guess) - 1)
-        return correct(orbits, guess, row, tolerance=self.tolerance, iterations=ITERATIONS)
+        return correct(orbits, guess, row, tolerance=self.tolerance, iterations=FIRST.iterations)
 
     def _as_orbit(self, orbits: Orbits, correction: Correction) -> PeriodicOrbit:
         if not correction.converged or correction.linearization is None:
@@ -280,11 +284,11 @@ class _Search:
 def _revolutions(cycle: PeriodicOrbit) -> int:
     """Return how often a cycle returns to where it began."""
     flow, model = flow_of(cycle.model), cycle.model
-    phases = np.append(0.0, 1 / np.arange(REVOLUTIONS, 1, -1))
+    phases = np.append(0.0, 1 / np.arange(SEARCH.revolutions, 1, -1))
     states = flow.trajectory(cycle.state, flow.constants_of(model), phases)[1:]
     apart = wrap_angles(states - cycle.state, model.angle_periods) / model.state_scales()
-    back = np.flatnonzero(np.abs(apart).max(axis=1) < SAME)
-    return int(REVOLUTIONS - back[0]) if len(back) else 1
+    back = np.flatnonzero(np.abs(apart).max(axis=1) < SEARCH.same)
+    return int(SEARCH.revolutions - back[0]) if len(back) else 1
 
 
 def _checked_state(model: Model, state: ArrayLike | Mapping[str, float]) -> Array:
@@ -312,7 +316,7 @@ def _refuse_shorter(orbit: PeriodicOrbit, strobes: Array) -> None:
     for shorter in range(1, count):
         apart = wrap_angles(strobes[shorter] - strobes[0], model.angle_periods)
         moved = np.abs(apart / model.state_scales()).max()
-        if count % shorter == 0 and moved < SAME:
+        if count % shorter == 0 and moved < SEARCH.same:
             raise InputError(
                 f"the orbit found for period {count} has period {shorter}; give a state nearer to "
                 f"an orbit of period {count}, or ask for period {shorter}"
@@ -326,7 +330,7 @@ def attractor_from(
     model: Model, state: GivenState = None, observer: Observer | None = None
 ) -> PeriodicOrbit | Array:
     """Return the orbit or equilibrium to which a trajectory from a state converges."""
-    periods = TRANSIENT if model.forced else None
+    periods = SEARCH.transient if model.forced else None
     motion = simulate(model, periods, state, observer=observer)
     if motion.stopped is not None and motion.stopped.kind == "interrupted":
         raise KeyboardInterrupt
@@ -366,11 +370,11 @@ def orbit_near(model: Model, state: GivenState) -> PeriodicOrbit | Array:
 
 def _forced_orbit(model: Model, start: Array) -> PeriodicOrbit:
     constants = flow_of(model).constants_of(model)
-    strobe = GuardedFlow(model, constants, start).strobe(start, 2 * max(PERIODS))
+    strobe = GuardedFlow(model, constants, start).strobe(start, 2 * max(SEARCH.periods))
     apart = np.abs(wrap_angles(strobe[1:] - start, model.angle_periods) / constants.scales)
-    likely = np.flatnonzero(apart.max(axis=1) <= RETURNED)[:1] + 1
+    likely = np.flatnonzero(apart.max(axis=1) <= SEARCH.returned)[:1] + 1
     failure: InputError | None = None
-    for period in dict.fromkeys((*likely.tolist(), *PERIODS)):
+    for period in dict.fromkeys((*likely.tolist(), *SEARCH.periods)):
         try:
             return periodic_orbit(model, period, start)
         except InputError as error:
@@ -384,7 +388,7 @@ def _returns(model: Model, start: Array) -> bool:
     changed, _ = with_duration(model, start, None)
     flow = flow_of(changed)
     constants = flow.constants_of(changed)
-    motion = flow.dense(start, constants, float(TRANSIENT), TRANSIENT)
+    motion = flow.dense(start, constants, float(SEARCH.transient), SEARCH.transient)
     if motion is None:
         return False
     finely = np.linspace(0.0, motion.end, 8 * len(motion.phases))
@@ -392,4 +396,4 @@ def _returns(model: Model, start: Array) -> bool:
     away = np.linalg.norm(apart / constants.scales, axis=1)
     extent = float(away.max())
     left = np.flatnonzero(away > 0.5 * extent)
-    return extent > 0 and bool((away[left[0] :] < RETURNED * extent).any())
+    return extent > 0 and bool((away[left[0] :] < SEARCH.returned * extent).any())

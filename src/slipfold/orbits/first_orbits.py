@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import accumulate
 
@@ -31,24 +31,33 @@ from slipfold.orbits.multipliers import product
 from slipfold.orbits.orbit_curve import Orbits
 from slipfold.orbits.shooting import SEGMENTS
 
-NEAR = 0.3
-"""An orbit this far from the linear response, in scaled states, may belong to another branch."""
 
-SETTLING = (25, 75, 300)
-"""Forcing periods after which a trajectory from rest is tried, in turn."""
+@dataclass(frozen=True)
+class FirstOrbitSearch:
+    """The search for a first orbit."""
 
-ITERATIONS = 20
-"""Newton steps from a trajectory that is on its way to an orbit."""
+    near: float = 0.3  # distance from the linear response, in scales, beyond which branches differ
+    settling: tuple[int, ...] = (
+        25,
+        75,
+        300,
+    )  # forcing periods from rest, each tried
+    iterations: int = 20  # Newton steps from a trajectory on its way to an orbit
+    stiff_settling: tuple[int, ...] = (2, 20, 80)  # the same of stiff trajectories
+    stiff_steps: int = 60_000  # implicit steps: half a minute
+    samples: int = 8  # in a unit of time, an eighth of the fastest revolution
+    window: int = 800  # units of time of the first window, a hundred revolutions
+    windows: int = 8  # each twice as long as the last, in which a trajectory has to return
+    returned: float = 0.2  # fraction of the extent within which it returns to where it began
+    at_rest: float = 1e-6  # change in scales below which it is at an equilibrium
 
-STIFF_SETTLING = (2, 20, 80)
-"""Further forcing periods after which Newton's method starts where the trajectory is stiff."""
 
-BUDGET = 60_000
-"""Implicit steps in which an orbit is found or given up: half a minute."""
+SEARCH = FirstOrbitSearch()
+
 
 STIFF = (
-    f"motion is stiff, and within {sum(STIFF_SETTLING)} forcing periods or {BUDGET} implicit steps "
-    "from rest it comes near no orbit"
+    f"motion is stiff, and within {sum(SEARCH.stiff_settling)} forcing periods or "
+    f"{SEARCH.stiff_steps} implicit steps from rest it comes near no orbit"
 )
 
 RISING = Coarse(steps=replace(CONTINUING.steps, turn=0.6))
@@ -72,7 +81,7 @@ def find_response(
     `on_progress` is called with the number of forcing periods that a trajectory has lasted.
     """
     guess = guess_orbit(orbits, value)
-    if guess.converged and guess.distance <= NEAR:
+    if guess.converged and guess.distance <= SEARCH.near:
         return orbits, guess
     model = orbits.model.replace(**{orbits.vary: value})
     if implicitly and not guess.converged and _is_stiff(orbits, model):
@@ -84,7 +93,7 @@ def find_response(
     risen = _from_zero_forcing(orbits, model, value, from_rest)
     if not isinstance(risen, str):
         return orbits, risen
-    settled = from_rest(SETTLING)
+    settled = from_rest(SEARCH.settling)
     if settled is not None:
         return orbits, settled
     return orbits, guess if guess.converged else replace(guess, failure=risen)
@@ -114,7 +123,7 @@ def _from_zero_forcing(
     if not rest.converged:
         return f"there is no rest state with {forcing} = 0: {rest.failure}"
     # Growth of an undamped state by rounding is none.
-    settled = from_rest(SETTLING[:1], stable=True) if _growth(rest) > 1 + 1e-6 else None
+    settled = from_rest(SEARCH.settling[:1], stable=True) if _growth(rest) > 1 + 1e-6 else None
     if settled is not None:
         return settled
     reached = continue_to(
@@ -153,14 +162,16 @@ def _from_rest(
             return None
         nodes = flow.sample(state[None], zero, zero + 1, orbits.segments, constants)[0]
         found = _corrected(orbits, nodes, value)
-        if found.converged and (not stable or (found.distance <= NEAR / 10 and _growth(found) < 1)):
+        if found.converged and (
+            not stable or (found.distance <= SEARCH.near / 10 and _growth(found) < 1)
+        ):
             return found
     return None
 
 
 def _corrected(orbits: ForcedOrbits, nodes: Array, value: float) -> Correction:
     guess = orbits.pack(nodes, value)
-    return correct(orbits, guess, hold_parameter(orbits.size), iterations=ITERATIONS)
+    return correct(orbits, guess, hold_parameter(orbits.size), iterations=SEARCH.iterations)
 
 
 # -- stiff responses -----------------------------------------------------------------------------
@@ -213,7 +224,7 @@ class _StiffSearch:
     def closed(self) -> DenseTrajectory | None:
         """Return such a trajectory, None where none is found within the budget."""
         state = self._model.start
-        for periods in STIFF_SETTLING:
+        for periods in SEARCH.stiff_settling:
             for _ in range(periods):
                 settling = self._period(state)
                 if settling is None:
@@ -227,7 +238,7 @@ class _StiffSearch:
     def _period(self, state: Array) -> DenseTrajectory | None:
         """Return the trajectory of a period, None if it does not end or the budget is used up."""
         self._on_progress(self._periods)
-        motion = None if self._steps >= BUDGET else self._takeover.period(state)
+        motion = None if self._steps >= SEARCH.stiff_steps else self._takeover.period(state)
         if motion is not None:
             self._periods += 1
             self._steps += len(motion.phases) - 1
@@ -256,19 +267,6 @@ class _StiffSearch:
 
 # -- cycles --------------------------------------------------------------------------------------
 
-SAMPLES = 8
-"""Samples in a unit of time, which is about an eighth of the fastest revolution."""
-
-WINDOW, WINDOWS = 800, 8
-"""Units of time of the first window, about a hundred of the fastest revolutions, and the number of
-windows, each twice as long as the last, in which a trajectory has to return."""
-
-RETURNED = 0.2
-"""Fraction of the trajectory's extent within which it returns to where it began."""
-
-AT_REST = 1e-6
-"""Changes smaller than this, in scaled states, are those of an equilibrium."""
-
 
 def find_cycle(
     model: Model, state: Array | None, duration: float | None, settle: int
@@ -279,9 +277,9 @@ def find_cycle(
     paced = model.replace(duration=unit)
     if state is None:
         start = model.start
-        if np.abs(functions.rates(paced, start) * unit / scales).max() <= AT_REST:
+        if np.abs(functions.rates(paced, start) * unit / scales).max() <= SEARCH.at_rest:
             start = start + 0.01 * scales  # beside the equilibrium
-        state = _trajectory(paced, start, WINDOW * max(1, settle // 100))[-1]
+        state = _trajectory(paced, start, SEARCH.window * max(1, settle // 100))[-1]
         state = wrap_angles(state, model.angle_periods)
     if duration is None:
         duration = unit * _first_return(paced, state)
@@ -295,7 +293,7 @@ def find_cycle(
 def _trajectory(paced: Model, state: Array, units: int) -> Array:
     """Sample a trajectory over units of time; refuse one that leaves the model."""
     flow = flow_of(paced)
-    grid = np.linspace(0, units, units * SAMPLES + 1)
+    grid = np.linspace(0, units, units * SEARCH.samples + 1)
     states = flow.trajectory(state, flow.constants_of(paced), grid)
     if not np.isfinite(states).all():
         raise InputError(
@@ -308,10 +306,10 @@ def _trajectory(paced: Model, state: Array, units: int) -> Array:
 def _first_return(paced: Model, state: Array) -> float:
     """Return after how many units of time a trajectory first returns near its beginning."""
     scales, flow = paced.state_scales(), flow_of(paced)
-    for window in range(WINDOWS):  # each begins at the end of the last: it may still converge
-        units = WINDOW * 2**window
+    for window in range(SEARCH.windows):  # each begins at the end of the last
+        units = SEARCH.window * 2**window
         states = _trajectory(paced, state, units)
-        if float(np.abs((states - state) / scales).max()) < AT_REST:
+        if float(np.abs((states - state) / scales).max()) < SEARCH.at_rest:
             break
         grid = np.linspace(0, units, len(states))
         rates = flow.rates(states, grid, flow.constants_of(paced))
@@ -345,7 +343,7 @@ def _nearest_passage(grid: Array, away: Array, rates: Array, turns: Array) -> fl
         return None
     passed = CubicHermiteSpline(grid, away, rates)(times)
     distances = np.linalg.norm(wrap_angles(passed, turns), axis=1)
-    if distances.min() > RETURNED * extent:
+    if distances.min() > SEARCH.returned * extent:
         return None
     # The first return that is about as near as the nearest, as far as samples tell.
     near = max(3.0 * distances.min(), 1e-5 * extent)

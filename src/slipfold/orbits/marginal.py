@@ -26,30 +26,22 @@ from slipfold.flow.modes import (
 from slipfold.models.model import Model
 from slipfold.orbits.switched_shooting import Passed, SwitchedShooting
 
-OFF_CENTER = 0.25
-"""Fraction of the reach by which the event may move away from the middle of the window."""
 
-SHORT = 0.02
-"""Maximum length, in phases, of a smooth phase that has only just started to exist."""
+@dataclass(frozen=True)
+class EventWindow:
+    """The search for changes of contacts that an orbit only just meets."""
 
-PLACES = 64
-"""Places on a smooth phase at which events are examined first."""
+    off_center: float = 0.25  # fraction of the reach that an event may be off the middle
+    short: float = 0.02  # maximum phases of a smooth phase that has just begun to exist
+    samples: int = 64  # on a smooth phase, where events are examined first
+    longest: float = 0.05  # phases on either side of an event within which an orbit passes it
+    clear: float = 0.5  # fraction of the way to the next change, or turn of the function, left free
+    level: float = 1e-4  # fraction of its size that slip in the plane keeps at a grazing
+    exact: float = 1e-9  # step of secants that ends them: the error is of the next one
+    instant: float = 1e-7  # phases of stick that count as none, as of a symmetric orbit
 
-LONGEST = 0.05
-"""Maximum of the phases on either side of an event within which an orbit is carried past it."""
 
-CLEAR = 0.5
-"""Fraction of the way to the next change, or to where the function turns back, left free."""
-
-LEVEL = 1e-4
-"""Fraction of its size that slip in the plane keeps at a grazing."""
-
-EXACT = 1e-9
-"""Step of secants after which the phase of an event is known: its error is of the next one."""
-
-UNTOLD = 1e-7
-"""Phases of stick that count as none: another stop may begin to stick at once, as of an
-orbit that is its own mirror image."""
+WINDOW = EventWindow()
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +108,7 @@ class _Margin:
 
     def minima(self, start: Array, begin: float, end: float, kind: str) -> Iterator[Near]:
         """Yield the minima on the way from a state, each with how near it is to zero."""
-        phases = np.linspace(begin, end, PLACES + 1)
+        phases = np.linspace(begin, end, WINDOW.samples + 1)
         states = self.flow.of(self.mode).along(start[None], phases[None], self.constants)[0]
         values = self.values(states, phases)
         size = float(np.abs(values).max())
@@ -126,8 +118,10 @@ class _Margin:
         for i in np.flatnonzero((steps[:-1] <= 0) & (steps[1:] > 0)) + 1:
             left = i - int(np.argmax(np.append(steps[:i][::-1] > 0, True)))
             right = i + int(np.argmax(np.append(steps[i:] < 0, True)))
-            reach = CLEAR * min(phases[i] - phases[left], phases[right] - phases[i], 2 * LONGEST)
-            level = LEVEL if self.event.ending is Ending.SLOWS else 0.0
+            reach = WINDOW.clear * min(
+                phases[i] - phases[left], phases[right] - phases[i], 2 * WINDOW.longest
+            )
+            level = WINDOW.level if self.event.ending is Ending.SLOWS else 0.0
             at = float(phases[i]), float(reach), size, level
             yield abs(float(values[i])) / size, MarginalEvent(kind, *modes, self.event, None, *at)
 
@@ -155,13 +149,13 @@ def _grazings(
     for place, ((before, _), (part, after)) in enumerate(pairwise(passed), start=1):
         mode, met = reported_mode(before.mode), before.event
         returns = met is not None and reported_mode(after) == mode != reported_mode(part.mode)
-        if not returns or part.end - part.begin > SHORT or not 1 < place < len(passed) - 1:
+        if not returns or part.end - part.begin > WINDOW.short or not 1 < place < len(passed) - 1:
             continue
         assert met is not None
         if met.ending in GRAZED[kind] and not met.scaled:  # of slow slip only its end is known
             follows, begin = passed[place + 1][0], passed[place - 2][0].state
             # As if nothing had been met, it turns back a little beyond.
-            until = part.end + CLEAR * (follows.end - follows.begin)
+            until = part.end + WINDOW.clear * (follows.end - follows.begin)
             yield from _Margin(flow, mode, met, constants).minima(begin, before.begin, until, kind)
 
 
@@ -181,7 +175,7 @@ def _stops(
         back = Status(-int(part.mode[contact]))
         sticks = kind == "MEET" if kind else after[contact] != back
         expected, end = Status.STICK if sticks else back, follows.end
-        if after[contact] is not expected and end - follows.begin <= SHORT:
+        if after[contact] is not expected and end - follows.begin <= WINDOW.short:
             after, end = later, passed[place + 2][0].end
         if after[contact] is not expected:
             continue
@@ -194,7 +188,7 @@ def _stops(
         }
         size = sum(value for _, value in left.values()) / 2
         event, value = left[back]
-        reach = CLEAR * min(part.end - part.begin, end - part.end, 2 * LONGEST)
+        reach = WINDOW.clear * min(part.end - part.begin, end - part.end, 2 * WINDOW.longest)
         modes = reported_mode(part.mode), reported_mode(after), reported_mode(held)
         what = "MEET" if sticks else "STICK"
         yield (
@@ -263,7 +257,7 @@ class MarginalShooting(SwitchedShooting):
         stops = _stops(by.switched, passed, constants, kind)
         for near, met in sorted(stops, key=lambda item: item[0]):
             gaps = [abs((met.phase - other.met.phase) / period) for _, other in found]
-            if all(abs(gap - round(gap)) * period > SHORT for gap in gaps):
+            if all(abs(gap - round(gap)) * period > WINDOW.short for gap in gaps):
                 found.append((near, cls(by.model, by.free, period, met)))
         return found
 
@@ -314,7 +308,7 @@ class MarginalShooting(SwitchedShooting):
     ) -> Self | None:
         """Return one in whose window the event lies in the middle, None if it does here."""
         phase = self.phase_of_event(nodes, constants)
-        if phase is None or abs(phase - self.met.phase) < OFF_CENTER * self.met.reach:
+        if phase is None or abs(phase - self.met.phase) < WINDOW.off_center * self.met.reach:
             return None
         again = type(self).at(self, nodes, constants, self.met.kind)
         met = replace(self.met, phase=phase)
@@ -338,7 +332,7 @@ class MarginalShooting(SwitchedShooting):
         found = [
             mode
             for begin, end, mode in self.spans(nodes, constants)
-            if end - begin > UNTOLD or Status.STICK not in mode
+            if end - begin > WINDOW.instant or Status.STICK not in mode
         ]
         return min((tuple(found[i:] + found[:i]) for i in range(len(found))), default=())
 
@@ -386,7 +380,7 @@ class MarginalShooting(SwitchedShooting):
         None if there is none. Shapes: nodes (1, n).
         """
         flow, start = self.switched.of(self.met.before), self.start if begin is None else [begin]
-        phases = np.linspace(start[0], self._beyond, PLACES // 4 + 1)
+        phases = np.linspace(start[0], self._beyond, WINDOW.samples // 4 + 1)
         states = flow.along(nodes, phases[None], constants)[0]
         values = self._rising(states, phases, constants)
         crossed = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
@@ -398,7 +392,7 @@ class MarginalShooting(SwitchedShooting):
         for _ in range(8):  # by secants: the function is as good as straight
             following = phase - value * (phase - last) / (value - before)
             last, before, phase = phase, value, min(max(following, low), high)
-            if abs(phase - last) < EXACT:
+            if abs(phase - last) < WINDOW.exact:
                 break
             at = np.array([phase])
             ends = flow.advance(nodes, np.array(start, dtype=float), at, constants)

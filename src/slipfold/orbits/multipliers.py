@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
 
@@ -41,22 +42,19 @@ def growth_bound(blocks: NDArray[np.float64]) -> float:
     return bound if not np.isnan(bound) else np.inf
 
 
-BLOCKS = 16
-"""Factors that are kept apart. A product of more loses digits of small multipliers, one of fewer
-takes longer: the ratio of two multipliers is spread over as many factors."""
+@dataclass(frozen=True)
+class PeriodicQr:
+    """Tolerances of eigenvalues of products."""
 
-SWEEPS = 60
-"""Sweeps at most; what they leave together has moduli within a factor of two."""
+    blocks: int = 16  # factors kept apart: the ratio of multipliers is spread over as many
+    sweeps: int = 60  # maximum; what they leave together has moduli within a factor of two
+    gap: float = 100.0  # ratio of moduli that are separated: others lose two digits at most
+    separate: float = 1e-13  # turn of the basis below which subspaces are invariant
+    double: float = 1e-5  # distance of two multipliers that may be one: their mean is known better
+    large: float = 1e4  # multiplier beside which others lose digits in the product
 
-GAP = 100.0
-"""Moduli this far apart are separated: what is left together loses two digits at most."""
 
-SEPARATE = 1e-13
-"""Invariant subspaces count as separated once the basis turns by no more than this."""
-
-DOUBLE = 1e-5
-"""Multipliers nearer than this may be one that is double. Each of two is then known to no more
-than the square root of the precision, their mean to all of it."""
+QR = PeriodicQr()
 
 
 def product_eigenvalues(matrices: Array) -> Complex:
@@ -77,10 +75,10 @@ def product_eigenvalues(matrices: Array) -> Complex:
     # There is none across the flow of a single angle.
     if not (matrices.size and np.isfinite(matrices).all()):
         return np.full(matrices.shape[1], np.nan + 0j)
-    factors = [product(part) for part in np.array_split(matrices, min(BLOCKS, len(matrices)))]
+    factors = [product(part) for part in np.array_split(matrices, min(QR.blocks, len(matrices)))]
     basis = _dominant_first(product(np.array(factors)))
     groups, below = [slice(None)], np.full(len(basis) - 1, np.inf)
-    for _ in range(SWEEPS):
+    for _ in range(QR.sweeps):
         start, triangles = basis, []
         for factor in factors:
             basis, triangle = np.linalg.qr(factor @ basis)
@@ -88,7 +86,7 @@ def product_eigenvalues(matrices: Array) -> Complex:
         turn = start.T @ basis
         growth = np.sum([_logarithms(np.diag(item)) for item in triangles], axis=0)
         groups, below = _groups(turn, below, growth)
-        if all(np.ptp(growth[group]) < np.log(GAP) for group in groups):
+        if all(np.ptp(growth[group]) < np.log(QR.gap) for group in groups):
             break
     values = [
         np.linalg.eigvals(
@@ -181,24 +179,20 @@ def _dominant_first(product: Array) -> Array:
 def _groups(turn: Array, before: Array, growth: Array) -> tuple[list[slice], Array]:
     """Return the parts of the basis that span invariant subspaces, and how far each part turns.
 
-    Between moduli in the ratio `GAP` a sweep divides that by `GAP`: a small turn that no longer
+    Between moduli in the ratio `QR.gap` a sweep divides that by it: a small turn that no longer
     falls is rounding. Nearer moduli are not separated by that. Shapes: before (n - 1,), of the
     sweep before; growth (n,), logarithms of moduli.
     """
     n = len(turn)
     below = np.array([np.abs(turn[i:, :i]).max() for i in range(1, n)])
-    apart = growth[:-1] - growth[1:] > np.log(GAP)
-    rounded = apart & (below < np.sqrt(SEPARATE)) & (below > 0.5 * before)
-    inner = 1 + np.flatnonzero((below < SEPARATE) | rounded)
+    apart = growth[:-1] - growth[1:] > np.log(QR.gap)
+    rounded = apart & (below < np.sqrt(QR.separate)) & (below > 0.5 * before)
+    inner = 1 + np.flatnonzero((below < QR.separate) | rounded)
     return [slice(first, last) for first, last in pairwise([0, *inner.tolist(), n])], below
 
 
 def _mean_near(value: complex, values: Complex) -> complex:
-    return complex(values[np.abs(values - value) < DOUBLE].mean())
-
-
-LARGE = 1e4
-"""Multipliers beside which others lose digits in the product."""
+    return complex(values[np.abs(values - value) < QR.double].mean())
 
 
 class Multipliers:
@@ -224,7 +218,7 @@ class Multipliers:
         Beside a large one the product keeps no digits of the others.
         """
         values = floquet_multipliers(part.monodromy)
-        if len(values) > 1 and not abs(values[0]) < LARGE:
+        if len(values) > 1 and not abs(values[0]) < QR.large:
             return product_eigenvalues(self.factors(part))
         return values
 

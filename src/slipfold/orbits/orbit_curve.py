@@ -64,11 +64,6 @@ class OrbitPoint(Point):
         return int(np.count_nonzero(np.abs(self.multipliers) > 1))
 
 
-SEVERAL = 8
-"""Multipliers from which their functions are worth extrapolating: with the four of the base case
-there are a tenth fewer points, in no less time; with the twenty of a chain a third."""
-
-
 class OrbitCurve(Curve[OrbitPoint]):
     """A curve whose solutions are orbits: individually, or at a bifurcation."""
 
@@ -454,7 +449,8 @@ class Orbits(OrbitCurve):
         functions of all multipliers by many times as much. On meshes only those of one can be
         compared, and of cycles there are too many.
         """
-        if len(points[0].multipliers) < SEVERAL or self.segments == 1:
+        # With the twenty multipliers of a chain a third of the points is saved, with four no time.
+        if len(points[0].multipliers) < 8 or self.segments == 1:
             return None
         if self.segments > MANY and (
             self.free_phase or any(point.curve is not points[0].curve for point in points)

@@ -248,14 +248,6 @@ class PeriodicOrbit(OneLine):
         return find_extrema(self.model, vector, nodes, self.period, (output,))
 
 
-SAMPLES = 512
-"""Samples a forcing period between which outputs other than states turn; parabolas do the rest."""
-
-
-IN_THE_PLANE = 5e-7
-"""What the linearization leaves out where slip in the plane begins and ends."""
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class StickSlipOrbit(PeriodicOrbit):
     """A periodic orbit whose contacts stick, slip back and forth, or open on the way; frozen.
@@ -316,12 +308,13 @@ class StickSlipOrbit(PeriodicOrbit):
         monodromy = other.linearize(moved).product
         change = multiplier_change(self.multipliers, floquet_multipliers(monodromy), monodromy)
         planar = any(len(contact.slip) == 2 for contact in hybrid_flow_of(self.model).contacts)
-        return np.maximum(change, IN_THE_PLANE) if planar and self.stuck_fraction else change
+        # The linearization leaves out where slip in the plane begins and ends.
+        return np.maximum(change, 5e-7) if planar and self.stuck_fraction else change
 
     @cached_property
     def extrema(self) -> Extrema:
         """Minimum and maximum of every output: of states wherever they lie, of others sampled."""
-        found, count = self._round, SAMPLES * self.period
+        found, count = self._round, 512 * self.period  # parabolas do the rest
         phases: Array = np.arange(count + 1, dtype=float) * (self.period / count)
         values = self._samples(phases).outputs()
         with np.errstate(invalid="ignore"):  # an output may be infinite at rest

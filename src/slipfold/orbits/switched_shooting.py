@@ -17,17 +17,11 @@ from slipfold.flow.modes import Ending, Mode, Status, UndeterminedMode, reported
 from slipfold.models.model import Model
 from slipfold.orbits.shooting import SEGMENTS, Shooting
 
-NEAR = 0.05
-"""Fraction of the longest span without a change that a node keeps away from any."""
-
 DIFFERENCED = 1e-4
 """Step of differences of first derivatives, in scaled states."""
 
 Passed = list[tuple[SmoothPhase, Mode]]
 """The smooth phases of a trajectory, each with the mode that follows."""
-
-REMEMBERED = 8
-"""Trajectories that are not computed again: a point of a curve looks at its own several times."""
 
 
 class SwitchedShooting(Shooting):
@@ -131,7 +125,7 @@ class SwitchedShooting(Shooting):
             for begin, _, _ in spans
         ]
         longest = max(end - begin for begin, end, _ in spans)
-        if min(away) > NEAR * longest:
+        if min(away) > 0.05 * longest:
             return None
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
         return self._begun_at(0.5 * (begin + end))
@@ -198,7 +192,7 @@ class SwitchedShooting(Shooting):
                 found = []
             # Slip that begins just before the end is known beyond it only.
             complete = bool(found) and found[-1][0].end <= end
-            while len(self._known) >= REMEMBERED:
+            while len(self._known) >= 8:  # a point of a curve looks at its own several times
                 del self._known[next(iter(self._known))]
             self._known[key] = found if complete else []
         return self._known[key]

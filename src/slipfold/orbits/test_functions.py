@@ -116,10 +116,6 @@ PRODUCTS: dict[str, Callable[[NDArray[np.complex128]], NDArray[np.complex128]]] 
 """What is one at each bifurcation."""
 
 
-MET = 0.5
-"""Two real multipliers further apart than this are not a pair that was complex a step before."""
-
-
 @dataclass(frozen=True, eq=False)
 class Degeneracy:
     r"""A number that is zero at a bifurcation, with its derivative."""
@@ -185,7 +181,8 @@ def critical_pair(multipliers: NDArray[np.complex128]) -> tuple[int, int] | None
     first, second = np.triu_indices(len(multipliers), k=1)
     a, b = multipliers[first], multipliers[second]
     real = (a.imag == 0) & (b.imag == 0)
-    possible = np.where(real, np.abs(a - b) < MET, a == b.conj())
+    # Two that were complex a step before lie no farther apart.
+    possible = np.where(real, np.abs(a - b) < 0.5, a == b.conj())
     if not possible.any():
         return None
     distance = np.where(possible, np.abs(1 - a * b), np.inf)
