@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import heyoka as hy
@@ -163,7 +163,7 @@ def contact_trajectories(
                 continue
             sampled = _sampled(model, part, len(state), per_period)
             for pieces, piece in zip(result, sampled, strict=True):
-                pieces.append(_later(piece, number * length))
+                pieces.append(replace(piece, phase=piece.phase + number * length))
     return tuple(
         ContactTrajectory(contact.name, tuple(_joined(pieces)))
         for contact, pieces in zip(flow.contacts, result, strict=True)
@@ -229,10 +229,6 @@ def _displacement(model: Model, contact: Contact) -> list[Expression]:
 
 
 ZERO = hy.expression(0.0)
-
-
-def _later(piece: ContactPhase, phases: float) -> ContactPhase:
-    return ContactPhase(**{**vars(piece), "phase": piece.phase + phases})
 
 
 def _joined(pieces: Sequence[ContactPhase]) -> list[ContactPhase]:

@@ -362,10 +362,6 @@ class HybridFlow:
         """Return a state as the contacts of a mode hold it. Shapes: state (n,)."""
         return self.mode(reported_mode(mode)).hold(state, phase, constants)
 
-    def no_energies(self) -> Array:
-        """Return the energies of a smooth phase without duration, shape (2 k,)."""
-        return np.zeros(2 * len(self.contacts))
-
     def ready(self, mode: Mode, constants: Constants, weights: Array) -> ReadyMode:
         """Return a mode with an integrator of this thread."""
         own = self._own.modes

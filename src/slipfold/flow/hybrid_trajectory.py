@@ -214,7 +214,7 @@ def _first_phases(
             slips = _one_slow(slips, [contact])
             event = SwitchingEvent(Ending.YIELDS, contact, None, towards=slips[contact])
             first.append(
-                (SmoothPhase(mode, phase, phase, state, system.flow.no_energies(), event), slips)
+                (SmoothPhase(mode, phase, phase, state, np.zeros(2 * len(mode)), event), slips)
             )
         slow = slips.index(Status.SLOW) if Status.SLOW in slips else None
         new = None if slow is None else Release(system, slips, slow)

@@ -230,7 +230,7 @@ class Release:
             if np.linalg.norm(before) >= speed:  # it has started already
                 return []
             after = system.slipping(mode, state, speed * first.along, phase)
-            none = system.flow.no_energies()
+            none = np.zeros(2 * len(mode))
             return [SmoothPhase(mode, phase, phase, after, none, None, released=True)]
         onset = self._onset(state, phase, first, before)
         until = min(end, onset.end)

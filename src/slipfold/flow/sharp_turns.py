@@ -268,7 +268,8 @@ def sharp_turns(equations: Equations, outputs: Sequence[Expression] = ()) -> Sha
         rising += [TURNS.weight * (base - small), TURNS.weight * (base + large)]
         falling += [TURNS.weight * (base + small), TURNS.weight * (base - large)]
     sums = [operations[index].expression for index in sorted(set(_smoothed(operations)))]
-    sums += [1.0 + operations[index].expression ** 2.0 for index in _arctangents(operations)]
+    angles = {_index(item) for item in operations if item.name == "atan" and item.moves}
+    sums += [1.0 + operations[index].expression ** 2.0 for index in sorted(angles)]
     # Squared, because a sum may be negative.
     watched = [1.0 + TURNS.weight * hy.log(item**2.0) for item in sums]
     invariant = relative_sizes(equations)
@@ -340,11 +341,6 @@ def _steep_powers(operations: Sequence[Operation]) -> Iterator[tuple[int, float]
             yield base, abs(exponent)
 
 
-def _arctangents(operations: Sequence[Operation]) -> list[int]:
-    """Arguments of arctangents."""
-    return sorted({_index(item) for item in operations if item.name == "atan" and item.moves})
-
-
 def _smoothed(operations: Sequence[Operation]) -> Iterator[int]:
     """Sums such as v^2 + e^2 that must not vanish, although e may be small."""
     for index in _singular(operations):
@@ -361,13 +357,10 @@ def _singular(operations: Sequence[Operation]) -> Iterator[int]:
             yield from operation.needed
         elif operation.name in ("/", "log", "power"):
             last = operation.operands[-1]
-            regular = operation.name == "power" and _is_natural(last.exponent)
+            natural = last.exponent >= 0 and last.exponent == round(last.exponent)
+            regular = operation.name == "power" and natural
             if last.index is not None and not regular:
                 yield last.index
-
-
-def _is_natural(exponent: float) -> bool:
-    return exponent >= 0 and exponent == round(exponent)
 
 
 def _addends(operations: Sequence[Operation], index: int) -> Iterator[tuple[int | None, float]]:

@@ -91,7 +91,8 @@ def find_coexisting(
             seen = _seen(at, value, box, on_progress)
             interrupted = seen.interrupted
             for begin in () if interrupted else seen.begins:
-                if not _is_on_branch(begin, known, value):
+                known_orbits = ((orbit, b) for b in known for orbit in _orbits_at(b, value))
+                if not any(_is_one(begin, orbit, branch) for orbit, branch in known_orbits):
                     new = _numbered(_followed(follow, begin), len(known))
                     known, result = (*known, *new), [*result, *(branch.id for branch in new)]
             interrupted |= any(branch.interrupted for branch in known)
@@ -183,12 +184,6 @@ def _reached(model: Model, branches: Sequence[Branch]) -> Array:
     reached = [each.max(axis=(0, 1)) for each in away]
     # Isolas lie beyond what branches reach.
     return np.asarray(2.0 * np.max([model.state_scales(), *reached], axis=0))
-
-
-def _is_on_branch(begin: Begin, branches: Sequence[Branch], value: float) -> bool:
-    return any(
-        _is_one(begin, orbit, branch) for branch in branches for orbit in _orbits_at(branch, value)
-    )
 
 
 def _orbits_at(branch: Branch, value: float) -> Iterator[PeriodicOrbit]:

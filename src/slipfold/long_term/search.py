@@ -315,6 +315,7 @@ def find_basins(
     their neighbors are labeled again from states perturbed by integration errors. `starts_at`
     returns states and phases of coordinates. Shapes: axes (n_first,), (n_second,).
     """
+    from scipy.ndimage import binary_dilation
 
     def searched_on(starts: Array, phases: Array) -> SearchResult:
         return search_released(last.model, starts, phases, periods, observer, last.known)
@@ -328,7 +329,7 @@ def find_basins(
         corners = last.labels.reshape(len(labels) + 1, -1)
         for up, across in product((slice(1, None), slice(-1)), repeat=2):
             uncertain[_differ(labels, corners[up, across])] = WITHIN_CELL
-    cells = np.flatnonzero(_with_neighbors(uncertain > KNOWN))
+    cells = np.flatnonzero(binary_dilation(uncertain > KNOWN, np.ones((3, 3), bool)))
     moved = CLASSIFICATION.floor * last.model.state_scales()
     for sign in (-1.0, 1.0) if len(cells) else ():
         if not last.interrupted:
@@ -351,12 +352,6 @@ def _edges(values: Array) -> Array:
 def _differ(one: NDArray[np.int64], other: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Whether two known labels differ."""
     return np.asarray((one != other) & (one != UNFINISHED) & (other != UNFINISHED))
-
-
-def _with_neighbors(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    from scipy.ndimage import binary_dilation
-
-    return np.asarray(binary_dilation(mask, np.ones((3, 3), bool)))
 
 
 Labels = NDArray[np.int64]

@@ -344,7 +344,7 @@ class MarginalShooting(SwitchedShooting):
         if not (np.isfinite(start).all() and np.isfinite(constants.values).all()):
             return []
         flow, met = self.switched, self.met
-        none, until = flow.no_energies(), min(end, self._beyond)
+        none, until = np.zeros(2 * len(met.before)), min(end, self._beyond)
         window, mode, state = list[tuple[SmoothPhase, Mode]](), met.before, start
         if met.stops is not None:
             phase = self.phase_of_event(start[None], constants, begin)
