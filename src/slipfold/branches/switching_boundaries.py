@@ -34,26 +34,35 @@ from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
 
+
+@dataclass(frozen=True)
+class BoundaryRules:
+    """Where changes of contacts are sought, and how near to them orbits are computed."""
+
+    # Slip in the plane, over its size, or square of a stuck interval, in phases, below which a
+    # grazing is searched ahead
+    near: float = 1e-4
+    # Minimum of that at which orbits are computed. Nearer to zero the equations become stiff; the
+    # smallest value that works is the most accurate
+    smallest: tuple[float, ...] = (1e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5)
+    # Arclength beyond the last orbit within which an event explains why there is no other
+    nearly: float = 1e-6
+    # Maximum number of extrapolations to a change of contacts
+    approaches: int = 8
+    # Arclength within which a grazing is searched
+    ahead: float = 0.02
+    # Distance in the scaled parameter of two points that are one: each is known to a tenth of it
+    same: float = 1e-9
+    # Growth a phase of what friction lacks, in what it had: released half a thousandth of a phase
+    # later, the contact would be held. Perturbations are multiplied by fifty or more
+    barely: float = 0.02
+
+
+RULES = BoundaryRules()
+
+
 BOUNDARY = "boundary"
 """Kind of an internal end: the branch continues where an orbit exists beyond it."""
-
-
-NEAR = 1e-4
-"""Slip in the plane, over its size, or square of a stuck interval, in phases, below which a grazing
-is searched ahead."""
-
-LEAST = (1e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5)
-"""Minimum of that at which orbits are computed. Nearer to zero the equations become stiff; the
-smallest value that works is the most accurate."""
-
-NEARLY = 1e-6
-"""Arclength beyond the last orbit within which an event explains why there is no other."""
-
-APPROACHES = 8
-"""Maximum number of extrapolations to a change of contacts."""
-
-AHEAD = 0.02
-"""Arclength within which a grazing is searched."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,19 +75,12 @@ class FoundGrazing(Found[OrbitPoint]):
     place: Vanishing[OrbitPoint]
 
 
-SAME = 1e-9
-"""Distance in the scaled parameter of two points that are one: each is known to a tenth of it."""
-
 CAUGHT = (
     "the orbit sticks, and no other was found beyond: a contact only just stops there, and static "
     "friction above kinetic friction holds it for good or not at all; simulate shows what "
     "trajectories do"
 )
 
-
-BARELY = 0.02
-"""Growth a phase of what friction lacks, in what it had: released half a thousandth of a phase
-later, the contact would be held. Perturbations are multiplied by fifty or more."""
 
 RELEASED = (
     "friction only just releases a contact that sticks: perturbations grow without bound towards "
@@ -138,7 +140,9 @@ class SwitchingBoundaries:
             return None
         last = locate_loss(self._orbits, interval.known, interval.before, interval.point)
         left = None if last is None else self._left(last)
-        if last is None or (left is not None and left < NEAR):  # it vanishes: nearer it is seen
+        if last is None or (
+            left is not None and left < RULES.near
+        ):  # it vanishes: nearer it is seen
             return None
         beyond = across_gap(self._orbits, last)
         if beyond is not None:
@@ -162,9 +166,9 @@ class SwitchingBoundaries:
             return None
         start, ahead = before, 2 * (after.arclength - before.arclength)
         if before.piece == after.piece:
-            start, ahead = after, AHEAD
+            start, ahead = after, RULES.ahead
             left, was = orbits.grazing_margin(after), orbits.grazing_margin(before)
-            if left is None or was is None or not left < min(was, NEAR):
+            if left is None or was is None or not left < min(was, RULES.near):
                 return None
         place = self._vanishing(orbits, start, ahead)
         if place is None:
@@ -173,7 +177,7 @@ class SwitchingBoundaries:
         if beyond is not None:
             left, sides = orbits.grazing_margin(beyond), (last.piece, beyond.piece)
             stops = [_counts(modes)[Status.STICK] for modes in sides]
-            caught = left is None or left > NEAR
+            caught = left is None or left > RULES.near
             if caught or stops[1] < stops[0]:  # slip knows better where it vanishes than stops do
                 back = orbits.turned(beyond)
                 distance = float(np.linalg.norm(beyond.z - place.z))
@@ -191,7 +195,8 @@ class SwitchingBoundaries:
     ) -> Vanishing[OrbitPoint] | None:
         """Return where slip in the plane, or a stop, vanishes ahead of a point, None if nowhere."""
         places = (
-            locate_vanishing(orbits, start, orbits.grazing_margin, least, ahead) for least in LEAST
+            locate_vanishing(orbits, start, orbits.grazing_margin, least, ahead)
+            for least in RULES.smallest
         )
         return next(filter(None, places), None)
 
@@ -202,7 +207,9 @@ def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool
         return False
     last = traced.found[-1]
     near = found.point.arclength - last.point.arclength < max(PIECE.looks) + PIECE.apart
-    return last.type == found.type and near and abs(last.point.z[-1] - found.point.z[-1]) < SAME
+    return (
+        last.type == found.type and near and abs(last.point.z[-1] - found.point.z[-1]) < RULES.same
+    )
 
 
 def _fold(traced: TracedCurve[OrbitPoint]) -> None:
@@ -237,7 +244,7 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
     orbits = last.curve.orbits
     if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MarginalShooting):
         return
-    change = _change_ahead(last, NEARLY)
+    change = _change_ahead(last, RULES.nearly)
     if change is not None:
         traced.found.append(change)
         traced.end = _end(change.type, orbits, change.point)
@@ -246,22 +253,22 @@ def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
             traced.points.append(beyond)
         return
     release = orbits.by.slowest_release(orbits.nodes(last.z), orbits.constants(last.z))
-    if release is not None and release < BARELY:
+    if release is not None and release < RULES.barely:
         traced.end = End("limit", RELEASED, last.curve.place(last.z))
 
 
 def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | None:
     """Return the change of contacts at which a piece ends within a distance ahead of a point."""
     ahead = farthest
-    for _ in range(APPROACHES):
+    for _ in range(RULES.approaches):
         change = _extrapolated_change(point)
         if change is None or not 0 <= change[1] <= ahead:
             return None
         found, left = change
-        if left <= NEARLY:
+        if left <= RULES.nearly:
             return found
         # Nearer to it the extrapolation is more accurate.
-        curve, ahead = point.curve, NEARLY + left / 2
+        curve, ahead = point.curve, RULES.nearly + left / 2
         nearer = correct(curve, point.z + 0.999 * left * point.tangent, point.tangent)
         if not nearer.converged:
             return None

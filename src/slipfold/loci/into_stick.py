@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +25,28 @@ from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.orbits.test_functions import critical_places
 
-SAME = 1e-6
-"""Distance of ends, in widths of the window, that are one."""
+
+@dataclass(frozen=True)
+class StickRules:
+    """What counts as stick in a window, and how many responses and trajectories are followed."""
+
+    # Distance of ends, in widths of the window, that are one
+    same: float = 1e-6
+    # Fraction of the time below which nothing sticks yet: a grazing contact rests for an instant
+    none_stuck: float = 1e-5
+    # Distance from a locus, in widths of the window, within which a response ends on it
+    on_locus: float = 0.01
+    # Forcing periods after which a trajectory is tested for a steady state
+    rounds: tuple[int, ...] = (64, 256, 1024)
+    # Distance from a periodic response that counts as steady, in scaled states
+    steady: float = 1e-7
+    # Periods of the responses that labels speak of
+    periods: tuple[int, ...] = (1, 2)
+    # Places of a piece at which trajectories are examined: of two there is no majority
+    places: int = 3
+
+
+RULES = StickRules()
 
 
 def without_duplicates(loci: Sequence[Locus], window: Window) -> tuple[Locus, ...]:
@@ -50,7 +70,7 @@ def _coincide(one: Locus, other: Locus, window: Window) -> bool:
     ends = np.array([[item.started.values, item.stopped.values] for item in (one, other)])
     places = (ends - low) / (high - low)
     ways = (places[1], places[1][::-1])
-    return any(float(np.abs(places[0] - way).max()) < SAME for way in ways)
+    return any(float(np.abs(places[0] - way).max()) < RULES.same for way in ways)
 
 
 def _renumbered(locus: Locus, numbers: dict[int, int]) -> Locus:
@@ -66,12 +86,6 @@ def _renumbered(locus: Locus, numbers: dict[int, int]) -> Locus:
 WHOLE = ("span", "closed")
 """Kinds of ends at which a response is known as far as it goes."""
 
-
-NONE_STUCK = 1e-5
-"""Fraction of the time below which nothing sticks yet: a grazing contact rests for an instant."""
-
-ON = 0.01
-"""Distance from a locus, in widths of the window, within which a response ends on it."""
 
 ALONG_LINES, IN_THE_PLANE = 8, 4
 """Responses that are followed, evenly spread over the lines that come to stick: each takes four
@@ -114,7 +128,7 @@ def points_in_stick(branch: Branch) -> Iterator[SpecialPoint]:
         if not point.stuck_fraction >= 0:
             continue
         if point.type in MET:
-            begins = point.stuck_fraction < NONE_STUCK or _turns_back(branch, point)
+            begins = point.stuck_fraction < RULES.none_stuck or _turns_back(branch, point)
             if is_expensive(branch) or not begins:
                 continue
         yield point
@@ -159,7 +173,7 @@ def _lies_on_one(place: Array, loci: Sequence[Locus], size: Array) -> bool:
     for locus in loci:
         curve = locus_curve(locus)
         for i in range(len(locus) - 1):
-            if (np.linalg.norm((curve.between(i) - place) / size, axis=1) < ON).any():
+            if (np.linalg.norm((curve.between(i) - place) / size, axis=1) < RULES.on_locus).any():
                 return True
     return False
 
@@ -180,18 +194,6 @@ def stable_states_near(line: FanLine, value: float) -> Iterator[Array]:
 
 Place = tuple[float, float]
 
-ROUNDS = (64, 256, 1024)
-"""Forcing periods after which it is looked whether a motion has settled."""
-
-SETTLED = 1e-7
-"""Distance from a periodic response that counts as settled, in scaled states."""
-
-PERIODS = (1, 2)
-"""Periods of the responses that labels speak of."""
-
-PLACES = 3
-"""Places of a piece at which motions are looked at: at two, one that differs has no majority."""
-
 
 class Settled(NamedTuple):
     """The attractor of a trajectory."""
@@ -199,7 +201,7 @@ class Settled(NamedTuple):
     period: int  # in forcing periods; 0 if it does not repeat itself, or has ended
     states: Array  # at the last strobes, the latest last, shape (period or 1, n)
     note: str
-    # Share of the last round in which a contact sticks; NaN if slip does not come to zero
+    # Fraction of the last period in which a contact sticks; NaN if slip does not come to zero
     fraction: float = np.nan
 
     @property
@@ -215,28 +217,28 @@ class Settled(NamedTuple):
     @property
     def counts(self) -> bool:
         """Whether it is a response that stops, of a period that labels speak of."""
-        return self.stops and self.period in PERIODS
+        return self.stops and self.period in RULES.periods
 
 
 def settle(model: Model, state: Array) -> Settled:
     """Return the attractor that a trajectory from a state converges to. Shapes: state (n,)."""
     before = 0
-    for count in ROUNDS:
-        motion = simulate(model, count, state, tolerance=SETTLED)
-        state = motion.strobe[-1]
-        if motion.stopped is not None:
+    for count in RULES.rounds:
+        trajectory = simulate(model, count, state, tolerance=RULES.steady)
+        state = trajectory.strobe[-1]
+        if trajectory.stopped is not None:
             break
         # What approaches period 1 from either side in turn repeats itself in two periods sooner.
-        if motion.settlement.settled and motion.settlement.period in (1, before):
+        if trajectory.settlement.settled and trajectory.settlement.period in (1, before):
             break
-        before = motion.settlement.period or 0
-    period, note = motion.settlement.period or 0, motion.settlement.message
-    states = motion.strobe[-max(period, 1) :]
-    last = None if motion.stopped is not None else last_round(motion)
-    if last is None or motion.sticking is None:
+        before = trajectory.settlement.period or 0
+    period, note = trajectory.settlement.period or 0, trajectory.settlement.message
+    states = trajectory.strobe[-max(period, 1) :]
+    last = None if trajectory.stopped is not None else last_round(trajectory)
+    if last is None or trajectory.sticking is None:
         return Settled(period, states, note)
-    begin = motion.periods - max(period, 1)
-    changes = any(item.end > begin for item in motion.sticking.intervals[:-1])
+    begin = trajectory.periods - max(period, 1)
+    changes = any(item.end > begin for item in trajectory.sticking.intervals[:-1])
     stops = changes or last.fraction > 0
     return Settled(period, states, note, last.fraction if stops else np.nan)
 
@@ -246,7 +248,7 @@ def sticking_orbits(
 ) -> tuple[list[list[Settled]], bool]:
     """Return the stable responses that stop at each place, and whether places agree.
 
-    Motions start from rest and from states of the responses found there; what they settle on at
+    Trajectories start from rest and from states of the responses found there; their attractor at
     one place is tried at the others: inside a region it exists at all.
     """
     at = [plane.at(place) for place in places]
@@ -297,7 +299,7 @@ def add_sticking(
     seeds: Sequence[Sequence[Array]],
 ) -> tuple[Region, list[Settled]]:
     """Return a region with the stable responses in it that stick, and these."""
-    every = np.linspace(0, len(places) - 1, min(PLACES, len(places))).round().astype(int)
+    every = np.linspace(0, len(places) - 1, min(RULES.places, len(places))).round().astype(int)
     of = [places[i] for i in every], [seeds[i] for i in every]
     seen, agree = sticking_orbits(plane, *of)
     most = max(seen, key=len, default=[])
@@ -320,7 +322,7 @@ def sticking_checks(
     at = plane.at(region.place)
     rest = settle(at, at.start)
     known = region.sticking if rest.stops else region.slipping
-    agrees = rest.period not in PERIODS or rest.period in known
+    agrees = rest.period not in RULES.periods or rest.period in known
     checks = [RegionCheck(region.place, "rest", rest.period, agrees, rest.note)]
     for item in responses:
         found = _settle_from(at, item.state)

@@ -27,9 +27,9 @@ Passed = list[tuple[SmoothPhase, Mode]]
 class SwitchedShooting(Shooting):
     """The flow through all modes of a model over a period, from one node.
 
-    What contacts do at the node follows from its state: at rest they stick if friction can hold
-    them. One segment is enough, since friction takes more from perturbations than it adds; a node
-    at which something changes has no tangent, and the fewer there are the better.
+    The mode at the node follows from its state: contacts at rest stick if friction can hold them.
+    One segment is enough, since friction damps perturbations. A node at which the mode changes has
+    no tangent.
 
     `phase` is that of the node.
     """
@@ -51,7 +51,7 @@ class SwitchedShooting(Shooting):
     smooth = False
 
     def piece(self, nodes: Array, constants: Constants) -> tuple[Mode, ...]:
-        """Return what contacts do in turn on the way round, wherever it starts.
+        """Return the modes of the contacts in their order over the period, wherever it starts.
 
         Shapes: nodes (m, n).
         """
@@ -66,7 +66,7 @@ class SwitchedShooting(Shooting):
         return sum(end - begin for begin, end, mode in spans if Status.STICK in mode) / self.period
 
     def spans(self, nodes: Array, constants: Constants) -> list[tuple[float, float, Mode]]:
-        """Return when on the way round contacts do what: phases of begin and end, and the mode.
+        """Return the intervals of the modes: phases of begin and end, and the mode.
 
         The last one may continue beyond the end of the orbit. Shapes: nodes (m, n).
         """
@@ -83,18 +83,19 @@ class SwitchedShooting(Shooting):
         return found
 
     def grazing_margin(self, nodes: Array, constants: Constants) -> float | None:
-        """Return what vanishes where slip in the plane begins or ceases to touch zero.
+        """Return a margin that vanishes where slip in the plane begins or ceases to reach zero.
 
-        That is the least speed, over its size, or the square of the shortest stuck interval. None
+        It is the minimum speed, over its scale, or the square of the shortest stuck interval. None
         where no slip is slow. Shapes: nodes (m, n).
         """
         system = self.switched.system(nodes[0], constants)
         return min(grazing_distances(system, nodes[0], self.round(nodes, constants)), default=None)
 
     def slowest_release(self, nodes: Array, constants: Constants) -> float | None:
-        """Return how fast, at least, what friction lacks to hold a contact grows where it lets go.
+        """Return the slowest growth of the force that friction lacks where it releases a contact.
 
-        In what it has at the beginning of the stop, a phase. None where none lets go along a line.
+        It is divided by the margin at the beginning of the stop, a phase. None where no contact on
+        a line is released.
         Shapes: nodes (m, n).
         """
         found, none, before = list[float](), np.empty((len(constants.values), 0)), nodes[0]
@@ -113,9 +114,9 @@ class SwitchedShooting(Shooting):
     def better(
         self, nodes: Array, constants: Constants, blocks: Array | None = None
     ) -> SwitchedShooting | None:
-        """Return one whose node is far from all changes, None if that of this one is.
+        """Return one whose node is far from all changes of modes, None if that of this one is.
 
-        A node that a change passes by has no tangent there. Shapes: nodes (m, n).
+        A node at which the mode changes has no tangent. Shapes: nodes (m, n).
         """
         spans = self.spans(nodes, constants)
         if len(spans) < 2:
@@ -136,7 +137,7 @@ class SwitchedShooting(Shooting):
     def shifted(
         self, nodes: Array, constants: Constants, along: Array, rates: Array
     ) -> tuple[SwitchedShooting, Array, Array]:
-        """Return the same started elsewhere: all steps between changes then are others."""
+        """Return the same orbit from another node, so that all integration steps differ."""
         spans = self.spans(nodes, constants)
         begin, end, _ = max(spans, key=lambda span: span[1] - span[0])
         places = begin + (end - begin) * np.array([0.3, 0.7])
@@ -151,12 +152,12 @@ class SwitchedShooting(Shooting):
         return self.states(nodes, constants, phases)
 
     def samples(self, nodes: Array, constants: Constants, count: int) -> Array:
-        """Return states at equidistant phases from that of the first node: fewer, as they cost."""
+        """Return half as many states, at equidistant phases from that of the node."""
         phases: Array = np.arange(count // 2, dtype=float) * (2 * self.period / count)
         return self.states(nodes, constants, self.phase + phases)
 
     def flow_at(self, nodes: Array, constants: Constants) -> Flow:
-        """Return the flow of what contacts do at the node. Shapes: nodes (1, n)."""
+        """Return the flow of the mode at the node. Shapes: nodes (1, n)."""
         system = self.switched.system(nodes[0], constants)
         return self.switched.of(reported_mode(first_mode(system, nodes[0], float(self.start[0]))))
 
@@ -178,7 +179,7 @@ class SwitchedShooting(Shooting):
     # -- trajectories --------------------------------------------------------------------------
 
     def passed(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Carry a state from one phase to another; nothing where it cannot continue.
+        """Propagate a state from one phase to another; empty where it cannot continue.
 
         Shapes: start (n,).
         """
@@ -202,13 +203,13 @@ class SwitchedShooting(Shooting):
         return self.passed(nodes[0], float(self.start[0]), float(self.end[0]), constants)
 
     def motion(self, start: Array, begin: float, end: float, constants: Constants) -> Passed:
-        """Do the same; an error tells why a trajectory cannot continue. Shapes: start (n,)."""
+        """Do the same; raise an error where a trajectory cannot continue. Shapes: start (n,)."""
         system = self.switched.system(start, constants)
         mode = first_mode(system, start, begin)
         return list(smooth_phases(system, mode, system.held(mode, start, begin), end, begin=begin))
 
     def ends(self, nodes: Array, begin: Array, end: Array, constants: Constants) -> Array:
-        """Carry states, each from a phase to another, shape (m, n)."""
+        """Propagate states, each from a phase to another, shape (m, n)."""
         ends = np.full(nodes.shape, np.nan)
         for place, node in enumerate(nodes):
             passed = self.passed(node, float(begin[place]), float(end[place]), constants)
@@ -219,7 +220,7 @@ class SwitchedShooting(Shooting):
     def propagate(
         self, nodes: Array, begin: Array, end: Array, constants: Constants
     ) -> tuple[Array, Array, Array]:
-        """Carry states with their derivatives, nothing scaled."""
+        """Propagate states with their derivatives, unscaled."""
         (m, n), along = nodes.shape, constants.rates[:, self.indices]
         ends, matrices = np.full((m, n), np.nan), np.full((m, n, n), np.nan)
         vectors = np.full((m, n, along.shape[1]), np.nan)

@@ -23,11 +23,29 @@ from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.orbit_batch import EXACTLY, Corrected, OrbitBatch, Part
 from slipfold.orbits.test_functions import floquet_multipliers
 
+
+@dataclass(frozen=True)
+class ThresholdRules:
+    """Accuracies of thresholds that are found in batches."""
+
+    # Errors of multipliers over those of the orbit, with a reserve
+    margin: float = 100.0
+    # Error of a time step where a doubling is approached. A correction by the flow itself follows
+    nearly: float = 1e-10
+    # Distance in scaled states of the finite differences of monodromy matrices. The relative error
+    # of the Newton matrix, 1e-4, costs less than an iteration; the residual has no such error
+    perturbation: float = 1e-5
+    # Length of a correction that changes multipliers by less than 1e-7
+    same: float = 1e-9
+    # An orbit this far from its guess, in scaled states and spans, may belong to another branch
+    another_branch: float = 0.1
+
+
+RULES = ThresholdRules()
+
+
 FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Fractions of the way at which the response is known; the last is its end."""
-
-MARGIN = 100.0
-"""Errors of multipliers over those of the orbit, with a reserve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +98,7 @@ def find_doubts(
         modulus = np.abs(multipliers)
         critical = np.abs(multipliers[doubles, -1] + 1).argmin(axis=1)
         modulus[np.flatnonzero(doubles), -1, critical] = 0.0
-        outside = ~(modulus.max(axis=2) < 1 - MARGIN * moved).all(axis=1)
+        outside = ~(modulus.max(axis=2) < 1 - RULES.margin * moved).all(axis=1)
         doubts[outside] = "a multiplier is outside the unit circle"
     doubts[~np.isfinite(moved).all(axis=1)] = "an orbit on the way was not found"
     return doubts
@@ -93,24 +111,11 @@ def _dips(values: Array) -> Mask:
     return np.asarray(curve.min(axis=1) < ZERO.dip * values[:, [0, -1]].min(axis=1))
 
 
-NEARLY = 1e-10
-"""Error of a time step where a doubling is approached. A correction by the flow itself follows."""
-
-PERTURBATION = 1e-5
-"""Distance in scaled states of the finite differences of monodromy matrices. The relative error of
-the Newton matrix, 1e-4, costs less than an iteration; the residual has no such error."""
-
-APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=NEARLY)
+APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=RULES.nearly)
 """Steps with a larger error lead to within about ten times that error."""
 
 DOUBLING = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=1e-12)
 """The last correction is short, so that the estimate of the remainder is reliable."""
-
-SAME = 1e-9
-"""Length of a correction that changes multipliers by less than 1e-7."""
-
-ANOTHER_BRANCH = 0.1
-"""An orbit this far from its guess, in scaled states and spans, may belong to another branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +160,11 @@ class BatchedThresholds:
             fraction = (own.values - self.span[0]) / (self.span[1] - self.span[0])
             with np.errstate(invalid="ignore"):
                 off = np.abs(own.values - ends[rows]) / orbits.width
-                near = (own.distance < ANOTHER_BRANCH) & (off < ANOTHER_BRANCH) & (fraction > 0)
+                near = (
+                    (own.distance < RULES.another_branch)
+                    & (off < RULES.another_branch)
+                    & (fraction > 0)
+                )
                 beyond = near & (fraction > 1)
             ends[rows], moved[rows] = own.values, np.where(near, 0.0, np.inf)
             states[rows, -1], clear[rows] = own.states, own.clear
@@ -194,7 +203,7 @@ class BatchedThresholds:
         states = batch.states(np.arange(len(guesses)), result.z)[:, 0]
         distance = np.linalg.norm((states - guesses) / batch.scales, axis=1)
         with np.errstate(invalid="ignore"):
-            states[~(distance < ANOTHER_BRANCH)] = np.nan
+            states[~(distance < RULES.another_branch)] = np.nan
         shape = (len(inner), m)
         paths.states[:, :-1] = states.reshape(*shape, n).swapaxes(0, 1)
         multipliers = result.multipliers.reshape(*shape, n).swapaxes(0, 1)
@@ -249,18 +258,18 @@ class _Doubling:
         self.residuals = np.full(m, np.inf)
         done = np.flatnonzero(found.found)
         if len(done):
-            far = done[found.moved[done] > SAME]
+            far = done[found.moved[done] > RULES.same]
             if len(far):
                 self._matrices[far] = orbits.linearize(far, found.z[far], EXACTLY).blocks[:, 0]
             self.residuals[done] = orbits.residuals(done, found.z[done])
             self.multipliers[done] = floquet_multipliers(self._matrices[done])
         self.distance = np.linalg.norm((self.states - states) / orbits.scales, axis=1)
-        self.distance[~(self.residuals <= NEARLY)] = np.inf
+        self.distance[~(self.residuals <= RULES.nearly)] = np.inf
 
     def _approach(self, rows: Indices, z: Array) -> Array:
-        part = self._orbits.linearize(rows, z, NEARLY)
+        part = self._orbits.linearize(rows, z, RULES.nearly)
         self.clear[rows] = part.seen.clear(self._bounds)
-        return self._step(rows, z, part, NEARLY)
+        return self._step(rows, z, part, RULES.nearly)
 
     def _last(self, rows: Indices, z: Array) -> Array:
         return self._step(rows, z, self._orbits.linearize(rows, z, EXACTLY), EXACTLY)
@@ -275,13 +284,13 @@ class _Doubling:
         renew = np.flatnonzero(np.isnan(self._gradients[rows, 0]) | (moved > 10 * BATCH.close))
         if len(renew):
             perturbed = z[renew]
-            perturbed[:, :n] += PERTURBATION * right[renew]
+            perturbed[:, :n] += RULES.perturbation * right[renew]
             other = self._orbits.linearize(rows[renew], perturbed, tolerance)
             by_states = other.blocks[:, 0] - matrices[renew]
             change = np.concatenate(
                 [by_states, (other.along - part.along[renew]).swapaxes(1, 2)], axis=2
             )
-            gradients = np.einsum("ma,mab->mb", left[renew], change) / PERTURBATION
+            gradients = np.einsum("ma,mab->mb", left[renew], change) / RULES.perturbation
             self._gradients[rows[renew]] = gradients
         jacobian = np.zeros((len(rows), n + 1, n + 1))
         jacobian[:, :n, :n] = matrices - np.eye(n)

@@ -28,11 +28,30 @@ from slipfold.orbits.orbit_curve import OrbitCurve, Orbits
 from slipfold.orbits.shooting import SEGMENTS
 from slipfold.orbits.test_functions import critical_pair
 
-FAR = 0.1
-"""Maximum correction of a guess, in scaled variables; a longer one may lead to another solution."""
 
-HALVINGS = 6
-"""Maximum number of times that a parameter step is halved."""
+@dataclass(frozen=True)
+class OptimumRules:
+    """Limits and tolerances of parameterized solutions and of the search among them."""
+
+    # Maximum correction of a guess, in scaled variables; a longer one may lead to another solution
+    far: float = 0.1
+    # Maximum number of times that a parameter step is halved
+    halvings: int = 6
+    # Equidistant phases of a forcing period over which an orbit is averaged. For a smooth orbit
+    # that is exact up to the 32nd harmonic
+    phases: int = 64
+    # Fraction of the threshold by which the response is followed beyond it
+    beyond: float = 0.05
+    # Relative difference of equal thresholds
+    same: float = 1e-8
+    # Change of the level, over that at the start, at which the minimization ends
+    exact: float = 1e-9
+    # Tolerance of a requirement, as a fraction of its bound
+    met: float = 1e-6
+    iterations: int = 60
+
+
+RULES = OptimumRules()
 
 
 class NoSolutionError(Exception):
@@ -105,7 +124,7 @@ class ParameterizedSolution(ABC):
                 here, done = here._nearby(there), fraction
             except NoSolutionError:
                 step /= 2
-                if step < 0.5**HALVINGS:
+                if step < 0.5**RULES.halvings:
                     raise
         return here
 
@@ -126,14 +145,9 @@ class ParameterizedSolution(ABC):
             raise NoSolutionError(breakdown(error)) from None
         if not found.converged:
             raise NoSolutionError(found.failure)
-        if found.distance > FAR:
+        if found.distance > RULES.far:
             raise NoSolutionError("the equations lead to another solution")
         return self._placed(orbits, found, model)
-
-
-PHASES = 64
-"""Equidistant phases of a forcing period over which an orbit is averaged. For a smooth orbit that
-is exact up to the 32nd harmonic."""
 
 
 class ParameterizedOrbit(ParameterizedSolution):
@@ -155,7 +169,7 @@ class ParameterizedOrbit(ParameterizedSolution):
 
         Shapes: returns (), (d,).
         """
-        phases = np.arange(PHASES) / PHASES
+        phases = np.arange(RULES.phases) / RULES.phases
         slopes, moving = [], np.empty(0)
         for name, rate in zip(self.names, self.rates, strict=True):
             orbits, z = self.holding(name)
@@ -164,7 +178,7 @@ class ParameterizedOrbit(ParameterizedSolution):
             nodes_rate = self.orbits.nodes(rate)[which]
             along = np.einsum("jb,jb->j", matrices[:, state], nodes_rate) + vectors[:, state, 0]
             moving = states[:, state] - states[:, state].mean()
-            slopes.append(float(moving @ (along - along.mean())) / PHASES)
+            slopes.append(float(moving @ (along - along.mean())) / RULES.phases)
         level = float(np.sqrt(np.mean(moving**2)))
         return level, np.array(slopes) / level
 
@@ -230,13 +244,6 @@ def _is_complex(found: Correction) -> bool:
     return pair is not None and bool(multipliers[pair[0]].imag != 0)
 
 
-BEYOND = 0.05
-"""Fraction of the threshold by which the response is followed beyond it."""
-
-SAME = 1e-8
-"""Relative difference of equal thresholds."""
-
-
 def is_confirmed(
     point: SpecialPoint, values: Mapping[str, float], threshold: float, load: float
 ) -> bool:
@@ -246,7 +253,7 @@ def is_confirmed(
     period doublings leads. Where contacts begin or cease to stick, stability need not be lost, but
     must not be lost before. An interruption raises `KeyboardInterrupt`.
     """
-    end = threshold + BEYOND * abs(threshold)
+    end = threshold + RULES.beyond * abs(threshold)
     if not load < threshold:
         return False
     model = point.model.replace(**{**values, point.vary: load})
@@ -269,7 +276,7 @@ def is_confirmed(
     if first is None or (lost is not None and first.arclength > lost.arclength):
         return False
     gap = abs(first.value - threshold)
-    return first.type == point.type and gap <= SAME * max(abs(threshold), 1e-300)
+    return first.type == point.type and gap <= RULES.same * max(abs(threshold), 1e-300)
 
 
 def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
@@ -282,15 +289,6 @@ def _doubled(branches: Sequence[Branch], period: int) -> Branch | None:
             return None
         branch = known.get(lost.leads_to)
     return branch
-
-
-EXACT = 1e-9
-"""Change of the level, over that at the start, at which the minimization ends."""
-
-MET = 1e-6
-"""Tolerance of a requirement, as a fraction of its bound."""
-
-ROUNDS = 60
 
 
 @dataclass(frozen=True)
@@ -391,7 +389,7 @@ def minimize_level(
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(low),
         constraints=[margin(number) for number in range(len(requirements))],
-        options={"ftol": EXACT, "maxiter": ROUNDS},
+        options={"ftol": RULES.exact, "maxiter": RULES.iterations},
     )
     values = values_at(found.x)
     return _verified(values, orbits, points, state, requirements, str(found.message), found.success)
@@ -420,7 +418,7 @@ def _verified(
             return Choice.none(*nothing, reason)
         thresholds.append(there.value)
         short = (requirement.bound - there.value) * (1 if requirement.side == "above" else -1)
-        if short > MET * abs(requirement.bound):
+        if short > RULES.met * abs(requirement.bound):
             reason = (
                 f"no choice was found within the bounds that brings the {requirement.point.kind} "
                 f"{requirement.side} {requirement.bound:g}; the search ended at {there.value:.6g}"

@@ -23,21 +23,28 @@ from slipfold.orbits.orbit_batch import correct_orbits
 from slipfold.parameter_space.measurement import Quantity, read_off
 from slipfold.text import outside
 
-MARGIN = 0.02
-"""Fraction of the span by which branches are followed beyond it, so that its ends lie inside."""
 
-CLOSE = 1e-9
-"""A correction shorter than this is the last: measured quantities are then exact to rounding."""
+@dataclass(frozen=True)
+class PredictionRules:
+    """Accuracies of predicted measurements and their derivatives."""
 
-SAME = 1e-7
-"""Relative difference of measured quantities, or states, of the same orbit."""
+    # Fraction of the span by which branches are followed beyond it, so that its ends lie inside
+    margin: float = 0.02
+    # A correction shorter than this is the last: measured quantities are then exact to rounding
+    close: float = 1e-9
+    # Relative difference of measured quantities, or states, of the same orbit
+    same: float = 1e-7
+    # Relative step of finite differences: orbits are known to 1e-12, and central differences then
+    # to about 1e-8
+    step: float = 1e-4
+    # Relative difference of measured quantities below which they are equal
+    rounding: float = 1e-12
+    # Singular value of the scaled derivatives, over the largest or the measurements' error, below
+    # which the measurements do not determine a combination of parameters
+    blind: float = 1e-10
 
-STEP = 1e-4
-"""Relative step of finite differences: orbits are known to 1e-12, and central differences then to
-about 1e-8."""
 
-ROUNDING = 1e-12
-"""Relative difference of measured quantities below which they are equal."""
+RULES = PredictionRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +59,7 @@ class StableOrbit:
     def is_same(self, other: StableOrbit) -> bool:
         """Whether another orbit has the same measured quantities."""
         size = np.abs(self.read) + np.abs(other.read)
-        return bool((np.abs(self.read - other.read) <= SAME * size).all())
+        return bool((np.abs(self.read - other.read) <= RULES.same * size).all())
 
 
 def stable_orbits(
@@ -82,7 +89,7 @@ def stable_orbits(
 
 def _span(model: Model, vary: str, low: float, high: float) -> tuple[float, float]:
     """Return a span about values of a parameter, as far as its bounds allow."""
-    margin = MARGIN * ((high - low) or abs(high) or 1.0)
+    margin = RULES.margin * ((high - low) or abs(high) or 1.0)
     ends = []
     for end, wider in ((low, low - margin), (high, high + margin)):
         try:
@@ -103,7 +110,7 @@ def _from_both_ends(model: Model, vary: str, span: tuple[float, float]) -> list[
         far = periodic_orbit(model.replace(**{vary: span[1]}))
         size = np.abs(far.nodes).max(axis=0)
         there = [nodes[0] for item in branches for nodes in item.nodes[item.parameter == span[1]]]
-        if any((np.abs(state - far.nodes[0]) <= SAME * size).all() for state in there):
+        if any((np.abs(state - far.nodes[0]) <= RULES.same * size).all() for state in there):
             return branches
         return [*branches, *trace_response(model, vary, span[::-1], settings=Settings())]
     except (InputError, *BREAKDOWNS):
@@ -173,7 +180,7 @@ def orbits_at(
     orbits = ForcedOrbits(model, {vary: width}, period, guesses.shape[1])
     z = np.array([orbits.pack(*item) for item in zip(guesses, values, strict=True)])
     rows = np.tile(hold_parameter(orbits.size), (len(z), 1))
-    corrected = correct_orbits(orbits, z, rows, CLOSE)
+    corrected = correct_orbits(orbits, z, rows, RULES.close)
     result: list[StableOrbit | None] = [None] * len(z)
     there = np.flatnonzero(corrected.found)
     there = there[~outside(corrected.multipliers[there]).any(axis=1)]
@@ -245,7 +252,7 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
     model, here = prediction.model, prediction.read
     result = np.full((*here.shape, len(names)), np.nan)
     for column, (name, size) in enumerate(zip(names, sizes, strict=True)):
-        step, sides = STEP * size, []
+        step, sides = RULES.step * size, []
         for way in (-1, 1):
             try:
                 changed = model.replace(**{name: model.values[name] + way * step})
@@ -255,17 +262,13 @@ def sensitivities(prediction: Prediction, names: Sequence[str], sizes: Array) ->
                 sides.append((prediction.read_at(changed) - here) / (way * step))
         known = np.isfinite(sides)
         total = np.where(known, sides, 0.0).sum(axis=0)
-        total[np.abs(total) * step <= ROUNDING * np.abs(here)] = 0.0
+        total[np.abs(total) * step <= RULES.rounding * np.abs(here)] = 0.0
         with np.errstate(invalid="ignore"):
             result[..., column] = total / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
     return result
 
 
 # -- plans of measurements -------------------------------------------------------------------------
-
-BLIND = 1e-10
-"""Singular value of the scaled derivatives, over the largest or the measurements' error, below
-which the measurements do not determine a combination of parameters."""
 
 
 def covariance_of(slopes: Array, sizes: Array) -> Array:
@@ -278,9 +281,9 @@ def covariance_of(slopes: Array, sizes: Array) -> Array:
     _, singular, rows = np.linalg.svd(finite * sizes, full_matrices=True)
     sharp = np.zeros(len(sizes))
     sharp[: len(singular)] = singular
-    known = sharp > BLIND * max(sharp.max(), 1.0)
+    known = sharp > RULES.blind * max(sharp.max(), 1.0)
     covariance = (rows[known].T / sharp[known] ** 2) @ rows[known] * np.outer(sizes, sizes)
-    blind = (np.abs(rows[~known]) > np.sqrt(BLIND)).any(axis=0)
+    blind = (np.abs(rows[~known]) > np.sqrt(RULES.blind)).any(axis=0)
     covariance[blind] = covariance[:, blind] = np.nan
     covariance[blind, blind] = np.inf
     return np.asarray(covariance)

@@ -37,19 +37,25 @@ from slipfold.parameter_space.loss import (
 from slipfold.progress import Observer, Progress
 from slipfold.read_only import ReadOnly
 
+
+@dataclass(frozen=True)
+class GridRules:
+    """Sizes of the batches and guesses of a grid."""
+
+    # Lines an axis begins with, and from which a line is guessed: a polynomial of degree five
+    seeds: int = 6
+    # Points that are guessed and corrected in one batch, at least a line
+    together: int = 1024
+    # Guesses from different neighbors that are tried before the response is followed
+    attempts: int = 2
+
+
+RULES = GridRules()
+
+
 TYPES = ("PD",)
 
 INTERRUPTED = "interrupted"
-
-
-SEEDS = 6
-"""Lines an axis begins with, and from which a line is guessed: a polynomial of degree five."""
-
-TOGETHER = 1024
-"""Points that are guessed and corrected in one batch, at least a line."""
-
-ATTEMPTS = 2
-"""Guesses from different neighbors that are tried before the response is followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +285,7 @@ class ThresholdSearch:
             self._set_up()
             self._find_seeds()
             for axis, known, new, others in refinements(self.kinds.shape):
-                count = max(TOGETHER // len(others), 1)
+                count = max(RULES.together // len(others), 1)
                 for first in range(0, len(new), count):
                     self._fill(axis, known, new[first : first + count], others)
         except KeyboardInterrupt:
@@ -343,7 +349,7 @@ class ThresholdSearch:
         stencils = [stencils_of(self.values[axis], known, int(line)) for line in new]
         for number in range(max(map(len, stencils))):
             for doubles in (True, False):
-                waiting = (self.kinds[rows, columns] == INTERRUPTED) & (attempts < ATTEMPTS)
+                waiting = (self.kinds[rows, columns] == INTERRUPTED) & (attempts < RULES.attempts)
                 if not waiting.any():
                     break
                 chosen = [item[number] if number < len(item) else None for item in stencils]
@@ -433,7 +439,7 @@ class Stencil:
 
 def seed_lines(count: int) -> Indices:
     """Return the lines of an axis that are computed first, its ends among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, SEEDS)).round().astype(np.int64))
+    return np.unique(np.linspace(0, count - 1, min(count, RULES.seeds)).round().astype(np.int64))
 
 
 def refinements(counts: tuple[int, ...]) -> Iterator[tuple[int, Indices, Indices, Indices]]:
@@ -458,7 +464,7 @@ def stencils_of(values: Array, known: Indices, new: int) -> list[Stencil]:
     """
     after = int(np.searchsorted(known, new))
     chosen: list[tuple[int, ...]] = []
-    for width in (SEEDS, 4, 2):
+    for width in (RULES.seeds, 4, 2):
         first = min(max(after - width // 2, 0), max(len(known) - width, 0))
         chosen.append(tuple(known[first : first + width]))
     chosen += [tuple(known[max(after - 3, 0) : after]), tuple(known[after : after + 3])]
