@@ -36,10 +36,7 @@ def mean_state(states: Array, periods: Array) -> Array:
 
 
 def count_revolutions(difference: Array, periods: Array) -> Array:
-    """Return the number of revolutions in differences of states; zero for other states.
-
-    Shapes: difference (..., n); periods (n,).
-    """
+    """Return the revolutions in differences (..., n) of states with periods (n,)."""
     return np.round(difference / np.where(periods > 0, periods, np.inf))
 
 

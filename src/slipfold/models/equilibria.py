@@ -96,10 +96,7 @@ def _newton_steps(jacobians: Array, rates: Array) -> Array:
 
 
 def find_static_point(model: Model) -> Array:
-    """Find the static point that is reached from the model's start, with the forcing off.
-
-    Returns shape (n_states,).
-    """
+    """Find the static point from the model's start, forcing off. Returns shape (n_states,)."""
     check_followed(model)
     amplitude = model.forcing_amplitude
     unforced = model if amplitude is None else model.replace(**{amplitude: 0.0})

@@ -66,17 +66,11 @@ class Evaluation:
         return self._call(self._outputs, model, states, phases)
 
     def rates(self, model: Model, state: Array, phase: float = 0.0) -> Array:
-        """Evaluate the time derivatives of the states, per second, shape (n,).
-
-        Shapes: state (n,).
-        """
+        """Evaluate the time derivatives of the states, per second. Shapes: state (n,) -> (n,)."""
         return self._call(self._rates, model, state, np.asarray(phase))
 
     def jacobian(self, model: Model, state: Array, phase: float = 0.0) -> Array:
-        """Evaluate the derivative of `rates` with respect to the states, shape (n, n).
-
-        Shapes: state (n,).
-        """
+        """Evaluate the derivative of `rates` by the states. Shapes: state (n,) -> (n, n)."""
         return self.linear(model, state, np.asarray(phase))[1]
 
     def linear(self, model: Model, states: Array, phases: Array) -> tuple[Array, Array]:

@@ -298,7 +298,7 @@ class SlidingOscillator(MechanicalModel):
     def _pushed(
         self, tip: Contact, q: Symbols, c: Symbols, phase: Expression
     ) -> tuple[Expression, Expression]:
-        """Return the accelerations over L by friction, with as few products as there may be."""
+        """Return the accelerations over L by friction, with the minimum of products."""
         if tip.given:
             x, y = (part / (c["m2"] * c["L"]) for part in tip.given)
             return x, c["mass_ratio"] * y

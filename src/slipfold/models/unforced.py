@@ -290,7 +290,7 @@ class MechanicalModel(Model):
         Raises
         ------
         InputError
-            If there is none, as where the drag is more than the structure can hold.
+            If there is none, for example if the drag exceeds what the structure can hold.
         """
         return find_static_point(self)
 
@@ -318,7 +318,7 @@ class MechanicalModel(Model):
         Returns
         -------
         Modes
-            One a pair of eigenvalues, the lowest natural frequency first; friction laws with memory
+            One per pair of eigenvalues, lowest natural frequency first; friction laws with memory
             add modes in which the contact recovers without vibration.
 
         Examples

@@ -27,8 +27,8 @@ from slipfold.models.parametric import described, structural
 from slipfold.models.quantities import Expression, State, Symbols, positive
 
 _CREEP = 1e-4
-"""Fraction of the fading that acts at any deflection. With it a contact on a body at rest has one
-equilibrium, and not a line of them. It changes the energy of a cycle by less."""
+"""Fraction of the fading that acts at any deflection, so that a contact on a body at rest has one
+equilibrium instead of a line of equilibria. It changes the energy of a cycle by less."""
 
 
 @dataclass(frozen=True)

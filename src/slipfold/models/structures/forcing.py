@@ -195,10 +195,6 @@ class BaseMotion(PeriodicForce):
         return _leading(self.harmonic, p["A"] * rate * rate, p["phi"])
 
 
-ROUNDING = 1e-14
-"""Share of the largest amplitude below which one is zero but for rounding."""
-
-
 def _checked_samples(given: Any, title: str) -> tuple[float, ...]:
     try:
         samples: Array = np.asarray(given, dtype=float)
@@ -267,7 +263,7 @@ class TabulatedForce(PeriodicForce, OneDirection):
         ):
             # The mean and, with an even number of samples, the last term stand for themselves.
             factor = 1.0 if h == 0 or 2 * h == count else 2.0
-            if abs(value) > ROUNDING * size:
+            if abs(value) > 1e-14 * size:  # else it is rounding
                 terms.append((h, float(factor * value.real), float(-factor * value.imag)))
         return tuple(terms)
 
