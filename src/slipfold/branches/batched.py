@@ -23,7 +23,7 @@ from slipfold.branches.batched_points import (
     refine_zeros,
 )
 from slipfold.branches.batched_walk import BATCH, BatchedBranch, Walk
-from slipfold.branches.bifurcations import ON_CIRCLE, is_torus, span_end
+from slipfold.branches.bifurcations import BIFURCATION, is_torus, span_end
 from slipfold.branches.branch import Branch
 from slipfold.branches.make_branch import assemble, describe
 from slipfold.branches.settings import Settings
@@ -252,7 +252,7 @@ def _is_genuine(kind: str, multipliers: Complex) -> bool:
     """Whether a multiplier has its critical value: a neutral saddle has no pair on the circle."""
     if kind == "NS":
         return is_torus(multipliers)
-    return bool(np.abs(multipliers - (-1.0 if kind == "PD" else 1.0)).min() < ON_CIRCLE)
+    return bool(np.abs(multipliers - (-1.0 if kind == "PD" else 1.0)).min() < BIFURCATION.on_circle)
 
 
 # -- all orbits of branches ------------------------------------------------------------------------

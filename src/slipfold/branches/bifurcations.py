@@ -27,28 +27,43 @@ from slipfold.orbits.uncertainty import recomputed
 CLOSED = "the branch closed on itself"
 """How a closed curve ends."""
 
-ON_CIRCLE = 1e-4
-"""Distance of a critical multiplier from where it should be; located ones have 1e-8 or less."""
 
-TEST_NOISE = 1e-9
-"""What rounding may leave of a test function, or of a multiplier's distance from the circle."""
+@dataclass(frozen=True)
+class BifurcationRules:
+    """How near is near at bifurcations and ends of branches."""
 
-LOCATED = 1e-6
-"""Arclength to which a branch point is located before it is corrected: nearer to it Newton's method
-along the branch is singular."""
+    # Distance of a critical multiplier from its place; located ones have 1e-8 or less
+    on_circle: float = 1e-4
+    noise: float = 1e-9  # what rounding leaves of a test function, or of a distance from the circle
+    # Arclength to a branch point: nearer to it Newton is singular along the branch
+    located: float = 1e-6
+    clear: float = 1e-3  # arclength from a branch point at which the tangent is known
+    turning: float = 1e-5  # component of the tangent along the parameter that counts as none
+    vanished: float = 1e-3  # the same at a fold, over that at its neighbors
+    real: float = 1e-7  # imaginary part of a real multiplier: pairs part as a square root
+    # Distance from the end of the span, in spans, that may explain a failure
+    near_edge: float = 0.01
+    steps_over: int = 10  # steps after which a branch is taken to turn before the end
+    # Factor of a bound above zero within which a failure is due to the limit
+    close_to_limit: float = 5.0
+    # States, in their scales, of an orbit without a bound, as at a resonance
+    runs_away: float = 1e4
+    # Multiplier beyond which a step of 1e-9 is as good as one to another orbit
+    sensitive: float = 1e3
+    undecided: float = 1e-5  # arclength from a bifurcation, over the branch, that tells no side
+    outside: float = 1.001  # modulus of a critical multiplier that left the circle between points
+    # Arclength over which multipliers are differenced: six digits are left
+    differenced: float = 1e-6
+    # Difference of the parameter, in spans, of two branch points that are one
+    same_value: float = 1e-7
+    # Distance from where a branch snakes, in spans, in which nothing is followed
+    tail: float = 0.01
+    radius: float = 1e-2  # distance around a double branch point at which branches are looked for
+    directions: int = 24  # directions from which they are: twice those of a symmetry D6
+    crowded: int = 20  # doublings above which longer periods are on request; a cascade has eight
 
-CLEAR = 1e-3
-"""Distance from a branch point within which the tangent is not known well enough to tell in which
-direction the parameter goes: a fold there is none, and points there are no ends."""
 
-TURNING = 1e-5
-"""Component of the tangent along the parameter that counts as none."""
-
-VANISHED = 1e-3
-"""The same at a fold, over that at the points beside it."""
-
-REAL = 1e-7
-"""A multiplier whose imaginary part is below this counts as real: pairs part as a square root."""
+BIFURCATION = BifurcationRules()
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +93,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         """
         values = point.values.copy()
         level = list(point.tests).index("LP")
-        if abs(values[level]) <= TEST_NOISE:
+        if abs(values[level]) <= BIFURCATION.noise:
             values[level] = 0.0
         return values
 
@@ -97,7 +112,8 @@ class Bifurcations(Zeros[OrbitPoint]):
         return [
             item
             for item in found
-            if item.type != "LP" or all(abs(item.point.arclength - turn) > CLEAR for turn in turns)
+            if item.type != "LP"
+            or all(abs(item.point.arclength - turn) > BIFURCATION.clear for turn in turns)
         ]
 
     def _left(
@@ -200,7 +216,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             return point.orientation * float(np.exp(point.volume - a.volume))
 
         try:
-            point = locate(self._orbits, known, a, b, determinant, LOCATED)
+            point = locate(self._orbits, known, a, b, determinant, BIFURCATION.located)
         except LostCurveError:  # so near to it that Newton's method is singular along the branch
             point = self._beside_branch_point(known, a, b)
         # Of the points between, one may lie on the other branch; a and b lie on this one.
@@ -261,7 +277,10 @@ class Bifurcations(Zeros[OrbitPoint]):
         if name in PAIRED and _has_real_pair(a) and _has_real_pair(b):
             return False
         off = _off_pair if name in PAIRED else _off_circle
-        return max(abs(before), abs(after)) > TEST_NOISE or max(map(off, (a, b))) > TEST_NOISE
+        return (
+            max(abs(before), abs(after)) > BIFURCATION.noise
+            or max(map(off, (a, b))) > BIFURCATION.noise
+        )
 
     def is_genuine(self, found: Found) -> bool:
         """Whether a multiplier is where the type says.
@@ -273,7 +292,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         if found.type in PAIRED:
             return is_torus(values)
         critical = BIFURCATION_TYPES[found.type].critical
-        return bool(np.abs(values - critical).min(initial=np.inf) < ON_CIRCLE)
+        return bool(np.abs(values - critical).min(initial=np.inf) < BIFURCATION.on_circle)
 
     def hidden(
         self, found: list[Found], known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
@@ -292,7 +311,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         def growth(point: OrbitPoint) -> float:
             return float(np.log(np.sort(np.abs(point.multipliers))[::-1][place]))
 
-        point = locate(self._orbits, known, a, b, growth, LOCATED)
+        point = locate(self._orbits, known, a, b, growth, BIFURCATION.located)
         error = 0.0
         if point.multipliers[place].imag == 0:
             point, error = self._interpolated(known, point, growth)
@@ -301,11 +320,11 @@ class Bifurcations(Zeros[OrbitPoint]):
         order = np.argsort(-np.abs(point.multipliers), kind="stable")
         critical = point.multipliers[order[place : place + change]]
         slope = (growth(b) - growth(a)) / (b.arclength - a.arclength)
-        on_circle = np.abs(np.abs(critical) - 1) < ON_CIRCLE
-        if (on_circle & (np.abs(critical.imag) > REAL)).all():
+        on_circle = np.abs(np.abs(critical) - 1) < BIFURCATION.on_circle
+        if (on_circle & (np.abs(critical.imag) > BIFURCATION.real)).all():
             return [Found(next(name for name in PAIRED if name in a.tests), point, slope)]
         for kind, target in (("BP", 1.0), ("PD", -1.0)):
-            if (np.abs(critical - target) < ON_CIRCLE).all():
+            if (np.abs(critical - target) < BIFURCATION.on_circle).all():
                 return [SeveralCritical(kind, point, slope, error=error)]
         return []
 
@@ -313,7 +332,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         self, known: list[OrbitPoint], near: OrbitPoint, function: Callable[[OrbitPoint], float]
     ) -> tuple[OrbitPoint, float]:
         """Return the zero of a function at which Newton's method is singular, and its error."""
-        places = near.arclength + CLEAR * np.array([-2.0, -1.0, 1.0, 2.0])
+        places = near.arclength + BIFURCATION.clear * np.array([-2.0, -1.0, 1.0, 2.0])
         around = [point_at(self._orbits, known, place) for place in places.tolist()]
         values, own = [function(point) for point in around], [item.arclength for item in around]
         arclength = float(lagrange(values, 0.0) @ own)
@@ -371,7 +390,7 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
     near a bifurcation that cycles emanate from. A fold then is where a multiplier passes one.
     """
     slopes = [abs(point.tests["LP"]) for point in (a, b)]
-    if max(slopes) <= TEST_NOISE:
+    if max(slopes) <= BIFURCATION.noise:
         return True
     noises = [noise_beside_birth(point)[1] for point in (a, b)]
     return any(slope <= noise for slope, noise in zip(slopes, noises, strict=True))
@@ -379,7 +398,7 @@ def _stands(a: OrbitPoint, b: OrbitPoint) -> bool:
 
 def is_off_circle(point: OrbitPoint) -> bool:
     """Whether it is known on which side of the unit circle all multipliers are."""
-    return _off_circle(point) > max(TEST_NOISE, noise_beside_birth(point)[0])
+    return _off_circle(point) > max(BIFURCATION.noise, noise_beside_birth(point)[0])
 
 
 def _off_circle(point: OrbitPoint) -> float:
@@ -397,7 +416,9 @@ def _off_pair(point: OrbitPoint) -> float:
 def _has_real_pair(point: OrbitPoint) -> bool:
     """Whether the two multipliers whose product is nearest to one are real."""
     # Two multipliers that meet are known to the root of rounding.
-    return bool(np.abs(_nearest_pair(point.multipliers).imag).max(initial=0.0) < LOCATED)
+    return bool(
+        np.abs(_nearest_pair(point.multipliers).imag).max(initial=0.0) < BIFURCATION.located
+    )
 
 
 def _nearest_pair(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
@@ -416,12 +437,12 @@ def _undamped(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
     """
     several = count_on_circle(found.point) > 2
     # Two pairs that meet are known to the root of rounding.
-    return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < LOCATED
+    return found.type in PAIRED and several and min(map(_off_circle, (a, b))) < BIFURCATION.located
 
 
 def count_on_circle(point: OrbitPoint) -> int:
     """Count the multipliers on the unit circle."""
-    return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < LOCATED))
+    return int(np.count_nonzero(np.abs(np.abs(point.multipliers) - 1) < BIFURCATION.located))
 
 
 def _narrowest(known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint) -> list[OrbitPoint] | None:
@@ -457,7 +478,7 @@ def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
         changes = min(abs(first), abs(last)) > 1 and bool(first.real * last.real < 0)
         return changes and all(map(_is_known, (a, b)))
     steepest = max(abs(a.tests["LP"]), abs(b.tests["LP"]))
-    vanished = abs(found.point.tests["LP"]) < VANISHED * steepest
+    vanished = abs(found.point.tests["LP"]) < BIFURCATION.vanished * steepest
     return found.type == "LP" and vanished and not _stands(a, b)
 
 
@@ -470,7 +491,7 @@ def _turns(found: Found) -> bool:
     if found.type != "BP":
         return False
     own, other = abs(found.point.tangent[-1]), found.other
-    return bool(own < TURNING and (other is None or own <= abs(other[-1])))
+    return bool(own < BIFURCATION.turning and (other is None or own <= abs(other[-1])))
 
 
 def is_torus(values: NDArray[np.complex128]) -> bool:
@@ -479,4 +500,7 @@ def is_torus(values: NDArray[np.complex128]) -> bool:
     Shapes: values (n,).
     """
     pair = _nearest_pair(values)
-    return bool((np.abs(pair.imag) > REAL).all() and (np.abs(np.abs(pair) - 1) < ON_CIRCLE).all())
+    return bool(
+        (np.abs(pair.imag) > BIFURCATION.real).all()
+        and (np.abs(np.abs(pair) - 1) < BIFURCATION.on_circle).all()
+    )

@@ -8,7 +8,7 @@ from itertools import islice, takewhile
 import numpy as np
 
 from slipfold.branches.bifurcations import (
-    CLEAR,
+    BIFURCATION,
     Bifurcations,
     count_on_circle,
     is_off_circle,
@@ -32,12 +32,6 @@ from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.shooting import RESOLVED
 
-NEAR_EDGE = 0.01
-"""Distance from the end of the span, in spans, within which a failure may be due to it."""
-
-STEPS_OVER = 10
-"""Steps after which a branch that does not pass the end is taken to turn before it."""
-
 SEVERAL = (
     "several multipliers are critical where it begins, as a symmetry makes them: several branches "
     "begin there, and in the one direction tried there is none"
@@ -57,17 +51,6 @@ LOST = (
     f"trajectories beyond could not be computed: they reach states {NO_VALUE}, or turn more "
     "sharply than explicit steps follow, where simulate continues in implicit ones"
 )
-
-CLOSE_TO_LIMIT = 5.0
-"""A curve lost with an output within this factor of a bound above zero ends because of that limit;
-of another one, within as many times less one what is far from it."""
-
-
-RUNS_AWAY = 1e4
-"""States, in their scales, that no orbit reaches but one without a bound, as at a resonance."""
-
-SENSITIVE = 1e3
-"""A multiplier beyond which a step of 1e-9 is as good as one to another orbit."""
 
 
 class BranchEndings(Endings[OrbitPoint]):
@@ -145,10 +128,10 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
         ahead = limit_ahead(orbits, last)
         if ahead is not None:
             return "limit", ahead
-        if float(np.abs(orbits.nodes(last.z) / orbits.scales).max()) > RUNS_AWAY:
+        if float(np.abs(orbits.nodes(last.z) / orbits.scales).max()) > BIFURCATION.runs_away:
             return failure.kind, far_away(orbits, last, "")
         largest = float(np.abs(last.multipliers).max(initial=0.0))
-        if largest > SENSITIVE:
+        if largest > BIFURCATION.sensitive:
             why = f"changes of contacts multiply perturbations by {largest:.1e} in a period"
         else:
             why = (
@@ -165,7 +148,7 @@ def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str,
     except BREAKDOWNS:
         return failure.kind, failure.reason
     for limit, margin, room in zip(orbits.model.limits, margins, rooms, strict=True):
-        if margin < (CLOSE_TO_LIMIT - 1) * room:
+        if margin < (BIFURCATION.close_to_limit - 1) * room:
             reason = limit.reason.format(value=margin + limit.bound)
             return "limit", f"{reason} (no orbit was found any nearer to the limit)"
     met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
@@ -214,14 +197,17 @@ def _end_on_edge(
     def away(point: OrbitPoint) -> float:
         return abs(float(point.z[-1]) - edge)
 
-    close = len(list(takewhile(lambda point: away(point) < CLEAR, reversed(points))))
+    close = len(list(takewhile(lambda point: away(point) < BIFURCATION.clear, reversed(points))))
     kept = points[: len(points) - close]
-    if away(points[-1]) > NEAR_EDGE or not kept:
+    if away(points[-1]) > BIFURCATION.near_edge or not kept:
         return None
     before = kept[-1]
-    step = min(2 * away(before) / max(abs(before.tangent[-1]), STEP.edge), STEPS_OVER * NEAR_EDGE)
+    step = min(
+        2 * away(before) / max(abs(before.tangent[-1]), STEP.edge),
+        BIFURCATION.steps_over * BIFURCATION.near_edge,
+    )
     over: OrbitPoint | None = None
-    for beyond in islice(walk(orbits, kept, step, (), settings), STEPS_OVER):
+    for beyond in islice(walk(orbits, kept, step, (), settings), BIFURCATION.steps_over):
         if isinstance(beyond, Failure):
             return None
         if (beyond.z[-1] > edge) != (before.z[-1] > edge):

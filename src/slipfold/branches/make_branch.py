@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.bifurcations import TURNING, SeveralCritical
+from slipfold.branches.bifurcations import BIFURCATION, SeveralCritical
 from slipfold.branches.branch import Branch
 from slipfold.branches.branch_point import Crossing, find_crossing
 from slipfold.branches.events import Happened
@@ -38,10 +38,6 @@ from slipfold.orbits.test_functions import (
 )
 from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
 from slipfold.text import certain
-
-DIFFERENCED = 1e-6
-"""Arclength over which multipliers are differenced: six digits of their rates are left. It is
-shortened where multipliers change by orders of magnitude, as near a homoclinic orbit."""
 
 AT_ONCE = 1e-9
 """Arclength beside a place where changes meet, or stick begins, within which they are at once: an
@@ -120,7 +116,7 @@ def _form_of(found: Found) -> str | None:
     if found.other is None:
         return None
     slopes = abs(found.point.tangent[-1]), abs(found.other[-1])
-    return "pitchfork" if min(slopes) < TURNING else "transcritical"
+    return "pitchfork" if min(slopes) < BIFURCATION.turning else "transcritical"
 
 
 def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
@@ -266,12 +262,12 @@ def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
 
 def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Array:
     """Return by how much each multiplier changes along a branch, a unit of arclength."""
-    step, values = DIFFERENCED, point.multipliers
+    step, values = BIFURCATION.differenced, point.multipliers
     while True:
         beside = point.z + step * direction
         others = orbits.eigenvalues(beside, orbits.linearize(beside))
         change = np.abs(match_multipliers(values, others) - values)
-        if change.max(initial=0.0) < 0.01 or step < 1e-4 * DIFFERENCED:
+        if change.max(initial=0.0) < 0.01 or step < 1e-4 * BIFURCATION.differenced:
             return np.asarray(change / step, dtype=float)
         step /= 100
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from slipfold.branches.bifurcations import CLOSED, ON_CIRCLE, Bifurcations
+from slipfold.branches.bifurcations import BIFURCATION, CLOSED, Bifurcations
 from slipfold.branches.branch import Branch
 from slipfold.branches.change import Change
 from slipfold.branches.closed_branches import (
@@ -27,7 +27,7 @@ from slipfold.branches.progress import branch_progress, searching
 from slipfold.branches.settings import Event, Settings
 from slipfold.branches.start import Begin, FirstOrbit, measured_over
 from slipfold.branches.stops import Families, Limits, Undetermined, Unresolved
-from slipfold.branches.switching import RADIUS, Junction, find_meeting, junctions_on
+from slipfold.branches.switching import Junction, find_meeting, junctions_on
 from slipfold.branches.switching_boundaries import SwitchingBoundaries
 from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
 from slipfold.continuation.follow import follow
@@ -281,11 +281,11 @@ def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
     direction, else there is a fold. Otherwise the step is shortened.
     """
     apart = np.abs(start.multipliers - 1)
-    critical = max(1, int(np.count_nonzero(apart < ON_CIRCLE)))
+    critical = max(1, int(np.count_nonzero(apart < BIFURCATION.on_circle)))
     others = start.multipliers[apart.argsort()[critical:]]
     outside = int(np.count_nonzero(np.abs(others) > 1))
     # Of several branches each is known at that distance, and nearer to the point it is not.
-    longest = step = STEP.birth if critical == 1 else RADIUS
+    longest = step = STEP.birth if critical == 1 else BIFURCATION.radius
     for _ in range(6):
         first = first_point(orbits, start, step, settings)
         if not isinstance(first, Failure) and 0 <= first.unstable - outside <= critical:

@@ -9,18 +9,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from slipfold.branches.bifurcations import BIFURCATION
 from slipfold.branches.branch import Branch
 from slipfold.branches.special_point import SpecialPoint
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.text import outside
 
 Multipliers = NDArray[np.complex128]
-
-UNDECIDED = 1e-5
-"""A point this near to a bifurcation, over the length of the branch, does not tell which side."""
-
-OUTSIDE = 1.001
-"""Modulus given to a critical multiplier that has left the circle and was not computed there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +51,7 @@ def stability_stretches(branch: Branch) -> tuple[StabilityStretch, ...]:
     for i, (begin, end) in enumerate(pairwise(breaks)):
         clear = np.minimum(branch.arclength - begin, end - branch.arclength)
         middle = int(clear.argmax())
-        if clear[middle] > UNDECIDED * (last - first):
+        if clear[middle] > BIFURCATION.undecided * (last - first):
             outside = _outside(branch.multipliers[middle])
         elif i == 0 or i == len(marks):
             outside = _outside(branch.multipliers[-1 if i == len(marks) else 0])
@@ -102,4 +97,4 @@ def _behind(point: SpecialPoint, before: int, cycle: bool) -> Multipliers:
     if before > len(rest):
         return rest
     crossing = values[critical if point.type in PAIRED else critical[:1]]
-    return np.concatenate([rest, OUTSIDE * crossing / np.abs(crossing)])
+    return np.concatenate([rest, BIFURCATION.outside * crossing / np.abs(crossing)])

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.bifurcations import ON_CIRCLE
+from slipfold.branches.bifurcations import BIFURCATION
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import locate
 from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
@@ -175,7 +175,7 @@ class Families:
 def _runs_away(points: Sequence[OrbitPoint]) -> bool:
     """Whether equilibria move though the parameter does not: none of them is singular."""
     values = [point.z[-1] for point in points]
-    regular = all(abs(point.tests["fold"]) > ON_CIRCLE for point in points)
+    regular = all(abs(point.tests["fold"]) > BIFURCATION.on_circle for point in points)
     return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
 
 
@@ -192,4 +192,4 @@ def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
 
 
 def _in_family(points: Sequence[OrbitPoint]) -> bool:
-    return all(abs(point.tests["fold"]) < ON_CIRCLE for point in points)
+    return all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points)

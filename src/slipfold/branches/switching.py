@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.bifurcations import SeveralCritical
+from slipfold.branches.bifurcations import BIFURCATION, SeveralCritical
 from slipfold.branches.closed_branches import SAME_ORBIT, Birth
 from slipfold.branches.homoclinic import snakes_about
 from slipfold.branches.settings import Settings
@@ -23,27 +23,6 @@ from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
 from slipfold.orbits.kinds import Equilibria
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 from slipfold.orbits.test_functions import match_multipliers
-
-SAME_VALUE = 1e-7
-"""Difference of the parameter, in spans, below which two branch points may be one."""
-
-
-TAIL = 0.01
-"""Distance, in spans, from the value about which a branch snakes, within which emanating branches
-are not followed: at every fold the same branches begin, on an ever smaller scale."""
-
-
-RADIUS = 1e-2
-"""Distance, in scaled variables, at which branches are looked for around a point where two
-multipliers are one: directions are those at the point to within it."""
-
-DIRECTIONS = 24
-"""Directions from which they are: twice as many as leave a point with a dihedral symmetry D6."""
-
-
-CROWDED = 20
-"""Period doublings above which longer periods are followed on request only: of canard explosions
-and of families without damping there is no end. A cascade to period eight and back has eight."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +49,11 @@ def junctions_on(
     junctions, traced = [], followed.traced
     about = snakes_about(traced.found, followed.started, traced.end)
     doublings = known + sum(found.type == "PD" for found in traced.found)
-    crowded = bool(about) or doublings > CROWDED
+    crowded = bool(about) or doublings > BIFURCATION.crowded
     largest = min(settings.largest_period, settings.snaking_period if crowded else np.inf)
     for found in traced.found:
         orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]
-        if min(left, default=np.inf) < TAIL:
+        if min(left, default=np.inf) < BIFURCATION.tail:
             continue
         try:
             several = isinstance(found, SeveralCritical) and found.type == "BP"
@@ -95,9 +74,9 @@ def junctions_on(
             junctions.append(Junction(*common, orbits=orbits, birth=birth, several=several))
     if about and traced.end is not None:
         reason = (
-            f"{traced.end.reason}; what begins within {TAIL:g} of the span of that value, at one "
-            f"turn after the other, is not followed (a narrower span shows it), and no period "
-            f"above {largest:g}"
+            f"{traced.end.reason}; what begins within {BIFURCATION.tail:g} of the span of that "
+            "value, at one turn after the other, is not followed (a narrower span shows it), and "
+            f"no period above {largest:g}"
         )
         traced.end = replace(traced.end, reason=reason)
     elif largest < settings.largest_period and traced.end is not None:
@@ -137,10 +116,12 @@ def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
     along = right @ point.tangent
     plane = np.linalg.svd(along[None])[2][1:] @ right
     points: list[OrbitPoint] = []
-    for angle in 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+    for angle in 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions:
         row, found = np.array([np.cos(angle), np.sin(angle)]) @ plane, None
         for _ in range(3):  # until the row is the direction of the branch itself
-            correction = correct(orbits, _nearest_orbit(orbits, point.z, RADIUS * row, plane), row)
+            correction = correct(
+                orbits, _nearest_orbit(orbits, point.z, BIFURCATION.radius * row, plane), row
+            )
             if not correction.converged:
                 break
             found = orbits.point(correction, 0.0)
@@ -176,7 +157,10 @@ def _nearest_orbit(orbits: Orbits, z: Array, away: Array, plane: Array) -> Array
 def _are_images(first: OrbitPoint, second: OrbitPoint) -> bool:
     """Whether two orbits at the same distance from a symmetric one are images of each other."""
     apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
-    return abs(first.z[-1] - second.z[-1]) < SAME_ORBIT * RADIUS and apart.max() < SAME_ORBIT
+    return (
+        abs(first.z[-1] - second.z[-1]) < SAME_ORBIT * BIFURCATION.radius
+        and apart.max() < SAME_ORBIT
+    )
 
 
 def _born(first: Emanating, point: OrbitPoint) -> Birth:
@@ -205,6 +189,6 @@ def _are_one(junction: Junction, other: Junction) -> bool:
     if orbits is None or their is None or not Birth(orbits, junction.found.point).fits(their):
         return False
     z, other_z = junction.found.point.z, other.found.point.z
-    if abs(orbits.value(z) - their.value(other_z)) >= SAME_VALUE * orbits.width:
+    if abs(orbits.value(z) - their.value(other_z)) >= BIFURCATION.same_value * orbits.width:
         return False
     return orbits.distance(orbits.adopt(their, other_z), z) < SAME_ORBIT

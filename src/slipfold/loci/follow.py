@@ -22,11 +22,10 @@ from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
 from slipfold.continuation.walk import Failure
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.loci.locus import Locus, locus_title
-from slipfold.loci.locus_equations import LocusEquations, begins_or_ends_at, lies_on, mirrors
+from slipfold.loci.locus_equations import RULES, LocusEquations, begins_or_ends_at, lies_on, mirrors
 from slipfold.loci.make_locus import as_loci, pair_of, plane_of
-from slipfold.loci.special_points import VANISHES, SpecialPoints, tests_of, without_repeats
+from slipfold.loci.special_points import SpecialPoints, tests_of, without_repeats
 from slipfold.loci.start import (
-    FIRST,
     EndsAtParent,
     LocusStart,
     as_unknown,
@@ -55,7 +54,7 @@ def trace_locus(
     settings: Settings,
     *,
     born: bool = False,
-    first_step: float = FIRST,
+    first_step: float = RULES.first_step,
     watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
 ) -> TracedCurve[OrbitPoint]:
@@ -199,7 +198,7 @@ def follow_found(
                 raise
             remarks.append(_without_locus(point, vary, error))
             continue
-        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > VANISHES:
+        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > RULES.vanishes:
             remarks.append(_isolated(curve, z))
             curve = LocusEquations(curve.orbits, "LP")
         if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:

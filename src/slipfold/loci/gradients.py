@@ -11,8 +11,8 @@ from slipfold.branches.settings import Settings
 from slipfold.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.continuation.newton import Correction, SquareMatrix, correct
 from slipfold.errors import BREAKDOWNS
-from slipfold.loci.special_points import VANISHES
-from slipfold.loci.start import MOVED, as_unknown, on_a_mesh
+from slipfold.loci.locus_equations import RULES
+from slipfold.loci.start import as_unknown, on_a_mesh
 from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.orbits.critical import Critical, crossing_gap
 from slipfold.orbits.linearization import Linearization
@@ -79,7 +79,7 @@ def solved(
     if not found.converged and orbits.by.smooth and orbits.kind == "periodic":
         orbits, z = on_a_mesh(orbits, point)
         found = corrected(Critical(orbits, point.type), z, OTHER, settings)
-    if not found.converged or found.distance > MOVED:
+    if not found.converged or found.distance > RULES.moved:
         raise ValueError(found.failure or "the equations lead to another point")
     return orbits, found
 
@@ -94,7 +94,7 @@ def _crossing_weights(orbits: Orbits, z: Array) -> Array:
     """Return the solution for one parameter, NaN where that parts the branches that cross."""
     curve = Critical(orbits, "BP")
     linearization = curve.linearize(z)
-    if crossing_gap(orbits, z) > VANISHES:
+    if crossing_gap(orbits, z) > RULES.vanishes:
         return np.full(len(linearization.defect), np.nan)
     return _weights(linearization.bordered(_unit(len(z), OTHER)), len(z))
 

@@ -16,7 +16,7 @@ from slipfold.flow.modes import MET, contacts_of
 from slipfold.flow.simulate import simulate
 from slipfold.flow.trajectory import last_round
 from slipfold.loci.fan import FanLine, ends_in_stick, follow_line, is_expensive, slips_in_planes
-from slipfold.loci.isolated import ONE_ORBIT
+from slipfold.loci.isolated import ISOLATED
 from slipfold.loci.locus import Locus, locus_curve
 from slipfold.loci.region_map import Region, RegionCheck
 from slipfold.loci.window import Plane, Window
@@ -281,7 +281,7 @@ def _add(model: Model, found: Settled, known: list[Settled]) -> None:
     scales, whole = model.state_scales(), model.angle_periods
     for other in known:
         if other.period == found.period and any(
-            np.abs(wrap_angles(state - found.state, whole) / scales).max() < ONE_ORBIT
+            np.abs(wrap_angles(state - found.state, whole) / scales).max() < ISOLATED.same
             for state in other.states
         ):
             return

@@ -29,8 +29,21 @@ from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.orbit_batch import orbits_from
 from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 
-ONE_ORBIT = 1e-4
-"""Two stable orbits this close in scaled states are one."""
+
+@dataclass(frozen=True)
+class IsolatedRules:
+    """How responses that no branch reaches are searched for."""
+
+    same: float = 1e-4  # two stable orbits this close in scaled states are one
+    places: int = 4  # places on a line, evenly spaced, at which trajectories start
+    trajectories: int = 8  # trajectories at each of them: one batch of the integrator
+    reach: float = 1.5  # they start within so many times what the responses cover
+    call: int = 8  # forcing periods integrated at a time, within one step budget
+    nearly: float = 0.03  # movement in a period, in scaled states, at which Newton finds an orbit
+    near: float = 10.0  # distance from a known orbit, in such movements, at which it is that one
+
+
+ISOLATED = IsolatedRules()
 
 
 @dataclass(frozen=True)
@@ -87,7 +100,7 @@ def is_among(
     each, rest = divmod(len(nodes), period)
     started = [np.roll(nodes, k * each, axis=0) for k in range(period if rest == 0 else 1)]
     return any(
-        np.abs(wrap_angles(copy - other, whole) / scales).max() < ONE_ORBIT
+        np.abs(wrap_angles(copy - other, whole) / scales).max() < ISOLATED.same
         for copy in started
         for other in known
     )
@@ -112,30 +125,11 @@ def _orbit_on(branch: Branch, span: StableSpan, value: float) -> NDArray[np.floa
     return None
 
 
-PLACES = 4
-"""Places on a line, evenly spaced, at which motions are started."""
-
-MOTIONS = 8
-"""Motions at each of them: one batch of the integrator."""
-
-REACH = 1.5
-"""They start within this many times what the responses across the window cover."""
-
 PERIODS = (1, 2)
 """Periods of the orbits that are looked for."""
 
-CALL = 8
-"""Forcing periods integrated at a time: a trajectory that needs thousands of steps is given up."""
-
 ROUNDS = (64, 128, 256)
 """Forcing periods after which it is looked, one after the other, what has nearly settled."""
-
-NEARLY = 0.03
-"""A trajectory that moves by less in a period of its own, in scaled states, has an orbit nearby:
-Newton's method finds it."""
-
-NEAR = 10.0
-"""Distance from it, in such movements, within which an orbit that is known is the one."""
 
 
 class Starts:
@@ -144,10 +138,10 @@ class Starts:
     def __init__(self, model: Model, branches: Sequence[Branch]) -> None:
         scales, start = model.state_scales(), model.start
         reached = [np.abs(branch.nodes - start).max(axis=(0, 1)) for branch in branches]
-        self._middle, self._half = start, REACH * np.max([scales, *reached], axis=0)
+        self._middle, self._half = start, ISOLATED.reach * np.max([scales, *reached], axis=0)
 
     def number(self, place: int) -> Array:
-        """Return those of a place, by its number, shape (MOTIONS, n_states)."""
+        """Return those of a place, by its number, shape (trajectories, n_states)."""
         n = len(self._middle)
         # Multiples of powers of the root of x^(n+1) = x + 1 fill a box evenly: for one state the
         # golden section.
@@ -155,7 +149,7 @@ class Starts:
         for _ in range(64):
             root = (1 + root) ** (1 / (n + 1))
         steps = root ** -np.arange(1.0, n + 1)
-        numbers = np.arange(1.0, MOTIONS + 1) + place * MOTIONS
+        numbers = np.arange(1.0, ISOLATED.trajectories + 1) + place * ISOLATED.trajectories
         shares = (0.5 + numbers[:, None] * steps) % 1
         return np.asarray(self._middle + (2 * shares - 1) * self._half)
 
@@ -175,8 +169,8 @@ def follow_isolated(
             continue
         along = plane.span(line.vary)
         span = extended(plane.model, line.vary, along)
-        for i in range(PLACES):
-            value = along[0] + (i + 0.5) / PLACES * (along[1] - along[0])
+        for i in range(ISOLATED.places):
+            value = along[0] + (i + 0.5) / ISOLATED.places * (along[1] - along[0])
             place = plane.place(line.vary, value, line.value)
             try:
                 at = plane.at(place)
@@ -185,7 +179,9 @@ def follow_isolated(
             text = "motions that may settle on what no response leads to"
             plane.report("responses", number, len(lines), place, text)
             known = stable_orbits(lines[number].branches, value)
-            for orbit in other_orbits(at, known, starts.number(number * PLACES + i), periods):
+            for orbit in other_orbits(
+                at, known, starts.number(number * ISOLATED.places + i), periods
+            ):
                 branches = _through(orbit, line.vary, value, span, plane.settings)
                 have = lines[number].branches
                 lines[number] = replace(line, branches=(*have, *branches))
@@ -208,11 +204,11 @@ def other_orbits(
     for count in ROUNDS:
         states = _advanced(model, states, count)
         gaps = np.min([_moved(model, states, period) for period in PERIODS], axis=0)
-        nearly = gaps < NEARLY
+        nearly = gaps < ISOLATED.nearly
         settled = np.array([
             state
             for state, gap in zip(states[nearly], gaps[nearly], strict=True)
-            if not _is_near(model, state, found, NEAR * gap + ONE_ORBIT)
+            if not _is_near(model, state, found, ISOLATED.near * gap + ISOLATED.same)
         ])  # fmt: skip
         going = states[~nearly & np.isfinite(gaps)]
         for period in periods:
@@ -229,7 +225,7 @@ def other_orbits(
             settled = settled[[nodes is None for nodes in orbits]]
         if len(settled) and periods != PERIODS:  # some have arrived at what is not looked for
             gaps = np.min([_moved(model, settled, period) for period in periods], axis=0)
-            settled = settled[gaps < NEARLY]
+            settled = settled[gaps < ISOLATED.nearly]
         states = np.concatenate([going, settled.reshape(-1, states.shape[1])])
         if not len(states):
             break
@@ -265,12 +261,12 @@ def _advanced(model: Model, states: Array, periods: int) -> Array:
     """Return states some forcing periods later, NaN where a trajectory fails."""
     flow = flow_of(model)
     constants = flow.constants_of(model)
-    for first in range(0, periods, CALL):
+    for first in range(0, periods, ISOLATED.call):
         going = np.flatnonzero(np.isfinite(states).all(axis=1))
         if not len(going):
             break
         started = states[going]
-        length = float(min(CALL, periods - first))
+        length = float(min(ISOLATED.call, periods - first))
         ends = flow.advance(
             started, np.zeros(len(started)), np.full(len(started), length), constants
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -28,14 +28,47 @@ from slipfold.orbits.test_functions import critical_places, floquet_multipliers
 
 Multipliers = NDArray[np.complex128]
 
-NO_SLOPE = 1e-12
-"""Component of a tangent that is rounding: the locus may be parallel to an axis of the plane."""
-
 PROJECTIONS = 3
 """Corrections of the first orbit of a locus to one of any kind: each squares the error."""
 
-POLE = 1e-9
-"""Product of test functions below which a coefficient with a pole there has no digits."""
+
+@dataclass(frozen=True)
+class LocusRules:
+    """How near is near along loci: distances in scaled variables, numbers of order one."""
+
+    # Component of a tangent that is rounding: the locus is parallel to an axis
+    no_slope: float = 1e-12
+    pole: float = 1e-9  # product of test functions at which a coefficient with a pole has no digits
+    near: float = 0.02  # distance from the interpolated locus at which the locus itself is examined
+    same: float = 1e-4  # two critical orbits this close are one: of loci directions differ by more
+    same_values: float = 1e-7  # parameters, in windows, at which orbits may be symmetric images
+    samples: int = 16  # arclengths between neighboring points that are examined first
+    vanishes: float = 1e-6  # test function of order one that is zero where another one was located
+    # Tangent along a parameter of a locus that is parallel to the other axis
+    parallel: float = 1e-9
+    double: float = 1e-3  # distance of a second critical multiplier: a double one parts as a root
+    same_cusp: float = 1e-7  # arclength within which two extrema are one cusp
+    # The same at a degenerate pitchfork, of third order; its distance to a crossing
+    pitchfork: float = 1e-2
+    # Halves of an orbit this close: the locus is a parabola and loses digits
+    near_parent: float = 0.02
+    # Sine between eigenvectors that are two; of one, located to 1e-8, it is 1e-4
+    independent: float = 1e-2
+    branch_points: float = 0.1  # distance at which folds end at branch points, or cross them
+    first_secant: float = 1e-3  # first step along branch points to a degenerate pitchfork
+    close: float = 1e-12  # distance to which it is located
+    secants: int = 20  # secants to it
+    # Smallest singular value, over the largest, of equations that define a curve
+    undefined: float = 1e-9
+    first_step: float = 0.01  # first step from a regular point: a locus may bend there, near a cusp
+    aside: float = 1e-2  # distance from a double Hopf point at which the second locus starts
+    moved: float = 1e-3  # distance by which Newton may move a point before it is another one
+    resolved: float = 0.1  # fraction of the first step that a second computation may differ by
+    parent: float = 4.0  # parents lie within so many distances between the halves of an orbit
+    parent_points: int = 16  # points of their locus on either side
+
+
+RULES = LocusRules()
 
 
 class LocusEquations(Critical):
@@ -77,7 +110,7 @@ class LocusEquations(Critical):
         ``GPD``, ``CH``, ``DP`` and ``GH`` are coefficients of normal forms, multiplied by what is
         zero where they have poles: at other points of codimension two.
         """
-        slopes = np.where(np.abs(tangent[-2:]) > NO_SLOPE, tangent[-2:], 0.0)
+        slopes = np.where(np.abs(tangent[-2:]) > RULES.no_slope, tangent[-2:], 0.0)
         standing = {"first": float(slopes[0]), "second": float(slopes[1])}
         if self.condition in MET:
             return standing
@@ -111,7 +144,7 @@ class LocusEquations(Critical):
     def _cubic(self, z: Array, linearization: Linearization, poles: float) -> float:
         """Coefficient of third order times what is zero at its poles."""
         # On a pole the product is rounding noise.
-        return self._coefficient(z, linearization) * poles if abs(poles) > POLE else np.nan
+        return self._coefficient(z, linearization) * poles if abs(poles) > RULES.pole else np.nan
 
     def _pair_tests(
         self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
@@ -188,20 +221,6 @@ def _pair_product(values: Multipliers, size: float) -> float:
     return float((1 - values[first] * values[second]).prod().real / size ** (n - 1))
 
 
-ABREAST = 0.02
-"""Distance from the interpolated locus within which the locus itself is looked at."""
-
-SAME_CRITICAL = 1e-4
-"""Two critical orbits this close are one: beside multipliers of 1e4 they are known to 1e-6, and two
-loci differ by more, in their directions too."""
-
-SAME_PLACE = 1e-7
-"""Critical orbits whose parameters agree to this in windows may be symmetric images."""
-
-SAMPLES = 16
-"""Places between neighboring points that are looked at first."""
-
-
 def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
     """Whether an orbit, an unknown of some orbits, is one of a locus, or a later phase of one."""
     return any(
@@ -227,7 +246,7 @@ def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
         for a, b in pairwise(run):
             length = float(np.linalg.norm(b.z[-2:] - a.z[-2:]))
             gap = min(float(np.linalg.norm(item.z[-2:] - target)) for item in (a, b))
-            if gap >= length + ABREAST:
+            if gap >= length + RULES.near:
                 continue
             point = _beside(curve, a, b, target)
             if point is not None and _same_spectrum(point, values) and _parallel(point, along):
@@ -242,14 +261,14 @@ def _beside(
 
     Shapes: target (2,).
     """
-    grid = np.linspace(a.arclength, b.arclength, SAMPLES + 1)
+    grid = np.linspace(a.arclength, b.arclength, RULES.samples + 1)
     gaps = [float(np.linalg.norm(hermite([a, b], s)[0][-2:] - target)) for s in grid]
     s = float(grid[int(np.argmin(gaps))])
     try:
         for _ in range(4):  # each squares the distance
             point = point_at(curve, [a, b], s)
             along, gap = point.tangent[-2:], target - point.z[-2:]
-            if np.linalg.norm(gap) < SAME_PLACE:
+            if np.linalg.norm(gap) < RULES.same_values:
                 return point
             s = float(np.clip(s + along @ gap / (along @ along), a.arclength, b.arclength))
     except LostCurveError:
@@ -268,7 +287,7 @@ def _parallel(point: OrbitPoint, along: Array) -> bool:
     """Whether a locus leads in a direction of the plane. Shapes: along (2,)."""
     own = point.tangent[-2:]
     sine = own[0] * along[1] - own[1] * along[0]
-    return bool(abs(sine) < SAME_CRITICAL * np.linalg.norm(own) * np.linalg.norm(along))
+    return bool(abs(sine) < RULES.same * np.linalg.norm(own) * np.linalg.norm(along))
 
 
 def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
@@ -276,7 +295,7 @@ def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
     if len(own) != len(values):
         return False
     apart = np.abs(own[:, None] - values) / np.maximum(1.0, np.abs(values))
-    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < SAME_CRITICAL)
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < RULES.same)
 
 
 def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
@@ -288,7 +307,7 @@ def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) ->
         own = point.curve.orbits
         gap = float(np.linalg.norm(point.z - own.started_near(own.adopt(orbits, z), point.z)))
         apart = float(np.linalg.norm(asymmetry(own, point.z)))
-        if gap < SAME_CRITICAL + 2 * apart < ABREAST:
+        if gap < RULES.same + 2 * apart < RULES.near:
             return True
     return False
 
@@ -323,28 +342,28 @@ def _meets(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> boo
     tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
     z = curve.orbits.started_near(z, where[tails.argmin()])
     ends = np.linalg.norm(where - z, axis=1)
-    if ends.min() < SAME_CRITICAL:
+    if ends.min() < RULES.same:
         return True
     lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
     # Between two points the locus stays within a length of them.
-    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + ABREAST).tolist()
+    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + RULES.near).tolist()
     return any(_meets_between(curve, points[i], points[i + 1], z) for i in near)
 
 
 def _meets_between(curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
-    grid = np.linspace(a.arclength, b.arclength, SAMPLES + 1)
+    grid = np.linspace(a.arclength, b.arclength, RULES.samples + 1)
     distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
     spacing = float(grid[1] - grid[0])
     nearest = int(np.argmin(distances))
-    if distances[nearest] > spacing + ABREAST:
+    if distances[nearest] > spacing + RULES.near:
         return False
     place = float(grid[nearest])
     for _ in range(4):  # to where z lies abeam
         guess, row = hermite([a, b], place)
         place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
     guess, row = hermite([a, b], place)
-    correction = correct(curve, guess, row, reach=2 * ABREAST)
+    correction = correct(curve, guess, row, reach=2 * RULES.near)
     if not correction.converged:
         return False
     gap = curve.orbits.started_near(z, correction.z) - correction.z
-    return bool(np.linalg.norm(gap - (gap @ row) * row) < SAME_CRITICAL + (gap @ row) ** 2)
+    return bool(np.linalg.norm(gap - (gap @ row) * row) < RULES.same + (gap @ row) ** 2)

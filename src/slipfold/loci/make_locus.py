@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
@@ -116,65 +117,49 @@ def _uncertainty(curve: LocusEquations, found: Found) -> tuple[float, float]:
 
 Leads = Mapping[Found, Sequence[int]]
 
-Tell = Callable[[FollowedCurve[OrbitPoint], OrbitPoint, int], None]
-"""Called with what is described next, the locus that it is on, and how many are done."""
-
-
-@dataclass
-class Described:
-    """Normal forms along a locus, as far as they are computed."""
-
-    coefficients: list[float] = field(default_factory=list)
-    special: dict[Found, LocusPoint] = field(default_factory=dict)
+Report = Callable[[FollowedCurve[OrbitPoint], OrbitPoint, int], None]
+"""Called with the locus and the point on it that is described next, and how many are done."""
 
 
 def as_loci(
     curves: Sequence[FollowedCurve[OrbitPoint]],
     leads: Leads,
-    tell: Tell = lambda followed, point, done: None,
+    report: Report = lambda followed, point, done: None,
 ) -> tuple[Locus, ...]:
     """Return loci as data; those that an interruption leaves say so, and lack normal forms."""
-    known = describe_in_turn(curves, tell)
-    return tuple(_as_locus(followed, leads, known.get(followed)) for followed in curves)
-
-
-def describe_in_turn(
-    curves: Sequence[FollowedCurve[OrbitPoint]], tell: Tell
-) -> dict[FollowedCurve[OrbitPoint], Described]:
-    """Compute the normal forms along loci in their order, until the observer stops it."""
-    known: dict[FollowedCurve[OrbitPoint], Described] = {}
-    done = 0
-    try:
+    coefficients: dict[OrbitPoint, float] = {}
+    special: dict[Found, LocusPoint] = {}
+    with suppress(KeyboardInterrupt):
         for followed in curves:
-            described = Described()
             for point in followed.traced.points:
-                tell(followed, point, done)
-                described.coefficients.append(coefficient_at(point.curve, point))
-                done += 1
+                report(followed, point, len(coefficients) + len(special))
+                coefficients[point] = coefficient_at(point.curve, point)
             for result in followed.traced.found:
-                tell(followed, result.point, done)
-                described.special[result] = describe_point(result.point.curve, result)
-                done += 1
-            known[followed] = described
-    except KeyboardInterrupt:
-        pass
-    return known
+                report(followed, result.point, len(coefficients) + len(special))
+                special[result] = describe_point(result.point.curve, result)
+    return tuple(_as_locus(followed, leads, coefficients, special) for followed in curves)
 
 
 def _as_locus(
-    followed: FollowedCurve[OrbitPoint], leads: Leads, described: Described | None
+    followed: FollowedCurve[OrbitPoint],
+    leads: Leads,
+    coefficients: Mapping[OrbitPoint, float],
+    special: Mapping[Found, LocusPoint],
 ) -> Locus:
     traced = followed.traced
     curve, points = traced.curve, traced.points
     orbits = curve.orbits
     assert traced.end is not None
     stopped = traced.end
-    if described is None:
-        if stopped.kind != "interrupted":
-            reason = f"{stopped.reason}; interrupted before its coefficients were computed"
-            stopped = replace(stopped, kind="interrupted", reason=reason)
-        bare = {result: bare_point(result.point.curve, result) for result in traced.found}
-        described = Described([np.nan] * len(points), bare)
+    described = all(point in coefficients for point in points)
+    described &= all(result in special for result in traced.found)
+    if not described and stopped.kind != "interrupted":
+        reason = f"{stopped.reason}; interrupted before its coefficients were computed"
+        stopped = replace(stopped, kind="interrupted", reason=reason)
+    own = {
+        result: special[result] if described else bare_point(result.point.curve, result)
+        for result in traced.found
+    }
     fields = curve_fields(followed, orbits, points)
     start = fields["arclength"][0]
     locus = Locus(
@@ -183,10 +168,10 @@ def _as_locus(
         vary=plane_of(orbits),
         values=np.array([pair_of(point.curve, point) for point in points]),
         nodes=evenly(points),
-        coefficient=np.array(described.coefficients),
+        coefficient=np.array([coefficients[point] if described else np.nan for point in points]),
         special=tuple(
             replace(
-                described.special[result],
+                own[result],
                 arclength=result.point.arclength - start,
                 leads_to=tuple(leads.get(result, ())),
             )

@@ -13,7 +13,6 @@ from slipfold.arrays import Array
 from slipfold.continuation.walk import Failure
 from slipfold.errors import InputError
 from slipfold.flow.simulate import simulate
-from slipfold.flow.trajectory import Trajectory
 from slipfold.loci.fan import FanLine
 from slipfold.loci.into_stick import stable_states_near
 from slipfold.loci.isolated import is_among, other_orbits, stable_orbits
@@ -25,11 +24,27 @@ from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.limits import broken_limit
 from slipfold.orbits.orbit_curve import OrbitPoint
 
-CELLS = 480
-"""Cells in either direction: half a line's width in a figure."""
 
-BLOCK = 8
-"""Cells in either direction that are first asked for at once whether a model exists there."""
+@dataclass(frozen=True)
+class RegionRules:
+    """How finely regions are drawn, and how they are checked."""
+
+    cells: int = 480  # cells in either direction: half the width of a line in a figure
+    block: int = 8  # cells in either direction that are tested at once for a model
+    seeds: int = 3  # orbits tried, the nearest first, where one is continued to a place
+    periods: int = 3000  # forcing periods of a check: decay by 0.96 a period takes a thousand
+    # Distance from a periodic response that counts as converged, in scaled states
+    converged: float = 1e-7
+    perturbation: float = 1e-4  # distance from a stable orbit at which a trajectory starts
+    # Fraction of the window below which a piece belongs to what surrounds it
+    smallest: float = 2e-4
+    checked: float = 2e-3  # fraction of the window from which a region is checked by simulation
+    clearance: float = 2.5  # cells from a boundary at which a response tells its region
+    short_of_stick: float = 0.05  # distance, in windows, from the end of a locus in slip to grazing
+    limit_jump: float = 0.25  # difference, in windows, of ends at a limit that are joined
+
+
+REGIONS = RegionRules()
 
 
 @dataclass(frozen=True)
@@ -41,49 +56,40 @@ class Raster:
     def columns(self, values: Array, axis: int) -> NDArray[np.int64]:
         """Return the cells that values of a parameter lie in, shape (n,). Shapes: values (n,)."""
         low, high = self.window[axis]
-        cells = ((np.asarray(values) - low) / (high - low) * CELLS).astype(int)
-        return np.clip(cells, 0, CELLS - 1)
+        cells = ((np.asarray(values) - low) / (high - low) * REGIONS.cells).astype(int)
+        return np.clip(cells, 0, REGIONS.cells - 1)
 
     def centers(self, axis: int) -> Array:
-        """Return the values of a parameter at the centers of the cells, shape (CELLS,)."""
+        """Return the values of a parameter at the centers of the cells, shape (cells,)."""
         low, high = self.window[axis]
-        return np.linspace(low, high, 2 * CELLS + 1)[1::2]
+        return np.linspace(low, high, 2 * REGIONS.cells + 1)[1::2]
 
     def draw(self, mask: NDArray[np.bool_], values: Array) -> None:
         """Mark the cells that a polyline passes, without gaps.
 
-        Shapes: mask (CELLS, CELLS); values (n, 2).
+        Shapes: mask (cells, cells); values (n, 2).
         """
+        low, high = np.array(self.window).T
         for a, b in pairwise(values):
-            length = [
-                abs(b[i] - a[i]) / (high - low) * CELLS for i, (low, high) in enumerate(self.window)
-            ]
-            count = int(2 * max(length)) + 2
+            count = int(2 * np.abs((b - a) / (high - low) * REGIONS.cells).max()) + 2
             between = a + np.linspace(0, 1, count)[:, None] * (b - a)
-            inside = np.all(
-                [
-                    (low <= v) & (v <= high)
-                    for v, (low, high) in zip(between.T, self.window, strict=True)
-                ],
-                axis=0,
-            )
-            kept = between[inside]
+            kept = between[((low <= between) & (between <= high)).all(axis=1)]
             mask[self.columns(kept[:, 1], 1), self.columns(kept[:, 0], 0)] = True
 
 
 def where_models_exist(plane: Plane, raster: Raster) -> NDArray[np.bool_]:
     """Return whether the parameters at the center of each cell define a model.
 
-    Returns shape (CELLS, CELLS).
+    Returns shape (cells, cells).
     """
     first, second = raster.centers(0), raster.centers(1)
-    middles = np.arange(BLOCK // 2, CELLS, BLOCK)
+    middles = np.arange(REGIONS.block // 2, REGIONS.cells, REGIONS.block)
     of = plane.model, plane.names
     coarse = np.array([[model_exists(*of, first[i], second[j]) for i in middles] for j in middles])
-    fine = np.kron(coarse, np.ones((BLOCK, BLOCK), dtype=bool)).astype(bool)
+    fine = np.kron(coarse, np.ones((REGIONS.block, REGIONS.block), dtype=bool)).astype(bool)
     for row, column in zip(*np.nonzero(_beside_others(coarse)), strict=True):
-        for j in range(row * BLOCK, (row + 1) * BLOCK):
-            for i in range(column * BLOCK, (column + 1) * BLOCK):
+        for j in range(row * REGIONS.block, (row + 1) * REGIONS.block):
+            for i in range(column * REGIONS.block, (column + 1) * REGIONS.block):
                 fine[j, i] = model_exists(*of, first[i], second[j])
     return fine
 
@@ -103,10 +109,6 @@ def _beside_others(coarse: NDArray[np.bool_]) -> NDArray[np.bool_]:
     n, m = coarse.shape
     around = [padded[i : i + n, j : j + m] for i in range(3) for j in range(3)]
     return np.asarray(np.any([other != coarse for other in around], axis=0))
-
-
-SEEDS = 3
-"""Orbits tried, the nearest first, where one is to be carried to a place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +188,7 @@ def orbits_continued_to(
     apart = [float(np.linalg.norm(np.subtract(vote.place, place) / size)) for vote in having]
     near = [having[i] for i in np.argsort(apart, kind="stable")]
     best: list[Array] = []
-    for seed in near[:SEEDS]:
+    for seed in near[: REGIONS.seeds]:
         found: list[Array] = []
         # The parameter that changes most says where on the way an orbit is.
         order = np.argsort(np.abs(np.array(place) - seed.place) / size)
@@ -232,17 +234,6 @@ def _continued(
     return None if isinstance(reached, Failure) else orbits.nodes(reached.z)
 
 
-FORCING_PERIODS = 3000
-"""Forcing periods of a check: the slowest decay of the base case, 0.96 a period, needs a
-thousand near a boundary."""
-
-SETTLED = 1e-7
-"""Distance from a periodic response that counts as settled, in scaled states."""
-
-PERTURBATION = 1e-4
-"""Distance from a stable orbit at which a trajectory starts, in scaled states."""
-
-
 def check_region(
     plane: Plane,
     region: Region,
@@ -271,34 +262,29 @@ def check_region(
 
 
 def _from_rest(model: Model, region: Region) -> RegionCheck:
-    check = _judged(
-        simulate(model, FORCING_PERIODS, tolerance=SETTLED, through_stick=False), region
-    )
-    if check.agrees:
-        return check
-    # A motion may rest for ever on a response that is not stable, as symmetry lets it.
-    pushed = _beside(model, model.start)
-    return _judged(
-        simulate(model, FORCING_PERIODS, pushed, tolerance=SETTLED, through_stick=False), region
-    )
-
-
-def _judged(motion: Trajectory, region: Region) -> RegionCheck:
-    settled = motion.settlement.period or 0
-    # Longer periods and tori are no contradiction: the label speaks of periods 1 and 2.
-    agrees = settled not in (1, 2) or settled in region.stable
-    return RegionCheck(region.place, "rest", settled, agrees, motion.settlement.message)
-
-
-def _beside(model: Model, state: Array) -> Array:
-    return np.asarray(state + PERTURBATION * model.state_scales() / np.sqrt(len(state)))
+    """Simulate from rest, then from near it: symmetry may keep what is unstable there for ever."""
+    for state in (model.start, _near(model, model.start)):
+        settled, note = _simulated(model, state)
+        # Longer periods and tori are no contradiction: the label speaks of periods 1 and 2.
+        agrees = settled not in (1, 2) or settled in region.stable
+        check = RegionCheck(region.place, "rest", settled, agrees, note)
+        if agrees:
+            break
+    return check
 
 
 def _from_orbit(model: Model, region: Region, period: int, state: Array) -> RegionCheck:
+    settled, note = _simulated(model, _near(model, state))
+    return RegionCheck(region.place, f"period {period}", settled, settled == period, note)
+
+
+def _simulated(model: Model, state: Array) -> tuple[int, str]:
+    """Return the period that a trajectory converges to, 0 if it does not, and a sentence."""
     motion = simulate(
-        model, FORCING_PERIODS, _beside(model, state), tolerance=SETTLED, through_stick=False
+        model, REGIONS.periods, state, tolerance=REGIONS.converged, through_stick=False
     )
-    settled = motion.settlement.period or 0
-    return RegionCheck(
-        region.place, f"period {period}", settled, settled == period, motion.settlement.message
-    )
+    return motion.settlement.period or 0, motion.settlement.message
+
+
+def _near(model: Model, state: Array) -> Array:
+    return np.asarray(state + REGIONS.perturbation * model.state_scales() / np.sqrt(len(state)))

@@ -16,11 +16,11 @@ from slipfold.branches.special_point import SpecialPoint
 from slipfold.flow.modes import MET
 from slipfold.loci.fan import BranchEnd, FanLine
 from slipfold.loci.into_stick import add_sticking, changes_in_stick, sticking_checks
-from slipfold.loci.isolated import PLACES, Starts
+from slipfold.loci.isolated import ISOLATED, Starts
 from slipfold.loci.locus import Locus, locus_curve
 from slipfold.loci.region_map import Region, RegionCheck, RegionMap
 from slipfold.loci.region_votes import (
-    CELLS,
+    REGIONS,
     Raster,
     Vote,
     agree,
@@ -36,26 +36,8 @@ Labels = NDArray[np.int64]
 
 NO_GRAZING: Mapping[BranchEnd, SpecialPoint] = MappingProxyType({})
 
-SMALLEST = 2e-4
-"""Fraction of the window below which a piece is not a region of its own but belongs to what lies
-beside it."""
-
-CHECKED = 2e-3
-"""Fraction of the window at and above which a region is checked by simulation."""
-
-CLEARANCE = 2.5
-"""Distance from a boundary, in cells, at which a response says what region it is in."""
-
-SHORT_OF_STICK = 0.05
-"""Distance from where a locus in slip ends, at a hundredth of the speed, to the grazing point near
-it, as a fraction of the window."""
-
 ENDING = ("limit", "span")
 """Kinds of ends that limits of the model are joined to."""
-
-LIMIT_JUMP = 0.25
-"""Ends at a limit on neighboring lines are joined if they differ by less than this fraction of the
-window."""
 
 
 def map_regions(
@@ -75,14 +57,14 @@ def map_regions(
     from scipy import ndimage  # a tenth of a second to import
 
     raster = Raster(plane.window)
-    boundary = np.zeros((CELLS, CELLS), dtype=bool)
+    boundary = np.zeros((REGIONS.cells, REGIONS.cells), dtype=bool)
     for values in _boundaries(plane, loci, lines, grazing):
         raster.draw(boundary, values)
     exists = where_models_exist(plane, raster)
     pieces: Labels = ndimage.label(~boundary & exists)[0].astype(np.int64)
     pieces = _without_slivers(pieces)
     distance: Array = ndimage.distance_transform_edt(np.pad(pieces > 0, 1))[1:-1, 1:-1]
-    clear = ndimage.distance_transform_edt(~boundary) > CLEARANCE
+    clear = ndimage.distance_transform_edt(~boundary) > REGIONS.clearance
     bands = list(_short_of_grazing(plane, lines, grazing))
     votes = [
         vote
@@ -108,14 +90,14 @@ def map_regions(
     starts = Starts(plane.model, [branch for line in lines for branch in line.branches])
     checked: list[Region] = []
     for region in regions:
-        if region.fraction >= CHECKED:
+        if region.fraction >= REGIONS.checked:
             plane.report("regions", len(checked), len(regions), region.place, region.name)
             piece = [vote for vote in votes if vote.piece == numbers[region.id]]
             orbits = {
                 period: orbits_continued_to(plane, piece, region.place, period)
                 for period in set(region.stable)
             }
-            states = starts.number(PLACES * len(lines) + region.id)
+            states = starts.number(ISOLATED.places * len(lines) + region.id)
             checks: tuple[RegionCheck, ...] = ()
             if may_stick:
                 at, seeds = [vote.place for vote in piece], [vote.sticking for vote in piece]
@@ -181,8 +163,8 @@ def _gaps_near_stick(
         for end in _ends(line, grazing)
         if end.period > 1 and end.reason
     ]
-    near = (np.concatenate([np.empty((0, 2)), *grazings]), SHORT_OF_STICK)
-    jumps = (np.reshape(doubled, (-1, 2)), LIMIT_JUMP)
+    near = (np.concatenate([np.empty((0, 2)), *grazings]), REGIONS.short_of_stick)
+    jumps = (np.reshape(doubled, (-1, 2)), REGIONS.limit_jump)
     for locus in loci:
         for end in (locus.started, locus.stopped):
             if locus.type in MET or end.kind != "limit":
@@ -207,7 +189,7 @@ def _limit_lines(
         along = [line for line in lines if line.fixed == plane.names[axis]]
         for a, b in pairwise(along):
             left, right = _ends(a, grazing), _ends(b, grazing)
-            for one, other in _joined(left, right, LIMIT_JUMP * plane.size[1 - axis]):
+            for one, other in _joined(left, right, REGIONS.limit_jump * plane.size[1 - axis]):
                 ends = np.array([[a.value, one], [b.value, other]])
                 yield ends if axis == 0 else ends[:, ::-1]
 
@@ -277,7 +259,7 @@ def _joined(left: list[_End], right: list[_End], reach: float) -> Iterator[tuple
 def _without_slivers(pieces: Labels) -> Labels:
     """Give pieces too small to be regions no number."""
     sizes = np.bincount(pieces.ravel())
-    small = sizes < SMALLEST * pieces.size
+    small = sizes < REGIONS.smallest * pieces.size
     small[0] = False
     return np.where(small[pieces], 0, pieces)
 

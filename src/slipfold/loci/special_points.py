@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.bifurcations import ON_CIRCLE, is_torus
+from slipfold.branches.bifurcations import BIFURCATION, is_torus
 from slipfold.branches.closed_branches import asymmetry, has_copy
 from slipfold.continuation.end import End
 from slipfold.continuation.newton import correct
@@ -16,22 +16,11 @@ from slipfold.continuation.search import Zeros, contracts_between
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
 from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import MET
-from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.locus_equations import RULES, LocusEquations
 from slipfold.orbits.bifurcation_types import CODIMENSION_TWO, DOUBLED, PAIRED, CriticalMultiplier
 from slipfold.orbits.critical import crossing_gap
 from slipfold.orbits.orbit_curve import OrbitPoint
 from slipfold.orbits.test_functions import critical_places
-
-STEP = 1e-3
-"""First step along the branch points, in scaled variables."""
-
-REACH = 0.1
-"""Distance along them within which the zero is looked for: folds are that near to them there."""
-
-CLOSE = 1e-12
-"""Distance to which it is found."""
-
-STEPS = 20
 
 
 def degenerate_pitchfork(found: Found[OrbitPoint], curve: LocusEquations) -> Found[OrbitPoint]:
@@ -53,7 +42,7 @@ def has_branch_point(curve: LocusEquations, point: OrbitPoint) -> bool:
     try:
         crossing = LocusEquations(curve.orbits, "BP")
         there = _branch_point(crossing, point)
-        return there is not None and float(np.linalg.norm(there.z - point.z)) < REACH
+        return there is not None and float(np.linalg.norm(there.z - point.z)) < RULES.branch_points
     except BREAKDOWNS:
         return False
 
@@ -67,8 +56,8 @@ def _branch_point(crossing: LocusEquations, point: OrbitPoint) -> OrbitPoint | N
 
 def _zero(curve: LocusEquations, known: OrbitPoint) -> Found[OrbitPoint] | None:
     """Return the zero of the cubic coefficient near a branch point, by secants."""
-    places, values, place = [0.0], [known.tests["DP"]], STEP
-    for _ in range(STEPS):
+    places, values, place = [0.0], [known.tests["DP"]], RULES.first_secant
+    for _ in range(RULES.secants):
         guess = known.z + place * known.tangent
         correction = correct(curve, guess, known.tangent)
         if not correction.converged:
@@ -80,31 +69,13 @@ def _zero(curve: LocusEquations, known: OrbitPoint) -> Found[OrbitPoint] | None:
         if not (np.isfinite(slope) and slope):
             return None
         step = -values[-1] / slope
-        if abs(step) < CLOSE or values[-1] == 0.0:
+        if abs(step) < RULES.close or values[-1] == 0.0:
             return Found("DP", point, slope)
         place += step
-        if not abs(place) < REACH:
+        if not abs(place) < RULES.branch_points:
             return None
     return None
 
-
-VANISHES = 1e-6
-"""A test function below this, of order one, vanishes where another one was located, as do both
-components of a tangent at a cusp; a branch point is no farther from a crossing of branches."""
-
-PARALLEL = 1e-9
-"""A locus whose tangent stays below this along a parameter is parallel to the other's axis."""
-
-DOUBLE = 1e-3
-"""Distance of a second critical multiplier at R1 and R2: a double one parts as a square root. As
-well known is the tangent where the equations are nearly singular, beside orbits of a symmetry."""
-
-SAME_CUSP = 1e-7
-"""Arclength within which two extrema found are one cusp."""
-
-PITCHFORK = 1e-2
-"""The same at a degenerate pitchfork, where one parameter stands still to the third order, and the
-distance to a crossing within which it is looked for."""
 
 MIRRORED = "the folds end where a pitchfork turns soft, DP: beyond are their mirror images"
 
@@ -122,10 +93,6 @@ symmetry there, which have another critical multiplier."""
 
 LEFT_AT = {"HB": ("ZH", "BT", "LPBP"), "PD": ("BPPD",), "NS": ("BPNS", "R1", "LPBP")}
 """The same where a critical pair may be one there too."""
-
-NEAR_PARENT = 0.02
-"""Distance between the halves of an orbit, in scaled states, below which its parent is looked at:
-there a locus is a parabola, and the last digits of its equations are lost."""
 
 
 def tests_of(kind: str, tests: Mapping[str, float]) -> tuple[str, ...]:
@@ -199,7 +166,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """Return the special points where a test function changes sign between two points."""
         result = super().located(known, a, b)
         if self._curve.condition == "LP":
-            result = _merged(result, "DP", self._is_symmetric, PITCHFORK)
+            result = _merged(result, "DP", self._is_symmetric, RULES.pitchfork)
         return self._joined([self._named(item) for item in result])
 
     def _joined(self, found: list[Found[OrbitPoint]]) -> list[Found[OrbitPoint]]:
@@ -208,10 +175,10 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return found
         if self._curve.condition in STANDS:
             name = STANDS[self._curve.condition]
-            found = _merged(found, name, self._leaves_symmetry, PITCHFORK)
+            found = _merged(found, name, self._leaves_symmetry, RULES.pitchfork)
             return [self._doubled(item) if item.type == name else item for item in found]
         resting = self._curve.orbits.kind == "equilibrium"
-        return _merged(found, "CP" if resting else "CPC", _stands, SAME_CUSP)
+        return _merged(found, "CP" if resting else "CPC", _stands, RULES.same_cusp)
 
     def _named(self, found: Found) -> Found:
         """Tell a branch point from a fold, where another multiplier is one as well."""
@@ -224,14 +191,14 @@ class SpecialPoints(Zeros[OrbitPoint]):
     def _doubled(self, found: Found) -> Found:
         """Rename what is met where the critical pair is one as well, so that no other one is."""
         test = "BT" if self._curve.orbits.kind == "equilibrium" else "R1"
-        if self._curve.condition not in PAIRED or found.point.tests[test] > VANISHES:
+        if self._curve.condition not in PAIRED or found.point.tests[test] > RULES.vanishes:
             return found
         return replace(found, type="LPBP" if _two_vectors(found.point) else test)
 
     def _leaves_symmetry(self, point: OrbitPoint) -> bool:
         """Whether a locus of other orbits leaves those of a symmetry, with the square of both."""
         slopes = abs(point.tests["first"]), abs(point.tests["second"])
-        return max(slopes) < DOUBLE and self._is_symmetric(point)
+        return max(slopes) < RULES.double and self._is_symmetric(point)
 
     def _is_pole_alone(self, point: OrbitPoint) -> bool:
         """Whether a coefficient's zero is that of what is zero where other points have its pole.
@@ -240,9 +207,9 @@ class SpecialPoints(Zeros[OrbitPoint]):
         """
         condition, resting = self._curve.condition, self._curve.orbits.kind == "equilibrium"
         if condition == "BP":
-            return abs(point.tests["BT" if resting else "R1"]) < VANISHES
+            return abs(point.tests["BT" if resting else "R1"]) < RULES.vanishes
         fold = {"PD": "LPPD", "NS": "LPNS", "HB": "ZH"}.get(condition)
-        beside = fold is not None and abs(point.tests[fold]) < VANISHES
+        beside = fold is not None and abs(point.tests[fold]) < RULES.vanishes
         return beside and self._is_symmetric(point)
 
     def _turns_at_parent(self, point: OrbitPoint) -> bool:
@@ -250,24 +217,24 @@ class SpecialPoints(Zeros[OrbitPoint]):
 
         Parameters change with the square of the amplitude there, and both stand still.
         """
-        standing = max(abs(point.tests["first"]), abs(point.tests["second"])) < NEAR_PARENT
+        standing = max(abs(point.tests["first"]), abs(point.tests["second"])) < RULES.near_parent
         orbits = self._curve.orbits
         if not standing or not has_copy(orbits):
             return False
-        return float(np.linalg.norm(asymmetry(orbits, point.z))) < NEAR_PARENT
+        return float(np.linalg.norm(asymmetry(orbits, point.z))) < RULES.near_parent
 
     def _is_symmetric(self, point: OrbitPoint) -> bool:
         """Whether families of orbits cross at a point, as at a pitchfork."""
         orbits = self._curve.orbits
-        if has_copy(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < NEAR_PARENT:
+        if has_copy(orbits) and np.linalg.norm(asymmetry(orbits, point.z)) < RULES.near_parent:
             return False  # there all families of orbits are near that of their parents
         gap = crossing_gap(orbits, point.z)
-        return gap < PITCHFORK and has_branch_point(self._curve, point)
+        return gap < RULES.pitchfork and has_branch_point(self._curve, point)
 
     def changes_sign(self, name: str, a: OrbitPoint, b: OrbitPoint) -> bool:
         """Whether a test function does, and not because the locus is parallel to an axis."""
         largest = max(abs(a.tests[name]), abs(b.tests[name]))
-        parallel = name in ("first", "second") and largest < PARALLEL
+        parallel = name in ("first", "second") and largest < RULES.parallel
         return not parallel and super().changes_sign(name, a, b)
 
     def is_genuine(self, found: Found) -> bool:
@@ -283,7 +250,7 @@ class SpecialPoints(Zeros[OrbitPoint]):
             return is_torus(others)
         if critical is None:
             return True
-        near = DOUBLE if found.type in (*DOUBLED, "LPBP") else ON_CIRCLE
+        near = RULES.double if found.type in (*DOUBLED, "LPBP") else BIFURCATION.on_circle
         return bool(np.abs(others - critical).min() < near)
 
     def accounts_for(self, found: list[Found], a: OrbitPoint, b: OrbitPoint) -> bool:
@@ -328,7 +295,7 @@ def _merged(
 def _turns_back(interval: StepInterval[OrbitPoint]) -> bool:
     """Whether both parameters, as far as they change, do so in the other direction after a step."""
     pairs = [(interval.before.tests[name], interval.point.tests[name]) for name in STANDING_STILL]
-    changing = [(a, b) for a, b in pairs if max(abs(a), abs(b)) > PARALLEL]
+    changing = [(a, b) for a, b in pairs if max(abs(a), abs(b)) > RULES.parallel]
     return bool(changing) and all(a * b < 0 for a, b in changing)
 
 
@@ -350,20 +317,15 @@ def without_repeats(found: Sequence[Found[OrbitPoint]]) -> list[Found[OrbitPoint
 def _are_one(first: Found[OrbitPoint], second: Found[OrbitPoint]) -> bool:
     """Whether two zeros of a function are so near to each other that rounding parts them."""
     gap = abs(first.point.arclength - second.point.arclength)
-    return first.type == second.type and gap < SAME_CUSP
-
-
-INDEPENDENT = 1e-2
-"""Sine of the angle between eigenvectors above which they are two: of a double multiplier with one
-eigenvector, located to 1e-8, they differ by 1e-4."""
+    return first.type == second.type and gap < RULES.same_cusp
 
 
 def _two_vectors(point: OrbitPoint) -> bool:
     """Whether a double multiplier one has two eigenvectors, as where a fold meets a pitchfork."""
     values, vectors = np.linalg.eig(point.monodromy)
     first, second = vectors[:, np.abs(values - 1).argsort()[:2]].T
-    return bool(1 - abs(np.vdot(first, second)) ** 2 > INDEPENDENT**2)
+    return bool(1 - abs(np.vdot(first, second)) ** 2 > RULES.independent**2)
 
 
 def _stands(point: OrbitPoint) -> bool:
-    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= VANISHES
+    return max(abs(point.tests["first"]), abs(point.tests["second"])) <= RULES.vanishes

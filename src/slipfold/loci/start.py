@@ -21,9 +21,9 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.continuation.walk import Failure, first_point
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
 from slipfold.flow.modes import GRAZED
-from slipfold.loci.locus_equations import LocusEquations
+from slipfold.loci.locus_equations import RULES, LocusEquations
 from slipfold.loci.make_locus import plane_of
-from slipfold.loci.special_points import NEAR_PARENT, VANISHES, SpecialPoints
+from slipfold.loci.special_points import SpecialPoints
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import (
     CODIMENSION_TWO,
@@ -52,18 +52,6 @@ from slipfold.orbits.switched_shooting import SwitchedShooting
 from slipfold.orbits.test_functions import floquet_multipliers
 from slipfold.orbits.uncertainty import recomputed
 
-UNDEFINED = 1e-9
-"""Smallest singular value, over the largest, of a Jacobian that defines a curve."""
-
-FIRST = 0.01
-"""First step from a regular point: a locus may be started where it bends, beside a cusp."""
-
-BESIDE = 1e-2
-"""Distance from a double Hopf point at which the other of the loci that cross there is started."""
-
-MOVED = 1e-3
-"""A special point may be moved by this, in scaled variables, before it is another one."""
-
 
 @dataclass(frozen=True, eq=False)
 class LocusStart(Start[OrbitPoint]):
@@ -73,7 +61,7 @@ class LocusStart(Start[OrbitPoint]):
     doubled: bool = False
     # Type of the point of codimension two that it passes there; empty if it passes none
     crosses: str = ""
-    step: float = FIRST  # length of the first step
+    step: float = RULES.first_step  # length of the first step
     # Orbits by which it is known, where another locus of its type passes its first point
     beside: tuple[Array, ...] = ()
 
@@ -89,7 +77,7 @@ def regular_start(
     except BREAKDOWNS as error:
         raise _no_locus(curve, z, breakdown(error)) from None
     both = _rising_first(point, curve.turned(point))
-    step = STEP.birth if crosses else FIRST
+    step = STEP.birth if crosses else RULES.first_step
     return LocusStart(curve, both, departs=bool(crosses), crosses=crosses, step=step)
 
 
@@ -103,7 +91,7 @@ def _regular_point(curve: LocusEquations, z: Array, settings: Settings) -> Orbit
     right = np.linalg.svd(jacobian)[2]
     newton = settings.newton
     correction = correct(curve, z, right[-1], newton.tolerance, newton.iterations)
-    if not correction.converged or correction.distance > MOVED:
+    if not correction.converged or correction.distance > RULES.moved:
         reason = correction.failure or "Newton's method leads to another orbit"
         raise _no_locus(curve, z, reason)
     return curve.point(correction, 0.0)
@@ -118,14 +106,14 @@ def _rising_first(point: OrbitPoint, turned: OrbitPoint) -> tuple[OrbitPoint, Or
 def _is_singular(curve: LocusEquations, jacobian: Array, z: Array) -> bool:
     """Whether no curve is defined: neither parameter, changed by its window or itself, matters."""
     effects = np.linalg.norm(jacobian[:, -2:], axis=0)
-    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < UNDEFINED:
+    if float((effects * np.maximum(np.abs(z[-2:]), 1.0)).max()) < RULES.undefined:
         return True
     scaled = jacobian.copy()
     scaled[:, -2:] /= effects.max()
     if curve.orbits.by.growing:  # what grows on the way round makes it as good as singular
         return False
     values = np.linalg.svd(scaled, compute_uv=False)
-    return bool(values[len(z) - 2] < UNDEFINED * values[0])
+    return bool(values[len(z) - 2] < RULES.undefined * values[0])
 
 
 def _no_locus(curve: LocusEquations, z: Array, reason: str) -> InputError:
@@ -163,8 +151,8 @@ def of_each_pair(curve: LocusEquations, z: Array, settings: Settings) -> Iterato
     newton = settings.newton
     for along in curve.pair_tangents(z):
         tangent = along if along[-2:].sum() >= 0 else -along  # its sign is arbitrary
-        guess = z + BESIDE * tangent
-        found = correct(curve, guess, tangent, newton.tolerance, newton.iterations, BESIDE / 2)
+        guess = z + RULES.aside * tangent
+        found = correct(curve, guess, tangent, newton.tolerance, newton.iterations, RULES.aside / 2)
         if found.converged:
             point = curve.point(found, 0.0)
             yield LocusStart(curve, _rising_first(point, curve.turned(point)))
@@ -190,16 +178,6 @@ def is_complex(point: OrbitPoint) -> bool:
 FIRST_STEPS = (STEP.birth, 4 * STEP.birth, 16 * STEP.birth, 64 * STEP.birth)
 """First steps that are tried: equations of folds vanish with the third power of the amplitude."""
 
-RESOLVED = 0.1
-"""Fraction of the first step's change of parameters that a second computation may differ by: with
-a smaller amplitude that change, of fourth order, is rounding."""
-
-REACH = 4.0
-"""Values of the parameters within so many times that distance may be those of its parent."""
-
-STEPS = 16
-"""Points of the parent's locus on either side."""
-
 
 def starts_at(
     traced: LocusEquations, found: Found, types: Sequence[str], settings: Settings
@@ -220,7 +198,7 @@ def starts_at(
     if found.type in TWO_PAIRS:
         yield from of_each_pair(curve, point.z, settings)
     yield from passing(curve, found, types, settings)
-    crossed = crossing_gap(orbits, point.z) < VANISHES
+    crossed = crossing_gap(orbits, point.z) < RULES.vanishes
     if found.type == "ZH" and crossed and "HB" in types:
         yield from _leaving_along(orbits, "HB", point, "", settings)
     for kind, pair in _type_of(found).emanating:
@@ -297,7 +275,7 @@ def _is_resolved(start: OrbitPoint, after: OrbitPoint) -> bool:
     if again is None:
         return False
     change = float(np.linalg.norm(after.z[-2:] - start.z[-2:]))
-    return float(np.linalg.norm(again.z[-2:] - after.z[-2:])) < RESOLVED * change
+    return float(np.linalg.norm(again.z[-2:] - after.z[-2:])) < RULES.resolved * change
 
 
 def _leaving_along(
@@ -407,7 +385,7 @@ class EndsAtParent:
             float(np.linalg.norm(asymmetry(orbits, item.z)))
             for item in (interval.before, interval.point)
         )
-        if here < min(before, NEAR_PARENT):
+        if here < min(before, RULES.near_parent):
             stop = ends_beside_parent(self._curve, interval.point, self._settings)
             if stop is not None:
                 return MonitorResult(stop=stop)
@@ -442,7 +420,9 @@ def ends_beside_parent(
     }
     try:
         start = _parent_start(curve, last, settings) if kinds else None
-        found = None if start is None else _nearest(start, kinds, REACH * apart, last, settings)
+        found = (
+            None if start is None else _nearest(start, kinds, RULES.parent * apart, last, settings)
+        )
         return None if found is None else _end(curve, last, found)
     except BREAKDOWNS:
         return None
@@ -456,12 +436,17 @@ def _nearest(
     first = start.points[0]
     count = len(first.z)
     bounds = [(i, first.z[i] - reach, first.z[i] + reach) for i in (count - 2, count - 1)]
-    few = replace(settings, steps=replace(settings.steps, points=STEPS))
+    few = replace(settings, steps=replace(settings.steps, points=RULES.parent_points))
     found = [
         item
         for point in start.points
         for item in follow(
-            curve, point, bounds, [SpecialPoints(curve)], settings=few, first_step=reach / STEPS
+            curve,
+            point,
+            bounds,
+            [SpecialPoints(curve)],
+            settings=few,
+            first_step=reach / RULES.parent_points,
         ).found
         if item.type in kinds
     ]
@@ -482,7 +467,7 @@ def _end(curve: LocusEquations, last: OrbitPoint, found: Found) -> Stop[OrbitPoi
     point = _leaving(
         curve, adopted[nearest], last.tangent, firsts[nearest].monodromy, found.point.residual
     )
-    if point is None or not gaps[nearest] < REACH * NEAR_PARENT:
+    if point is None or not gaps[nearest] < RULES.parent * RULES.near_parent:
         return None
     beyond = replace(point, arclength=last.arclength + gaps[nearest])
     name = CODIMENSION_TWO[found.type].title

@@ -61,20 +61,36 @@ def tail(points: Array) -> float:
     return float(sizes[-last:].max() / sizes.max())
 
 
-TAIL = 1e-9
-"""Size of the last harmonics, of the largest, above which there are too few of them."""
-
-EXCESS_TAIL = 1e-13
-"""The same below which there are more than needed."""
-
 MIN_ANGLES, MAX_ANGLES = 21, 201
 """Angles at which a circle is described."""
 
-ANGLE_GROWTH = 1.5
-"""Factor by which angles become more, or fewer."""
 
-STRONG = 4
-"""Largest denominator of a strong resonance: circles may break there."""
+@dataclass(frozen=True)
+class TorusRules:
+    """How finely circles are resolved, and when they are points or break."""
+
+    tail: float = 1e-9  # last harmonics, of the largest, at which there are too few of them
+    excess: float = 1e-13  # the same at which there are more than needed
+    growth: float = 1.5  # factor by which angles become more, or fewer
+    strong: int = 4  # largest denominator of a strong resonance: circles may break there
+    broken: float = 1e-8  # last harmonics, of the largest, at which a circle is not resolved
+    near_strong: float = 1e-2  # distance from a strong resonance at which circles may break by it
+    point: float = 3e-5  # extent, in scaled states, of an orbit: the parameter is off by its square
+    # Part of the tangent along the parameter that is left where a fold is located
+    fold: float = 1e-6
+    same: float = 1e-6  # distance, in spans, of the orbit to which tori shrink from a known point
+    phases: int = 12  # phases of a locked orbit at which the parameter is found first
+    squeezed: float = 2e-3  # distance from a resonance at which circles are squeezed by it
+    history: int = 3  # circles before a resonance from which those beyond are extrapolated
+    starts: int = 15  # angles from which perturbations start; means over angles converge fast
+    returns: int = 64  # returns over which growth is averaged, after as many for directions to turn
+    samples: int = 64  # phases of a forcing period
+    corrections: int = 4  # corrections of an extremum by Newton, from the largest sample
+    lines: int = 12  # lines of a spectrum that a notebook shows
+
+
+TORUS = TorusRules()
+
 
 RESONANCES = tuple(
     sorted({Fraction(p, q) for q in range(2, 13) for p in range(1, q) if 2 * p <= q})
@@ -238,7 +254,7 @@ class Circles(Curve[CirclePoint]):
         z, bordered = correction.z, correction.bordered
         tangent = bordered.tangent()
         tests = {"LP": float(tangent[-1]), "size": self._size(z)}
-        strong = [ratio for ratio in RESONANCES if ratio.denominator <= STRONG]
+        strong = [ratio for ratio in RESONANCES if ratio.denominator <= TORUS.strong]
         tests |= {str(ratio): self.rotation(z) - float(ratio) for ratio in strong}
         return CirclePoint(
             z,
@@ -274,10 +290,10 @@ class Circles(Curve[CirclePoint]):
     def needed(self, z: Array) -> int:
         """Return at how many angles a circle should be described."""
         size = tail(self.states(z))
-        if size > TAIL:
-            return min(int(ANGLE_GROWTH * self.count) | 1, MAX_ANGLES)
-        if size < EXCESS_TAIL:
-            return max(int(self.count / ANGLE_GROWTH) | 1, MIN_ANGLES)
+        if size > TORUS.tail:
+            return min(int(TORUS.growth * self.count) | 1, MAX_ANGLES)
+        if size < TORUS.excess:
+            return max(int(self.count / TORUS.growth) | 1, MIN_ANGLES)
         return self.count
 
     def truncation(self, z: Array) -> float:

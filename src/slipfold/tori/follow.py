@@ -27,14 +27,11 @@ from slipfold.models.model import Model
 from slipfold.models.quantities import DURATION
 from slipfold.orbits.extrema import Extrema
 from slipfold.progress import Observer
-from slipfold.tori.circles import MAX_ANGLES, RESONANCES, STRONG, TAIL, CirclePoint, tail
+from slipfold.tori.circles import MAX_ANGLES, RESONANCES, TORUS, CirclePoint, tail
 from slipfold.tori.resonances import locked_interval, past_resonance
 from slipfold.tori.start import circle_from_trajectory, first_circle
 from slipfold.tori.surface import growth_across, surface_of
 from slipfold.tori.torus_branch import Locked, TorusBranch
-
-BROKEN = 1e-8
-"""Size of the last harmonics, of the largest, at which a circle is no longer resolved."""
 
 RECENT, STANDSTILL, SLOWER = 3, 1e-6, 0.95
 """Beside a homoclinic orbit the parameter, in spans, stands still along some circles, and they turn
@@ -42,17 +39,7 @@ this much more slowly."""
 
 SLOWS = "turns ever more slowly at one value of the parameter, as near a homoclinic orbit"
 
-NEAR_STRONG = 1e-2
-"""Distance of a rotation number from a strong resonance at which circles may break by it."""
-
-POINT_SIZE = 3e-5
-"""Extent of a circle in scaled states below which it is an orbit: the parameter is off by its
-square, and smaller circles are rounding."""
-
 SHRINKS = "shrinks to a periodic orbit, at a Neimark-Sacker point of it"
-
-FOLD = 1e-6
-"""Part of the tangent along the parameter that is left where a fold is located."""
 
 
 def follow_tori(
@@ -82,10 +69,10 @@ def _beside_strong(traced: TracedCurve[CirclePoint]) -> End | None:
     end, turns = traced.end, [point.z[-2] for point in traced.points[-2:]]
     if end is None or end.kind not in ("broken", "failed"):
         return None
-    strong = [ratio for ratio in RESONANCES if ratio.denominator <= STRONG]
+    strong = [ratio for ratio in RESONANCES if ratio.denominator <= TORUS.strong]
     ratio = min(strong, key=lambda each: abs(turns[-1] - float(each)))
     first, last = (abs(turn - float(ratio)) for turn in (turns[0], turns[-1]))
-    if last > min(first, NEAR_STRONG):
+    if last > min(first, TORUS.near_strong):
         return None
     point = traced.points[-1]
     size = tail(point.curve.states(point.z))
@@ -114,7 +101,7 @@ class _Special(Zeros[CirclePoint]):
 
     def is_genuine(self, found: Found[CirclePoint]) -> bool:
         """Whether a fold is one, and not a turn of the curve's own direction."""
-        return found.type != "LP" or abs(found.point.tangent[-1]) < FOLD
+        return found.type != "LP" or abs(found.point.tangent[-1]) < TORUS.fold
 
     def seen(
         self, found: Sequence[Found[CirclePoint]], interval: StepInterval[CirclePoint]
@@ -132,7 +119,7 @@ def _end_at(found: Found[CirclePoint]) -> End | None:
     place = found.point.curve.place(found.point.z)
     if found.type == "size":
         return End("birth", SHRINKS, place)
-    if found.type != "LP" and Fraction(found.type).denominator <= STRONG:
+    if found.type != "LP" and Fraction(found.type).denominator <= TORUS.strong:
         reason = f"reaches the strong resonance {found.type} and is not followed past it"
         return End("resonance", reason, place)
     return None
@@ -146,10 +133,10 @@ class _Resolved:
         point = interval.point
         circles = point.curve
         states = circles.states(point.z)
-        if np.ptp(states / circles.model.state_scales(), axis=0).max() < POINT_SIZE:
+        if np.ptp(states / circles.model.state_scales(), axis=0).max() < TORUS.point:
             return MonitorResult(stop=Stop(point, End("birth", SHRINKS, circles.place(point.z))))
         size = tail(states)
-        if circles.count < MAX_ANGLES or size < BROKEN:
+        if circles.count < MAX_ANGLES or size < TORUS.broken:
             return MonitorResult()
         harmonics = circles.count // 2
         state_text = f"the last of {harmonics} harmonics are still {size:.0e} of the largest"
@@ -184,14 +171,11 @@ class _Endings(Endings[CirclePoint]):
         last = traced.points[-1]
         size = tail(last.curve.states(last.z))
         state_text = f"{failure.reason}; its last harmonics are {size:.0e} of the largest"
-        return self._end(traced, "broken" if size > TAIL else failure.kind, state_text)
+        return self._end(traced, "broken" if size > TORUS.tail else failure.kind, state_text)
 
 
 INVARIANT = 1e-8
 """How far a circle may fail to be invariant; what is known less well is left out."""
-
-SAME = 1e-6
-"""Distance, in spans, within which tori that shrink to an orbit do so at a known point."""
 
 CHANGES = "contacts stick, turn or open on the orbit, and tori of such orbits are not followed"
 
@@ -215,7 +199,7 @@ def tori_of(
     ]
     result: list[TorusBranch] = []
     for done, (branch, point) in enumerate(starts):
-        near = SAME * abs(span[1] - span[0])
+        near = TORUS.same * abs(span[1] - span[0])
         if any(
             (tori.stopped.kind, tori.period) == ("birth", point.period)
             and abs(tori.stopped.value - point.value) < near
@@ -385,7 +369,7 @@ def _add_orbit(rows: list[_Row], scales: Array) -> None:
     these are free, and rounding decides.
     """
     squares = [float(np.ptp(row.circle / scales, axis=0).max()) ** 2 for row in rows]
-    sized = [place for place, square in enumerate(squares) if square > POINT_SIZE**2][-2:]
+    sized = [place for place, square in enumerate(squares) if square > TORUS.point**2][-2:]
     if len(sized) < 2:
         return
     one, other = sized

@@ -15,7 +15,7 @@ from slipfold.models.angles import wrap_angles
 from slipfold.newton import Rule, find_root
 from slipfold.tori.circles import (
     RESONANCES,
-    TAIL,
+    TORUS,
     CirclePoint,
     Circles,
     resampled,
@@ -23,9 +23,6 @@ from slipfold.tori.circles import (
     tail,
     turned,
 )
-
-PHASES = 12
-"""Phases of a locked orbit on its circle at which the parameter is found first."""
 
 RULE = Rule(close=1e-12, iterations=12)
 
@@ -51,7 +48,7 @@ def locked_interval(
     ends = [point.curve.value(point.z) for point in (before, after)]
     share = (float(ratio) - turns[0]) / (turns[1] - turns[0])
     guess, farthest = ends[0] + share * (ends[1] - ends[0]), 2 * abs(ends[1] - ends[0])
-    phases = np.arange(PHASES) / (PHASES * ratio.denominator)
+    phases = np.arange(TORUS.phases) / (TORUS.phases * ratio.denominator)
     values = np.array([orbits.value(phase, guess, farthest) for phase in phases])
     if np.isnan(values).any():
         return None
@@ -112,17 +109,8 @@ class _LockedOrbits:
         return value if abs(value - guess) <= farthest else np.nan
 
 
-NEAR = 2e-3
-"""Distance of a rotation number from a resonance at which circles are squeezed by it."""
-
 BEYOND = (1.0, 2.0, 0.5)
 """Times of that distance on the other side where a circle is looked for."""
-
-ROUGH = 1e3 * TAIL
-"""Size of the last harmonics at which a circle beyond is taken: it gets more of them there."""
-
-HISTORY = 3
-"""Circles before a resonance from which those beyond are expected."""
 
 
 def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoint] | None:
@@ -137,15 +125,15 @@ def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoi
     last = traced.points[-1]
     away = {ratio: last.curve.rotation(last.z) - float(ratio) for ratio in RESONANCES}
     ratio = min(away, key=lambda each: abs(away[each]))
-    if abs(away[ratio]) > NEAR:
+    if abs(away[ratio]) > TORUS.squeezed:
         return None
     rotation = float(ratio)
     # The last circle may lie on it, or to either side by rounding.
-    apart = [point for point in traced.points if abs(point.z[-2] - rotation) > NEAR]
+    apart = [point for point in traced.points if abs(point.z[-2] - rotation) > TORUS.squeezed]
     side = float(np.sign(apart[-1].z[-2] - rotation)) if apart else 0.0
-    known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-HISTORY:]
+    known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-TORUS.history :]
     for times in BEYOND if len(known) > 1 else ():
-        result = _at(known, rotation - side * times * NEAR, -side)
+        result = _at(known, rotation - side * times * TORUS.squeezed, -side)
         if result is not None:
             length = abs(result.z[-1] - last.z[-1]) + abs(result.z[-2] - last.z[-2])
             return result.curve, replace(result, arclength=last.arclength + length)
@@ -167,7 +155,7 @@ def _at(known: list[CirclePoint], rotation: float, side: float) -> CirclePoint |
         correction = correct(circles, guess, row)
     except BREAKDOWNS:
         return None
-    if not correction.converged or tail(circles.states(correction.z)) > ROUGH:
+    if not correction.converged or tail(circles.states(correction.z)) > 1e3 * TORUS.tail:
         return None
     return circles.point(correction, 0.0)
 

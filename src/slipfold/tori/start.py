@@ -15,7 +15,7 @@ from slipfold.flow.simulate import SmoothIntegration, initial_state
 from slipfold.long_term.exponents import bump, rotation_of
 from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
-from slipfold.tori.circles import MAX_ANGLES, MIN_ANGLES, TAIL, CirclePoint, Circles, tail
+from slipfold.tori.circles import MAX_ANGLES, MIN_ANGLES, TORUS, CirclePoint, Circles, tail
 
 RADII = tuple(0.02 / 2**k for k in range(8))
 """Radii of the first circle that are tried, in scaled states."""
@@ -81,7 +81,7 @@ def circle_from_trajectory(
             return None
         strobe = motion.strobe[periods // 2 :]
         rotation = rotation_of(strobe, motion.model.state_scales(), model.angle_periods)
-        if rotation is None or rotation.error > TAIL**0.5:
+        if rotation is None or rotation.error > TORUS.tail**0.5:
             continue
         strobe = strobe[:: rotation.period]
         for circle in _circles(strobe, rotation.number, model.angle_periods):
@@ -116,6 +116,6 @@ def _corrected(
         correction = correct(circles, guess, row)
     except BREAKDOWNS:
         return None
-    if not correction.converged or tail(circles.states(correction.z)) > TAIL:
+    if not correction.converged or tail(circles.states(correction.z)) > TORUS.tail:
         return None
     return circles.point(correction, 0.0)

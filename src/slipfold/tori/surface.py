@@ -17,13 +17,7 @@ from slipfold.long_term.spectrum import SpectralLines
 from slipfold.models.model import Model, evaluation_of
 from slipfold.read_only import ReadOnly
 from slipfold.text import PrintedTable, number_text
-from slipfold.tori.circles import slopes, turned
-
-STARTS = 15
-"""Equidistant angles from which perturbations set out; means over angles converge fast."""
-
-RETURNS = 64
-"""Returns of the map over which growth is averaged; as many go before, for directions to turn."""
+from slipfold.tori.circles import TORUS, slopes, turned
 
 
 def growth_across(
@@ -41,31 +35,24 @@ def growth_across(
     within = [part / scales for part in (slopes(circle), rates) if part is not None]
     series = np.fft.rfft(np.concatenate([scaled.reshape(m, -1), *within], axis=1), axis=0) / m
     series[1:] *= 2
-    returns = np.arange(2 * RETURNS + 1)[:, None]
-    angles = (np.arange(STARTS) / STARTS + rotation * returns) % 1.0
+    returns = np.arange(2 * TORUS.returns + 1)[:, None]
+    angles = (np.arange(TORUS.starts) / TORUS.starts + rotation * returns) % 1.0
     waves = np.exp(2j * np.pi * angles[..., None] * np.arange(len(series)))
     passed = (waves @ series).real
     tangents = passed[..., n * n :].reshape(*angles.shape, -1, n).swapaxes(-1, -2)
     planes = np.concatenate([tangents, np.broadcast_to(np.eye(n), (*angles.shape, n, n))], axis=-1)
     across = np.linalg.qr(planes)[0][..., len(within) :]  # bases of what is across, by columns
-    maps = passed[:-1, :, : n * n].reshape(-1, STARTS, n, n)
+    maps = passed[:-1, :, : n * n].reshape(-1, TORUS.starts, n, n)
     steps = across[1:].swapaxes(-1, -2) @ maps @ across[:-1]
     left = n - len(within)
-    frame, growth = np.eye(left), np.empty((2 * RETURNS, left))
+    frame, growth = np.eye(left), np.empty((2 * TORUS.returns, left))
     for step, row in zip(steps, growth, strict=True):
         frame, factors = np.linalg.qr(step @ frame)
         sizes = np.abs(np.diagonal(factors, axis1=-2, axis2=-1))
         row[:] = np.log(np.maximum(sizes, np.finfo(float).tiny)).mean(axis=0)
-    result = average(growth[RETURNS:])
+    result = average(growth[TORUS.returns :])
     order = np.argsort(-result.values, kind="stable")
     return Average(result.values[order], result.errors[order])
-
-
-PER_PERIOD = 64
-"""Phases of a forcing period."""
-
-STEPS = 4
-"""Places looked at by Newton's method, from that of the largest sample on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +90,7 @@ def _largest(lines: NDArray[np.complex128], values: Array) -> float:
     place = np.array(np.unravel_index(values.argmax(), values.shape)) / values.shape
     best, spacing = place, 1 / np.array(values.shape)
     turns = [2j * np.pi * np.fft.fftfreq(count, 1 / count) for count in values.shape]
-    for _ in range(STEPS):
+    for _ in range(TORUS.corrections):
         # All derivatives by both angles up to the second.
         left, right = (
             np.exp(orders * at) * orders ** np.arange(3)[:, None]
@@ -122,10 +109,10 @@ def _largest(lines: NDArray[np.complex128], values: Array) -> float:
 
 def surface_of(model: Model, circle: Array, rotation: float, period: int) -> Surface:
     """Return all of a torus from its circle at phase zero. Shapes: circle (m, n)."""
-    flow, count = flow_of(model), PER_PERIOD * period
+    flow, count = flow_of(model), TORUS.samples * period
     constants, zero = flow.constants_of(model), np.zeros(len(circle))
     states = flow.sample(circle, zero, zero + period, count, constants)
-    phases = np.arange(count) / PER_PERIOD % 1.0
+    phases = np.arange(count) / TORUS.samples % 1.0
     result = np.stack(
         [
             turned(
@@ -137,10 +124,6 @@ def surface_of(model: Model, circle: Array, rotation: float, period: int) -> Sur
         axis=1,
     )
     return Surface(rotation, period, result)
-
-
-SHOWN = 12
-"""Lines that a notebook shows."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -193,7 +176,7 @@ class TorusSpectrum(SpectralLines, ReadOnly):
 
     def _rows(self) -> PrintedTable:
         size = self.amplitude / np.maximum(self.amplitude.max(axis=0), np.finfo(float).tiny)
-        tallest = np.sort(np.argsort(size.max(axis=1))[::-1][:SHOWN])
+        tallest = np.sort(np.argsort(size.max(axis=1))[::-1][: TORUS.lines])
         lines = [
             [*map(str, self.orders[i]), *map(number_text, (self.frequency[i], *self.amplitude[i]))]
             for i in tallest

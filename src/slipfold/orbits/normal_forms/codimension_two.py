@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.orbits.normal_forms.maps import FieldMap
+from slipfold.orbits.normal_forms.maps import FORMS, FieldMap
 from slipfold.orbits.normal_forms.normal_form import (
-    SYMMETRIC,
     MapDerivatives,
     critical_vectors,
     pair_cubic,
@@ -210,7 +209,7 @@ def equilibrium_coefficients(field: FieldMap, kind: str) -> dict[str, float]:
 def _bogdanov_takens(field: FieldMap) -> dict[str, float]:
     """Return the quadratic coefficients; where a symmetry leaves none, the cubic ones."""
     found = double_form(field, field.jacobian)
-    if max(map(abs, found.values())) <= SYMMETRIC:
+    if max(map(abs, found.values())) <= FORMS.symmetric:
         # x' = y and y' = c x^3 + d x^2 y; minimum-norm solutions have the symmetry.
         return _odd_double_form(field, field.jacobian, partial(_least_squares, -field.jacobian), -1)
     sign = -1.0 if found["a"] < 0 else 1.0
@@ -230,7 +229,7 @@ def _zero_hopf(field: FieldMap) -> dict[str, float]:
         "b": float(np.vdot(p0, b11).real),
         "e": float(np.vdot(p1, b01).real),
     }
-    if max(map(abs, quadratic.values())) > SYMMETRIC:
+    if max(map(abs, quadratic.values())) > FORMS.symmetric:
         return quadratic
     # Of a symmetry: x' = p11 x^3 + p12 x |w|^2, w' = i omega w + p21 x^2 w + p22 w |w|^2.
     (b1_1,) = field.second([(q1, q1)])

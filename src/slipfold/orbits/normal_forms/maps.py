@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,6 +18,28 @@ from slipfold.orbits.multipliers import motion_bases
 from slipfold.orbits.orbit_curve import Orbits
 
 Vector = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class FormRules:
+    """What is rounding in normal forms, and how finely cycles are sampled."""
+
+    spanned: float = 1e-7  # part of a direction outside the span of others that is none
+    samples: int = 8  # samples of a segment over which the length of a vector is averaged
+    # Distance from one at which a multiplier has an eigenvector besides the flow
+    off_one: float = 1e-3
+    # Unknowns of equations around a cycle that are solved densely, in two seconds
+    largest: int = 1500
+    singular: float = 1e-3  # smallest singular value of equations that have the critical vector
+    lost: float = 1e-3  # error of the critical multiplier beyond which growth has taken all digits
+    # Quadratic coefficients, in scaled states, that are rounding: of a pitchfork
+    symmetric: float = 1e-7
+    # Coefficients, in scaled states, that are rounding: neither soft nor hard
+    degenerate: float = 1e-12
+    times: int = 12  # times of a cycle: the fifth power of its amplitude has five harmonics
+
+
+FORMS = FormRules()
 
 
 class FieldMap:
@@ -85,10 +108,6 @@ class FieldMap:
             (bent[2 * i] + 1j * bent[2 * i + 1]) @ v.astype(complex)
             for i, (_, v) in enumerate(pairs)
         ]
-
-
-SPANNED = 1e-7
-"""Share of a direction outside the span of others below which it is a combination of them."""
 
 
 class SegmentMap:
@@ -173,7 +192,7 @@ class SegmentMap:
         """
         for direction in along:
             rest = direction - self._shares(direction[None])[0] @ self._carried[:, 0]
-            if np.linalg.norm(rest) > SPANNED * np.linalg.norm(direction):
+            if np.linalg.norm(rest) > FORMS.spanned * np.linalg.norm(direction):
                 self._integrate(rest / np.linalg.norm(rest))
         shares = self._shares(along)
         return (
@@ -289,13 +308,6 @@ def polarized(
     return result
 
 
-SAMPLES = 8
-"""Samples of a segment over which the length of a vector carried along is averaged."""
-
-OFF_ONE = 1e-3
-"""A multiplier this far from one has an eigenvector of its own beside the flow's direction."""
-
-
 class ReturnMap:
     r"""Where motions near a cycle cross a section the next time, in scaled states.
 
@@ -377,13 +389,15 @@ class ReturnMap:
         """
         f = self._flow
         vector = self._basis @ q
-        if abs(multiplier - 1) > OFF_ONE:
+        if abs(multiplier - 1) > FORMS.off_one:
             along = f @ (self._in_scales(monodromy) @ vector) / (f @ f)
             vector = vector + f * along / (multiplier - 1)
         starts = [vector]
         for block in self._blocks(*self._edges())[1][:-1]:
             starts.append(block @ starts[-1])
-        return self.mean_length(np.array(starts), ratios, at_one=abs(multiplier - 1) <= OFF_ONE)
+        return self.mean_length(
+            np.array(starts), ratios, at_one=abs(multiplier - 1) <= FORMS.off_one
+        )
 
     def mean_length(self, starts: Vector, ratios: Array, *, at_one: bool = False) -> float:
         """Return the root mean square, round the cycle, of a vector that is known at its nodes.
@@ -392,8 +406,8 @@ class ReturnMap:
         """
         orbits, nodes, total = self._orbits, self._nodes, 0.0
         begin, end = self._edges()
-        for k in range(SAMPLES):
-            ends = begin + (end - begin) * k / SAMPLES
+        for k in range(FORMS.samples):
+            ends = begin + (end - begin) * k / FORMS.samples
             states, matrices = (nodes, None) if k == 0 else self._blocks(begin, ends)
             moved = starts
             if matrices is not None:
@@ -404,7 +418,7 @@ class ReturnMap:
                 share = np.sum(moved * rates, axis=1) / np.sum(rates**2, axis=1)
                 moved = moved - share[:, None] * rates
             total += float(np.mean(np.sum(np.abs(moved) ** 2, axis=1)))
-        return float(np.sqrt(total / SAMPLES))
+        return float(np.sqrt(total / FORMS.samples))
 
     def _edges(self) -> tuple[Array, Array]:
         """Phases at which the segments begin and end."""
@@ -421,13 +435,6 @@ class ReturnMap:
         along = self._constants.rates[:, orbits.indices]  # as compiled for the branch
         ends, matrices, _ = orbits.flow.linearize(self._nodes, start, end, self._constants, along)
         return ends, matrices * self._scales[None, :] / self._scales[:, None]
-
-
-LARGEST = 1500
-"""Unknowns up to which equations around the cycle are solved densely: a second or two."""
-
-SINGULAR = 1e-3
-"""Smallest singular value at which the equations around the cycle have the critical vector."""
 
 
 class ReturnChain(ReturnMap):
@@ -447,7 +454,7 @@ class ReturnChain(ReturnMap):
     def __init__(self, orbits: Orbits, z: Array, scales: Array) -> None:
         super().__init__(orbits, z, scales)
         count, n = self._nodes.shape
-        if count * (n - 1) > LARGEST:
+        if count * (n - 1) > FORMS.largest:
             raise np.linalg.LinAlgError("the cycle has too many sections")
         begin, end = self._edges()
         flows = orbits.flow.rates(self._nodes, begin, self._constants) / self._scales
@@ -464,7 +471,7 @@ class ReturnChain(ReturnMap):
         """
         factor = -1.0 if kind == "PD" else multiplier / abs(multiplier)
         left, values, right = np.linalg.svd(self._around(factor))
-        if not values[-1] < SINGULAR:
+        if not values[-1] < FORMS.singular:
             raise np.linalg.LinAlgError(f"the chain has lost the multiplier of its {kind}")
         shape = len(self._matrices), -1
         q, w = right[-1].conj().reshape(shape), left[:, -1].reshape(shape)

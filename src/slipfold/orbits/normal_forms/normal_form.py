@@ -11,18 +11,13 @@ from numpy.typing import NDArray
 from slipfold.arrays import Array
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.linearization import Linearization
-from slipfold.orbits.normal_forms.maps import FieldMap, JetMap, ReturnChain, ReturnMap
+from slipfold.orbits.normal_forms.maps import FORMS, FieldMap, JetMap, ReturnChain, ReturnMap
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
 Vector = NDArray[Any]
 
 QUADRATIC = ("LP", "transcritical")
 """Kinds whose coefficient is of second order; the others are of third."""
-
-
-MULTIPLIER_ERROR = 1e-3
-"""Distance of the map's own critical multiplier from where it was located, beyond which growth on
-the way round has taken the digits of the map, and of all that follows from it."""
 
 
 class MapDerivatives(Protocol):
@@ -60,7 +55,7 @@ def normal_form(orbits: Orbits, point: OrbitPoint, kind: str) -> tuple[float, st
     matrix = map_.rescaled(linearization.product)
     # Scales that were found, or are those where the branch began, must not be seen in it.
     ratios = orbits.scales / orbits.model_at(point.z).unit_scales()
-    if not _distance(kind)(np.linalg.eigvals(matrix).astype(complex)).min() < MULTIPLIER_ERROR:
+    if not _distance(kind)(np.linalg.eigvals(matrix).astype(complex)).min() < FORMS.lost:
         if not orbits.free_phase or kind not in ("PD", "NS"):
             raise np.linalg.LinAlgError(f"the map has lost the multiplier of its {kind}")
         multipliers = orbits.multipliers(point)
@@ -106,16 +101,9 @@ def critical_coefficient(map_: MapDerivatives, monodromy: Array, kind: str) -> f
     return _FORMS[kind](map_, monodromy)
 
 
-SYMMETRIC = 1e-7
-"""Quadratic coefficients below this, in scaled states, are rounding: of a pitchfork."""
-
-DEGENERATE = 1e-12
-"""Coefficients below this, in scaled states, are rounding: neither soft nor hard."""
-
-
 def criticality_of(kind: str, coefficient: float) -> str | None:
     """Return ``"supercritical"`` or ``"subcritical"``; None where it is not defined."""
-    if kind in QUADRATIC or not abs(coefficient) > DEGENERATE:  # or it is not a number
+    if kind in QUADRATIC or not abs(coefficient) > FORMS.degenerate:  # or it is not a number
         return None
     soft = BIFURCATION_TYPES[kind].soft if kind in BIFURCATION_TYPES else -1.0
     return "supercritical" if coefficient * soft > 0 else "subcritical"
@@ -155,7 +143,9 @@ def _pitchfork(map_: MapDerivatives, matrix: Array) -> float:
 
 def _crossing(map_: MapDerivatives, matrix: Array) -> float:
     """Cubic coefficient of a branch point if it is a pitchfork, NaN of a transcritical one."""
-    return np.nan if abs(_transcritical(map_, matrix)) > SYMMETRIC else _pitchfork(map_, matrix)
+    return (
+        np.nan if abs(_transcritical(map_, matrix)) > FORMS.symmetric else _pitchfork(map_, matrix)
+    )
 
 
 def _doubling(map_: MapDerivatives, matrix: Array) -> float:
@@ -291,10 +281,6 @@ def first_lyapunov_coefficient(field: FieldMap) -> float:
     return float(pair_cubic(field, q, p, h11, h20).real / value.imag)
 
 
-TIMES = 12
-"""Times of a cycle: terms up to the fifth power of its amplitude have five harmonics."""
-
-
 def second_lyapunov_coefficient(field: FieldMap) -> float:
     r"""Return l2 of a generalized Hopf point, Re(c2) over the frequency.
 
@@ -305,15 +291,15 @@ def second_lyapunov_coefficient(field: FieldMap) -> float:
     """
     matrix = field.jacobian
     q, p, value = hopf_vectors(matrix)
-    turn = np.exp(2j * np.pi * np.arange(TIMES) / TIMES)
-    orders = np.fft.fftfreq(TIMES, 1 / TIMES)
+    turn = np.exp(2j * np.pi * np.arange(FORMS.times) / FORMS.times)
+    orders = np.fft.fftfreq(FORMS.times, 1 / FORMS.times)
     critical = 2 * np.outer(q, p.conj()).real
-    curves = 2 * np.real(turn[:, None] * q)[:, None]  # x_1 at each time, shape (TIMES, 1, n)
+    curves = 2 * np.real(turn[:, None] * q)[:, None]  # x_1 at each time, shape (FORMS.times, 1, n)
     changes: dict[int, complex] = {}  # damping and change of the frequency, by power of a
     for order in range(2, 6):
-        series = np.fft.fft(field.along_curves(curves), axis=0) / TIMES
+        series = np.fft.fft(field.along_curves(curves), axis=0) / FORMS.times
         for power, change in changes.items():
-            earlier = np.fft.fft(curves[:, order - power - 1], axis=0) / TIMES
+            earlier = np.fft.fft(curves[:, order - power - 1], axis=0) / FORMS.times
             series -= change.imag * 1j * orders[:, None] * earlier
             series -= change.real * earlier @ critical.T
         if order % 2:
@@ -321,7 +307,7 @@ def second_lyapunov_coefficient(field: FieldMap) -> float:
             series[1] -= change * q
             series[-1] = series[1].conj()
         states = np.zeros_like(series)
-        for place in range(TIMES // 2):  # of real functions the others are conjugate
+        for place in range(FORMS.times // 2):  # of real functions the others are conjugate
             shifted = 1j * orders[place] * value.imag * np.eye(len(q)) - matrix
             if place == 1:
                 bordered = np.block([[shifted, q[:, None]], [p.conj()[None], np.zeros((1, 1))]])
@@ -329,7 +315,7 @@ def second_lyapunov_coefficient(field: FieldMap) -> float:
             else:
                 states[place] = np.linalg.solve(shifted, series[place])
             states[-place] = states[place].conj() if place else states[0].real
-        added = np.fft.ifft(states, axis=0).real * TIMES
+        added = np.fft.ifft(states, axis=0).real * FORMS.times
         curves = np.concatenate([curves, added[:, None]], axis=1)
     return changes[4].real / value.imag
 
