@@ -92,6 +92,12 @@ def test_indices_of_the_ishigami_function():
     assert found.total == pytest.approx(expected, abs=5e-3)
 
 
+def test_one_parameter_has_all_of_the_variance():
+    found = indices(lambda at: at[:, 0] ** 2, [Distribution("x", "uniform", 1.0, 1.0)], 2**10)
+    assert found.first == pytest.approx([1.0], abs=1e-2)
+    assert found.total == pytest.approx([1.0], abs=1e-2)
+
+
 def test_indices_that_cannot_be_told_say_why(sliding, tmp_path):
     found = sf.uncertainty(sliding[2], {"alpha": "normal 2deg"}, samples=4, seed=1, indices=True)
     assert found.indices is None

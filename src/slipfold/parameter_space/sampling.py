@@ -133,14 +133,17 @@ def indices_of(values: Array, names: Sequence[str], seed: int) -> SobolIndices:
 
 
 def _estimates(rows: Array) -> Array:
-    """Return the first and total indices. Shapes: rows (n, d + 2); returns (2, d)."""
-    from scipy.stats import sobol_indices
+    """Return the first and total indices.
 
-    values = rows.T[:, None]
-    result = sobol_indices(
-        func={"f_A": values[0], "f_B": values[-1], "f_AB": values[1:-1]}, n=len(rows)
-    )
-    return np.array([result.first_order.ravel(), result.total_order.ravel()])
+    The estimators of Saltelli et al. (2010), Computer Physics Communications 181, table 2, (b) and
+    (f). Shapes: rows (n, d + 2); returns (2, d).
+    """
+    first, crossed, second = rows[:, :1], rows[:, 1:-1], rows[:, -1:]
+    variance = np.var([first, second])
+    if variance == 0:
+        return np.zeros((2, crossed.shape[1]))
+    alone = np.mean(second * (crossed - first), axis=0)
+    return np.array([alone, 0.5 * np.mean((first - crossed) ** 2, axis=0)]) / variance
 
 
 def names_of(distributions: Sequence[Distribution]) -> tuple[str, ...]:
