@@ -130,9 +130,11 @@ def search(
         verified = AttractorSet(model)
         verified.known.extend(known)
         total = len(ahead) + len(starts)
-        work = _Search(verified, starts, maximum, _counted(observer, len(ahead), total))
+        work = _Search(
+            verified, starts, maximum, _counted(observer, len(ahead), len(starts), total)
+        )
         if len(ahead):
-            first = _Search(verified, ahead, maximum, _counted(observer, 0, total))
+            first = _Search(verified, ahead, maximum, _counted(observer, 0, len(ahead), total))
             first.run(measure=measure)
         work.run(measure=measure)
     except KeyboardInterrupt:
@@ -244,11 +246,16 @@ class _Search:
             self._labels[which[known.catches(states)]] = known.attractor.id
 
 
-def _counted(observer: Observer | None, before: int, total: int) -> Observer | None:
-    """Return an observer that counts the trajectories `before` as done, out of all."""
+def _counted(observer: Observer | None, before: int, starts: int, total: int) -> Observer | None:
+    """Return an observer of some starts, of which `before` are done, out of all."""
     if observer is None:
         return None
-    return lambda progress: observer(replace(progress, done=before + progress.done, total=total))
+
+    def report(progress: Progress) -> None:
+        done = before + progress.done * starts // (progress.total or 1)
+        observer(replace(progress, done=done, total=total))
+
+    return report
 
 
 def _paced(model: Model, starts: Array) -> Model:
@@ -276,8 +283,6 @@ def search_released(
     `known` are the attractors of a search before. Shapes: starts (k, n); phases (k,), from 0 to 1.
     """
     states, stops = released(model, starts, phases)
-    if not stops:
-        return search(model, states, periods, observer, known=known)
     going = np.setdiff1d(np.arange(len(starts)), [*stops])
     result = search(model, states[going], periods, observer, known=known)
     labels = np.full(len(starts), ENDED)
@@ -393,7 +398,7 @@ def find_fractions(
             model.replace(**{vary: float(value)}),
             np.concatenate([carried, starts]),
             periods,
-            _of_all(observer, index, len(values), len(starts)),
+            _counted(observer, index * len(starts), len(starts), labels.size),
         )
         if result.interrupted:
             interrupted = True
@@ -438,15 +443,3 @@ def _apart(one: Attractor, other: Attractor, scales: Array) -> float:
     """Return how far the extremes of the states of two attractors are apart."""
     ends = [np.stack([item.minimum, item.maximum])[:, : len(scales)] for item in (one, other)]
     return float(np.abs((ends[0] - ends[1]) / scales).max())
-
-
-def _of_all(observer: Observer | None, index: int, values: int, starts: int) -> Observer | None:
-    """Return an observer of the search at one value, as part of those at all values."""
-    if observer is None:
-        return None
-
-    def report(progress: Progress) -> None:
-        done = int((index + progress.done / (progress.total or 1)) * starts)
-        observer(replace(progress, done=done, total=values * starts))
-
-    return report
