@@ -471,10 +471,6 @@ class BasinFractions(Result):
         """Yield the attractors with the indices of the values."""
         return ((index, item) for index, items in enumerate(self.attractors) for item in items)
 
-    def _line(self) -> str:
-        what = f"{self.model.name} over {self.vary}"
-        return f"Basin fractions of {what}: {len(self.numbers)} attractors"
-
     def _rows(self) -> PrintedTable:
         rows = []
         for number in self.numbers:

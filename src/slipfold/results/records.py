@@ -134,23 +134,23 @@ class Provenance:
 
     def attributes(self) -> dict[str, Any]:
         """Return it as attributes of a file."""
-        known = {_attribute(each.name): getattr(self, each.name) for each in fields(self)}
-        return {name: value for name, value in known.items() if value is not None}
+        known = {f"{name}_version": getattr(self, name) for name in VERSIONS}
+        if self.computed is not None:
+            known |= {"computed": self.computed, "seconds": self.seconds}
+        return known
 
     @classmethod
     def from_attributes(cls, attributes: Mapping[str, Any]) -> Provenance:
         """Make it again from the attributes of a file."""
-        names = ("slipfold", "heyoka", "numpy", "python")
-        versions: dict[str, Any] = {name: str(attributes[_attribute(name)]) for name in names}
-        if "computed" not in attributes:
-            return cls(**versions)
-        return cls(
-            **versions, computed=str(attributes["computed"]), seconds=float(attributes["seconds"])
-        )
+        known: dict[str, Any] = {name: str(attributes[f"{name}_version"]) for name in VERSIONS}
+        if "computed" in attributes:
+            known["computed"] = str(attributes["computed"])
+            known["seconds"] = float(attributes["seconds"])
+        return cls(**known)
 
 
-def _attribute(name: str) -> str:
-    return name if name in ("computed", "seconds") else f"{name}_version"
+VERSIONS = ("slipfold", "heyoka", "numpy", "python")
+"""What has a version."""
 
 
 def provenance(seconds: float | None = None) -> Provenance:

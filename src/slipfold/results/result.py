@@ -231,6 +231,11 @@ class Result(OneLine, ReadOnly, ABC):
         """Return sentences that follow the tables, what was checked last."""
         return [] if self.checked is None else [str(self.checked)]
 
+    def _line(self) -> str:
+        """Return the title as a sentence."""
+        title = self._title()
+        return title[:1].upper() + title[1:]
+
     def _title(self) -> str:
         """Return a title in a few words."""
         return self.title.format(self)

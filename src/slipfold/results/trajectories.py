@@ -318,12 +318,7 @@ class RegimeMap(Result):
         return result + [UNFINISHED] * self.interrupted
 
     def _run(self, run: str) -> int:
-        if run in self.runs:
-            return self.runs.index(run)
-        raise InputError(f"there is no run {run!r}; there are {', '.join(self.runs)}")
-
-    def _line(self) -> str:
-        return f"Regimes of {self.model.name} over {' and '.join(self.axes)}"
+        return run_index(self.runs, run)
 
     def _rows(self) -> PrintedTable:
         counts = [Counter(self.names(run).ravel().tolist()) for run in self.runs]
@@ -333,6 +328,13 @@ class RegimeMap(Result):
             for run, each in zip(self.runs, counts, strict=True)
         ]
         return PrintedTable(["cells", *result], rows)
+
+
+def run_index(runs: tuple[str, ...], name: str) -> int:
+    """Return the index of a run."""
+    if name not in runs:
+        raise InputError(f"there is no run {name!r}; there are {', '.join(runs)}")
+    return runs.index(name)
 
 
 def _order(name: str) -> tuple[int, int]:
@@ -419,9 +421,7 @@ class Sweep(Result):
         InputError
             If there is none of that name.
         """
-        if name in self.runs:
-            return self.runs.index(name)
-        raise InputError(f"there is no run {name!r}; there are {', '.join(self.runs)}")
+        return run_index(self.runs, name)
 
     def repeats(self, run: str) -> NDArray[np.int64]:
         """Return the periods of trajectories in forcing periods, if necessary extrapolated.
@@ -452,9 +452,6 @@ class Sweep(Result):
 
     def _notes(self) -> list[str]:
         return [UNFINISHED] * self.interrupted
-
-    def _line(self) -> str:
-        return f"Sweep of {self.model.name} over {self.vary}: {len(self.runs)} runs"
 
     def _rows(self) -> PrintedTable:
         rows = []
