@@ -56,6 +56,12 @@ CASES = {
     "step negative": ([*RESPONSE, "--max-step", "-1"], "-1"),
     "tolerance zero": ([*RESPONSE, "--tolerance", "0"], "tolerance = 0", "1e-10"),
     "points none": ([*RESPONSE, "--max-points", "0"], "--max-points 0", "at least 1"),
+    "misspelled choice": (
+        [*RESPONSE, "--discretization", "shoting"], "'shoting' is not known; did you mean shooting",
+    ),
+    "misspelled runs": (
+        ["sweep", "sliding", "--vary", "Nd=0:1", "--runs", "bth"], "did you mean both?",
+    ),
     "period below none": ([*RESPONSE, "--largest-period", "-1"], "--largest-period -1"),
     "event of nothing": ([*RESPONSE, "--event", "velocity=1"], "no output 'velocity'", "Vrel"),
     "event without value": ([*RESPONSE, "--event", "x"], "event 'x'", "MEASURE(NAME)=VALUE"),

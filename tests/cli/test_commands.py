@@ -223,14 +223,6 @@ def test_simulation_that_meets_a_limit_says_so():
     assert result.stderr.startswith("slipfold: stopped early: spring collapsed")
 
 
-def test_one_model_in_detail():
-    text = run("models", "sliding").stdout
-    assert "Nd     0            N     >= 0 N" in text
-    assert "amplitude of the normal force's pulsation" in text
-    for word in ("States", "Outputs", "Limits", "Vrel", "spring collapse"):
-        assert word in text
-
-
 def test_models_as_json(tmp_path):
     result = run("models", "--json", "-")
     record = json.loads(result.stdout)

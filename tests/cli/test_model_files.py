@@ -266,21 +266,3 @@ def test_laws_that_cannot_be(arguments, words, tmp_path, monkeypatch):
 def test_errors_of_laws_in_a_case_file(old, new, words, case):
     case.write_text(CASE.replace(old, new, 1))
     assert words in refused("simulate", str(case), "--periods", "1")
-
-
-def test_plots_of_contacts(tmp_path):
-    case, path = tmp_path / "belt.toml", tmp_path / "motion.nc"
-    case.write_text(BELT)
-    assert run("simulate", str(case), "--out", str(path)).exit_code == 0
-    for kind in ("hysteresis", "friction", "timeline"):
-        figure = tmp_path / f"{kind}.png"
-        chosen = ("--kind", kind, "--contact", "pad", "--out", str(figure))
-        assert run("plot", str(path), *chosen).exit_code == 0
-        assert figure.read_bytes().startswith(b"\x89PNG")
-    for options, words in {
-        ("--kind", "path"): "pad slides along a line",
-        ("--kind", "timeline", "--contact", "pat"): "did you mean pad?",
-        ("--contact", "pad"): "has no contact; it goes with kind = 'hysteresis'",
-        ("--kind", "timeline", "--output", "x"): "has no output; it goes with",
-    }.items():
-        assert words in refused("plot", str(path), *options)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from slipfold.continuation.settings import Stepping
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 
 DISCRETIZATIONS = ("automatic", "shooting", "collocation")
 
@@ -57,7 +57,8 @@ class Settings(Stepping):
         """Refuse a period or a duration that no response has."""
         if self.discretization not in DISCRETIZATIONS:
             raise InputError(
-                f"discretization = {self.discretization!r} is not known; give one of "
+                f"discretization = {self.discretization!r} is not known; "
+                f"{suggest(str(self.discretization), DISCRETIZATIONS)}give one of "
                 f"{', '.join(DISCRETIZATIONS)}"
             )
         if not self.largest_duration > 1:

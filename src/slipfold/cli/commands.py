@@ -28,7 +28,7 @@ from slipfold.cli.reading import (
 )
 from slipfold.cli.running import Outputs, exit_statuses
 from slipfold.declarations import METAVARS, Option, declared, flags_of, resolved
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.options import Box, Search
 from slipfold.progress import Observer
 
@@ -191,7 +191,8 @@ def _chosen(text: str, flag: str, declared: Option) -> Any:
     if declared.choices is None:
         return text
     if text not in declared.choices:
-        raise InputError(f"{flag} {text} is unknown; give {', '.join(declared.choices)}")
+        meant = suggest(text, declared.choices)
+        raise InputError(f"{flag} {text} is unknown; {meant}give {', '.join(declared.choices)}")
     return declared.choices[text]
 
 

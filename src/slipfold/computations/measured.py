@@ -16,7 +16,7 @@ from slipfold.computations.arguments import (
     parse_values,
 )
 from slipfold.declarations import documented
-from slipfold.errors import InputError
+from slipfold.errors import InputError, suggest
 from slipfold.models.model import Model
 from slipfold.models.quantities import Parameter
 from slipfold.options import (
@@ -85,7 +85,8 @@ def measure(
     parameter = changed.variable_parameter(vary)
     rising = np.unique(checked_values(parameter, values)).tolist()
     if sweep not in DIRECTIONS:
-        raise InputError(f"sweep = {sweep!r} is not a direction; give {', '.join(DIRECTIONS)}")
+        meant = suggest(str(sweep), DIRECTIONS)
+        raise InputError(f"sweep = {sweep!r} is not a direction; {meant}give up, down or both")
     ways = ["up", "down"] if sweep == "both" else [sweep]
     order = [value for way in ways for value in (rising if way == "up" else rising[::-1])]
     each = [way for way in ways for _ in rising]

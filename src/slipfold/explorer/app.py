@@ -30,8 +30,7 @@ from slipfold.explorer.messages import (
     refusal_of,
 )
 from slipfold.explorer.security import Access, Allowance, Application, Guard, ServerLimits
-from slipfold.explorer.worker import Reply
-from slipfold.explorer.workers import Job, Workers
+from slipfold.explorer.workers import Job, Reply, Workers
 from slipfold.parameter_space.measurement import parse_measurement
 
 POLICY_VIOLATION, TRY_AGAIN = 1008, 1013
