@@ -47,6 +47,14 @@ def test_the_branch_through_a_cycle_meets_the_one_from_the_hopf_point():
     assert first.duration == pytest.approx(second.duration, abs=1e-10)
 
 
+@pytest.mark.parametrize("span", [(0.3, 0.1), (0.1, 0.3)])
+def test_an_orbit_one_rounding_off_the_span_is_on_it(span):
+    orbit = sf.periodic_orbit(model_named("duffing").replace(W=0.1 + 0.2))
+    assert orbit.model.W > 0.3
+    (branch,) = sf.response(orbit, vary="W", span=span).branches
+    assert branch.parameter[0] == 0.3
+
+
 def test_a_forced_orbit_of_period_two_is_followed_without_its_parent():
     model = sf.SlidingOscillator(f=12.5, Nd=0.1)
     whole = sf.response(model, vary="Nd", span=(0, 0.5))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from math import ulp
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -126,7 +127,11 @@ def response(
     watched = (*checked_events(events), *own_events(changed, vary))
     ends = changed.values[vary], last
     torus_set: tuple[TorusBranch, ...] = ()
-    begin = None if orbit is None else Begin(orbit.model.values[vary], orbit)
+    begin = None
+    if orbit is not None:
+        inside = _within(orbit.model.values[vary], ends)
+        assert inside is not None  # checked before
+        begin = Begin(inside, orbit)
     if orbit is None:
         begin, torus_set = _first(changed, vary, ends, start, settled, tori, chosen, on_progress)
     # An orbit that sticks has its own scales.
@@ -247,7 +252,7 @@ def _model_of(
     model = orbit.model
     first, last = interval(model.variable_parameter(vary), span)
     own = model.values[vary]
-    if not min(first, last) <= own <= max(first, last):
+    if _within(own, (first, last)) is None:
         raise InputError(
             f"the span begins at {vary} = {first:g} but the orbit given lies at {vary} = {own:g}; "
             "begin the span there, or let it hold that value"
@@ -267,12 +272,19 @@ def _start(
             at = parameter.check(parse_quantity(value, parameter.unit, name))
         else:
             state[name] = parse_quantity(value, units.get(name, ""), name)
-    if not min(span) <= at <= max(span):
+    inside = _within(at, span)
+    if inside is None:
         raise InputError(
             f"the start at {vary} = {at:g} is outside the span from {span[0]:g} to {span[1]:g}; "
             "give one inside it"
         )
-    return model.replace(**{vary: at}), state
+    return model.replace(**{vary: inside}), state
+
+
+def _within(value: float, span: tuple[float, float]) -> float | None:
+    """Return a value, or the end of the span that it exceeds by rounding; None if it is outside."""
+    inside = min(max(value, min(span)), max(span))
+    return inside if abs(inside - value) <= 4 * ulp(max(map(abs, span))) else None
 
 
 def _begin(
