@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.branches.closed_branches import AROUND
+from slipfold.branches.closed_branches import CLOSING
 from slipfold.branches.stops import STOP
 from slipfold.continuation.end import End
 from slipfold.continuation.interpolation import POINTS, lengths_of
@@ -347,7 +347,7 @@ class Walk(FrontEquations):
         starts = [self._branches[number].steps[0][0] for number in active.tolist()]
         first = np.array(starts).reshape(before.shape)
         ahead = ((first - before) * front.tangents[active, -2]).sum(axis=1) > 0
-        near = lengths_of(first - before) <= AROUND * trial.length[rows]
+        near = lengths_of(first - before) <= CLOSING.around * trial.length[rows]
         self._stop(active[away & ahead & near], "returns")
         self._stop_at_bounds(active, result.seen.lowest[rows], result.seen.above[rows])
 

@@ -17,28 +17,22 @@ from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
 from slipfold.models.angles import wrap_angles
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 
-NEAR_ONE = 0.5
-"""Distance from one of the critical multiplier of the last regular orbit, at most: where the branch
-meets its copy it is one, and between the two it must not have come to minus one unseen."""
 
-NEARER = 12
-"""Times that an orbit nearer to the meeting is looked for, until it is."""
+@dataclass(frozen=True)
+class ClosingRule:
+    """When branches close."""
 
-NEAR_BIRTH = 0.05
-"""Distance within which the end of a closing branch is matched with a bifurcation, in scaled
-states and spans: the meeting is interpolated over one step."""
+    near_one: float = 0.5  # distance of the critical multiplier from one at the last regular orbit
+    attempts: int = 12  # to find an orbit nearer to the meeting
+    near_origin: float = 0.05  # distance of the end from a bifurcation, interpolated over a step
+    small: float = 0.1  # difference of halves, in scales, below which errors of orbits matter
+    noise: float = 1e-7  # of multipliers there, of orbits with a residual of 1e-10
+    around: float = 1.5  # steps within which a closed curve may pass its first point
+    corrections: int = 3  # of the place where the first point lies abeam: each squares the error
 
-SMALL = 0.1
-"""Difference of an orbit's halves, in scaled states, below which errors of orbits matter so."""
 
-BIRTH_NOISE = 1e-7
-"""What errors of orbits, accepted at a residual of 1e-10, may make of multipliers there."""
+CLOSING = ClosingRule()
 
-AROUND = 1.5
-"""Steps within which a closed curve may pass its first point again."""
-
-ABEAM = 3
-"""Corrections to where the first point of a closed curve lies abeam: each squares the error."""
 
 SAME_ORBIT = 1e-5
 """Two orbits this close are one: each is known to 1e-9 or better, and steps are much longer."""
@@ -113,9 +107,9 @@ def noise_beside_birth(point: OrbitPoint) -> tuple[float, float]:
     """
     orbits = point.curve.orbits
     amplitude = float(np.linalg.norm(asymmetry(orbits, point.z))) if orbits.free_phase else np.inf
-    if amplitude > SMALL:
+    if amplitude > CLOSING.small:
         return 0.0, 0.0
-    noise = max(BIRTH_NOISE, orbits.noise)
+    noise = max(CLOSING.noise, orbits.noise)
     return noise, noise / max(amplitude, noise)
 
 
@@ -178,8 +172,8 @@ class MeetsCopy:
     ) -> tuple[OrbitPoint, Array]:
         """Return an orbit so near to the meeting that nothing lies between, and where that is."""
         known = [item for item in interval.known if item.arclength < last.arclength] + [last]
-        for _ in range(NEARER):
-            if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < NEAR_ONE:
+        for _ in range(CLOSING.attempts):
+            if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < CLOSING.near_one:
                 break
             nearer = self._nearer(known[-2], known[-1])
             if nearer is None:
@@ -245,7 +239,10 @@ def _place_of_meeting(orbits: Orbits, meeting: Array) -> str:
     if orbits.period % 2 == 0:
         return "its parent's period doubling"
     states = orbits.evenly(meeting) / orbits.scales
-    still = float(np.linalg.norm(states - states.mean(axis=0))) < NEAR_BIRTH * len(states) ** 0.5
+    still = (
+        float(np.linalg.norm(states - states.mean(axis=0)))
+        < CLOSING.near_origin * len(states) ** 0.5
+    )
     return "a Hopf point" if still else "the period doubling of a cycle of half its duration"
 
 
@@ -257,7 +254,7 @@ def _matching(orbits: Orbits, meeting: Array, births: Sequence[Birth]) -> Birth 
 
     alike = [birth for birth in births if birth.fits(orbits)]
     nearest = min(alike, key=distance, default=None)
-    return nearest if nearest is not None and distance(nearest) < NEAR_BIRTH else None
+    return nearest if nearest is not None and distance(nearest) < CLOSING.near_origin else None
 
 
 def _birth_point(orbits: Orbits, last: OrbitPoint, birth: Birth) -> OrbitPoint:
@@ -301,7 +298,7 @@ class Returns:
         """
         orbits = self._curve.orbits
         free = len(orbits.units)
-        if np.linalg.norm(first.z[-free:] - last[-free:]) > AROUND * length:
+        if np.linalg.norm(first.z[-free:] - last[-free:]) > CLOSING.around * length:
             return None
         known, adopted = self._first
         if adopted is None or known is not first:
@@ -317,7 +314,7 @@ class Returns:
         orbits, (before, point) = self._curve.orbits, known[-2:]
         try:
             passed = point_at(self._curve, known, place)
-            for _ in range(ABEAM):
+            for _ in range(CLOSING.corrections):
                 first = orbits.in_phase(first, passed.z)
                 place += float((first - passed.z) @ passed.tangent)
                 if not before.arclength < place <= point.arclength + STEP.edge:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,28 +14,24 @@ from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterva
 from slipfold.newton import Rule, find_root, solve_each
 from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
 
-GROWN = 2.0
-"""A duration that has grown less since the branch began says nothing."""
 
-NEAR = 0.05
-"""Distance of a cycle from the saddle that it comes to, in scaled states."""
+@dataclass(frozen=True)
+class HomoclinicRule:
+    """When a branch of cycles nears a homoclinic orbit."""
 
-NEARBY = 0.3
-"""The same of equilibria that are about to appear: their distance falls with a root."""
+    grown: float = 2.0  # ratio of durations below which nothing is known
+    near: float = 0.05  # distance of a cycle from the saddle, in scaled states
+    nearby: float = 0.3  # the same of equilibria about to appear: it falls with a root
+    proportional: float = 0.1  # relative change of a slope along a straight line
+    stands: float = 1e-3  # change of the parameter over that of the duration, in spans
+    snakes: float = 1e-5  # distance of two folds, in spans, after which others are nearer still
 
-PROPORTIONAL = 0.1
-"""Relative change of a slope along what counts as a straight line."""
 
-RULE = Rule(close=1e-6, iterations=20)
+RULE = HomoclinicRule()
+
+
+NEWTON = Rule(close=1e-6, iterations=20)
 """Newton's steps from the slowest state of a cycle to an equilibrium."""
-
-STANDS = 1e-3
-"""Change of the parameter, in spans, over that of the duration, in first durations, below which the
-parameter has practically stopped."""
-
-SNAKES = 1e-5
-"""Distance of two folds in a row, in spans, below which a branch has practically ended:
-beside a saddle-focus there is one fold after the other, each nearer than the last."""
 
 
 class Homoclinic:
@@ -64,7 +61,7 @@ class Homoclinic:
         elif self._snakes(interval) and _passes_saddle(points[-1]):
             end = End(
                 "homoclinic",
-                f"the last two folds lie within {SNAKES:g} of the span of each other, at "
+                f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
                 f"{orbits.vary} = {value:.7g}: the cycle nears a homoclinic orbit, about which the "
                 "branch turns without end",
                 (value,),
@@ -94,7 +91,7 @@ class Homoclinic:
         if not self._orbits.free_phase or len(folds) < 2:
             return False
         before, last = (point.z[-2] * point.curve.units[-2] for point in folds)
-        return bool(before < last and abs(folds[1].z[-1] - folds[0].z[-1]) < SNAKES)
+        return bool(before < last and abs(folds[1].z[-1] - folds[0].z[-1]) < RULE.snakes)
 
 
 def snakes_about(
@@ -119,7 +116,7 @@ def snakes_about(
 
 def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
     """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
-    if not _stands(orbits, points, STANDS) or not _passes_saddle(points[-1]):
+    if not _stands(orbits, points, RULE.stands) or not _passes_saddle(points[-1]):
         return ""
     return (
         f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
@@ -139,7 +136,9 @@ def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
 def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
     """Whether the parameter stands still while the duration grows; at a fold one point may."""
     values = [point.z[-1] for point in points]
-    if _growth(orbits, points) < GROWN or np.ptp(values) < STOP.constant:  # a family of centers
+    if (
+        _growth(orbits, points) < RULE.grown or np.ptp(values) < STOP.constant
+    ):  # a family of centers
         return False
     unit = points[0].z[-2]
     last = np.array([point.tangent[-2:] for point in points[-2:]])
@@ -151,7 +150,7 @@ def _passes_saddle(point: OrbitPoint) -> bool:
 
     Through a canard explosion the parameter stands still as well, but the duration has a bound.
     """
-    slopes = _slopes_at_rest(point, point.z, NEAR)
+    slopes = _slopes_at_rest(point, point.z, RULE.near)
     if slopes is None:
         return False
     growth = np.linalg.eigvals(slopes).real
@@ -170,13 +169,15 @@ def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:
     shares = np.array([point.z[-2] for point in last]) ** -2.0
     values = np.array([point.z[-1] for point in last])
     slopes = np.diff(values) / np.diff(shares)
-    if not abs(slopes[0] / slopes[1] - 1) < PROPORTIONAL:
+    if not abs(slopes[0] / slopes[1] - 1) < RULE.proportional:
         return None
     there = float(np.polynomial.Polynomial.fit(shares, values, 2)(0.0))
     beyond = last[-1].z.copy()
     beyond[-1] = 2 * there - beyond[-1]
-    appeared = _slopes_at_rest(last[-1], beyond, NEARBY) is not None
-    return there if appeared and _slopes_at_rest(last[-1], last[-1].z, NEARBY) is None else None
+    appeared = _slopes_at_rest(last[-1], beyond, RULE.nearby) is not None
+    return (
+        there if appeared and _slopes_at_rest(last[-1], last[-1].z, RULE.nearby) is None else None
+    )
 
 
 def _slopes_at_rest(point: OrbitPoint, z: Array, near: float) -> Array | None:
@@ -196,7 +197,7 @@ def _slopes_at_rest(point: OrbitPoint, z: Array, near: float) -> Array | None:
         slopes = flow.jacobians(state, zero, constants)
         return -solve_each(slopes, flow.rates(state, zero, constants))[0] / orbits.scales
 
-    scaled = find_root(step, slowest[0] / orbits.scales, RULE)
+    scaled = find_root(step, slowest[0] / orbits.scales, NEWTON)
     if scaled is None:
         return None
     return flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0]
