@@ -28,18 +28,6 @@ def test_sliding_flow_agrees_with_scipy(values):
     assert np.max(np.abs(found - expected) / SCALE) < 2e-11
 
 
-def test_linear_flow_agrees_with_the_closed_form():
-    model = LinearOscillator()
-    flow = flow_of(model)
-    constants = flow.constants(model.vector)
-    phases = np.linspace(0, 8, 33)
-    start = np.array([0.3, -2.0])
-    found = flow.trajectory(start, constants, phases)
-    assert found == pytest.approx(model.exact(phases / model.f, start), abs=1e-13)
-    ends = flow.advance(np.tile(start, (33, 1)), np.zeros(33), phases, constants)
-    assert ends == pytest.approx(found, abs=1e-13)
-
-
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10, 1e-13])
 def test_error_falls_with_the_tolerance(tolerance):
     model = LinearOscillator()

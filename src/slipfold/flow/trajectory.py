@@ -189,7 +189,15 @@ class Trajectory(OneLine):
         return time, samples.states
 
     def sampled(self, start: int, stop: int | None, per_period: int) -> tuple[Array, Samples]:
-        """Return times and samples over whole forcing periods, as `sample` does."""
+        """Return times and samples over whole forcing periods, as `sample` does.
+
+        Parameters
+        ----------
+        start, stop
+            First forcing period and the one after the last, as in `sample`.
+        per_period
+            Samples per forcing period.
+        """
         first, last, _ = slice(start, stop).indices(self.periods)
         if first >= last:
             raise InputError(

@@ -145,7 +145,7 @@ def find_spectrum(
 
     Parameters
     ----------
-    motion
+    trajectory
         A trajectory, of which the end is taken, or a periodic orbit.
     periods
         Forcing periods to transform: rounded up to whole response periods, as far as the trajectory
