@@ -185,8 +185,8 @@ class Front:
     def by_count(self, rows: Indices) -> Iterator[tuple[int, Indices]]:
         """Yield how many points are known, and which of some curves have so many."""
         counts = np.minimum(self.count[rows], POINTS)
-        if (counts == counts[0]).all():
-            yield int(counts[0]), np.arange(len(rows))
+        if len(rows) == 1:
+            yield int(counts[0]), ONLY
             return
         for count in np.unique(counts).tolist():
             yield count, np.flatnonzero(counts == count)
@@ -222,7 +222,7 @@ class Front:
         """Return the wall that each curve passes first before an unknown, -1 if none."""
         first = np.full(len(rows), -1)
         beyond = self._directions * (z[:, self._components] - self._walls) > tolerance
-        for i in np.flatnonzero(beyond.any(axis=1)).tolist():
+        for i in np.flatnonzero(beyond.any(axis=1)).tolist() if beyond.any() else ():
             walls = np.flatnonzero(beyond[i]).tolist()
             reached = [self._arclength_at(int(rows[i]), wall, target[i])[0] for wall in walls]
             first[i] = min(zip(reached, walls, strict=True))[1]
