@@ -20,8 +20,9 @@ def drag(explorer, number, faults):
 
 
 def test_every_client_has_its_newest_request_answered(explorer):
-    processes = explorer.workers.processes
-    faults = []
+    with explorer.client() as client:
+        client.ask(diagram())
+    processes, faults = explorer.workers.processes, []
     threads = [
         threading.Thread(target=drag, args=(explorer, number, faults)) for number in range(CLIENTS)
     ]
