@@ -464,7 +464,7 @@ class CaseColumns:
 
 def _stored(item: CaseField, values: Any) -> NDArray[Any]:
     """Return a column as an array; texts are objects, which share repeated ones."""
-    return np.array(values, object if item.kind == "text" else KINDS[item.kind].type)
+    return np.asarray(values, object if item.kind == "text" else KINDS[item.kind].type)
 
 
 def _cases_of(record: Mapping[str, Any]) -> StudyCases:
