@@ -1,10 +1,14 @@
 import itertools
+import re
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+import slipfold
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.plots.loci import LOCUS_COLORS
 from slipfold.plots.regions import OTHERS, PALE, region_color
 from slipfold.plots.style import figure_style, palette
@@ -75,3 +79,12 @@ def test_style_ends_with_its_context():
         assert mpl.rcParams["pdf.fonttype"] == 42
         assert mpl.rcParams["savefig.dpi"] == 300
     assert (mpl.rcParams["pdf.fonttype"], mpl.rcParams["font.size"]) == before
+
+
+def test_the_page_draws_special_points_as_figures_do():
+    page = Path(slipfold.__file__).parent / "explorer" / "page" / "diagram_data.js"
+    table = re.search(r"export const MARKERS = \{(.*?)\}", page.read_text(), re.DOTALL).group(1)
+    drawn = dict(re.findall(r'(\w+): "([\w-]+)"', table))
+    shapes = {"o": "circle", "s": "square", "^": "triangle-up", "D": "diamond", "p": "pentagon"}
+    expected = {name: shapes[item.marker] for name, item in BIFURCATION_TYPES.items()}
+    assert {name: drawn[name] for name in expected} == expected
