@@ -110,7 +110,7 @@ def test_a_slow_focus_says_how_long_it_takes():
 def test_a_center_is_not_settled_on():
     found = said(system((2.0, 0.0), x="v", v="-sin(x)"), periods=2000)
     assert (found.settled, found.kind, found.period) == (False, None, None)
-    assert "nothing attracts the motion to it" in found.message
+    assert "nothing attracts the trajectory to it" in found.message
 
 
 @pytest.mark.parametrize(

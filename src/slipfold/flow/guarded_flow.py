@@ -172,11 +172,11 @@ class GuardedFlow:
             where += f", in forcing period {math.ceil(done) + periods + 1}"
         if steps is None:
             advice = "start nearer to rest or lower the forcing" if forced else "start elsewhere"
-            return GuardStop("singular", f"the motion became singular {where}; {advice}", time)
+            return GuardStop("singular", f"the trajectory became singular {where}; {advice}", time)
         piece = "a forcing period" if forced else f"{period:g} s"
         reason = (
-            f"the motion would need more than {steps} steps in {piece} {where}; make what is steep "
-            "or fast in the model less so"
+            f"the trajectory would need more than {steps} steps in {piece} {where}; make what is "
+            "steep or fast in the model less so"
         )
         return GuardStop("stiff", reason, time)
 

@@ -183,8 +183,9 @@ def smooth_phases(
             raise Broken(_undecided(error, part.end), part) from None
         except UndeterminedMode as error:
             reason = (
-                f"{error} stick together and hold one motion twice, so what each of them bears is "
-                "not determined; join them to one contact, or put a spring between them"
+                f"{error} stick together and constrain one degree of freedom twice, so what each "
+                "of them bears is not determined; join them to one contact, or put a "
+                "spring between them"
             )
             raise Broken(GuardStop("undetermined", reason, phase), part) from None
         state = part.state
@@ -345,7 +346,8 @@ def _stop(system: HybridSystem, part: SmoothPhase, event: SwitchingEvent) -> Gua
         return GuardStop(limit.name, limit.reason.format(value=value), part.end)
     if event.ending is Ending.STIFF:
         reason = (
-            "the motion would need too many steps; make what is steep or fast in the model less so"
+            "the trajectory would need too many steps; make what is steep or fast in the model "
+            "less so"
         )
         return GuardStop("stiff", reason, part.end)
-    return GuardStop("singular", "the motion became singular; start elsewhere", part.end)
+    return GuardStop("singular", "the trajectory became singular; start elsewhere", part.end)

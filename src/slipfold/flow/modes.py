@@ -153,7 +153,7 @@ COS, SIN = hy.cos(ANGLE), hy.sin(ANGLE)
 
 
 class UndeterminedMode(ValueError):
-    """Contacts that stick hold one motion twice, so that their forces are undetermined."""
+    """Sticking contacts constrain one degree of freedom twice: their forces are undetermined."""
 
 
 @dataclass(frozen=True)

@@ -507,8 +507,8 @@ def _on_cycle(
     else:
         message = (
             f"not settled: each round of {duration:.9g} s repeats the one before within "
-            f"{max(trend.drift, 1e-16):.1e}, but nothing attracts the motion to it; it goes on as "
-            "it began, as round a center without damping"
+            f"{max(trend.drift, 1e-16):.1e}, but nothing attracts the trajectory to it; it "
+            "continues as it began, as round a center without damping"
         )
     return not_converged(message, trend.drift, trend.rate)
 
@@ -529,13 +529,13 @@ def _unsettled_autonomous(
     if returns is None or count <= CONVERGENCE.few:
         half = len(sizes) // 2
         grows = half and sizes[half:].max() > 2 * sizes[:half].max()
-        how = "the motion still grows" if grows else _few(count, seen)
+        how = "the trajectory still grows" if grows else _few(count, seen)
         return not_converged(f"{start}{how}; simulate longer")
     return _still_changing(end, returns, start, tolerance)
 
 
 def _few(count: int, seen: float) -> str:
-    lately = f"in the last {seen:.4g} s the motion has"
+    lately = f"in the last {seen:.4g} s the trajectory has"
     if count == 0:
         return f"{lately} not come back to where it was"
     times = "once" if count == 1 else f"{count} times"
@@ -560,8 +560,8 @@ def _still_changing(end: _End, returns: _Returns, start: str, tolerance: float) 
         more = trend.more(tolerance)
         if more is not None and trend.rate is not None:
             return not_converged(
-                f"{start}the motion comes back after about {trend.period * between:.4g} s, still "
-                f"changed by {trend.drift:.1e}, shrinking by the factor "
+                f"{start}the trajectory comes back after about {trend.period * between:.4g} s, "
+                f"still changed by {trend.drift:.1e}, shrinking by the factor "
                 f"{trend.rate**trend.period:.6g}; about {more * between:.3g} s more are needed",
                 trend.drift,
                 trend.rate,
@@ -571,9 +571,9 @@ def _still_changing(end: _End, returns: _Returns, start: str, tolerance: float) 
         how = f"leaving an unstable cycle of about {between:.4g} s; simulate longer"
         return not_converged(f"{start}it is {how}", first.drift, first.rate)
     return not_converged(
-        f"{start}the motion comes back after about {between:.4g} s, changed by {first.drift:.1e}, "
-        "and this does not shrink; a torus, chaos or a very slow transient: look at the motion, or "
-        f"simulate {10 * end.time:.3g} s",
+        f"{start}the trajectory comes back after about {between:.4g} s, changed by "
+        f"{first.drift:.1e}, and this does not shrink; a torus, chaos or a very slow transient: "
+        f"look at the trajectory, or simulate {10 * end.time:.3g} s",
         first.drift,
         first.rate,
     )

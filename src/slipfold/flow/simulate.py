@@ -495,5 +495,5 @@ def _natural_duration(model: Model, start: Array) -> float:
 
 def unbounded_at(time: float, size: float) -> GuardStop:
     """Return the end of a trajectory that grew to some scales."""
-    reason = f"the motion grows without bound: after {time:.6g} s it has {size:.0e} scales"
+    reason = f"the trajectory grows without bound: after {time:.6g} s it has {size:.0e} scales"
     return GuardStop("unbounded", reason, time)

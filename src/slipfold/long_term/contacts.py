@@ -80,7 +80,7 @@ def _end(trajectory: Trajectory, rounds: int) -> tuple[list[Start], float, bool]
         first = max(trajectory.periods - requested, 0)
         begin, places = float(first), [*range(first, trajectory.periods)]
     if not places:
-        raise InputError("the motion ended within its first period; start elsewhere")
+        raise InputError("the trajectory ended within its first period; start elsewhere")
     modes = [None if sticking is None else sticking.mode(index) for index in places]
     return [*zip(trajectory.strobe[places], modes, strict=True)], begin, repeats
 

@@ -234,7 +234,7 @@ def classify(
     slack = EXPONENTS.sure * errors + EXPONENTS.rounding
     if exponents[0] > slack[0]:
         return Classification(
-            "chaos", f"chaotic: nearby motions part, {_doubling(exponents[0], seconds)}"
+            "chaos", f"chaotic: nearby trajectories diverge, {_doubling(exponents[0], seconds)}"
         )
     zero = np.abs(exponents) <= slack
     doubtful = int(np.where(zero, errors, 0.0).argmax())
@@ -249,7 +249,7 @@ def classify(
         return Classification("equilibrium", "it approaches an equilibrium")
     if free == 0 or (len(exponents) == 2 and seconds is not None):
         return Classification(
-            "periodic", "periodic: nearby motions do not part; more periods show its period"
+            "periodic", "periodic: nearby trajectories do not diverge; more periods show its period"
         )
     frequencies = free + 1
     return Classification("torus", f"quasi-periodic, on a torus of {frequencies} frequencies")
@@ -369,8 +369,8 @@ class Growth:
         matrices = flow.linearize(states, begin, begin + 1 / parts, constants, still)[1]
         if not np.isfinite(matrices).all():
             raise InputError(
-                "the derivatives of the motion are lost, so it has no exponents: it is too stiff, "
-                "or grows too fast; change a parameter"
+                "the derivatives of the trajectory are lost, so it has no exponents: it is too "
+                "stiff, or grows too fast; change a parameter"
             )
         return np.reshape(matrices * (scales / scales[:, None]), (-1, parts, n, n))
 
@@ -515,8 +515,8 @@ def _refuse_ended(growth: Growth) -> None:
     if reaches_stick_limit(stopped, growth.model):
         raise _Sticks
     raise InputError(
-        f"the motion has no exponents, it ends after {stopped.time:.6g} s: {stopped.reason}; start "
-        "elsewhere or change a parameter"
+        f"the trajectory has no exponents, it ends after {stopped.time:.6g} s: {stopped.reason}; "
+        "start elsewhere or change a parameter"
     )
 
 

@@ -243,7 +243,7 @@ def resolve_regions(
 
     def on_progress(progress: Progress) -> None:
         if observer is not None:
-            text = f"forcing periods of motions at {len(values)} places"
+            text = f"forcing periods of trajectories at {len(values)} places"
             middle = (float(values[0, 0]), float(values[0, 1]))
             observer(locus_progress("regimes", progress.done, progress.total, middle, text))
 
