@@ -199,9 +199,3 @@ def test_bad_input_is_refused_in_a_sentence(changes, message):
     given = {"threshold": "Nd", "type": "PD", "over": GOOD, "span": (0, 0.9), **changes}
     with pytest.raises(InputError, match=message):
         find_threshold_map(SlidingOscillator(), **given)
-
-
-# -- the map -------------------------------------------------------------------------------------
-
-
-# -- its parts ---------------------------------------------------------------------------------
