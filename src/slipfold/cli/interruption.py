@@ -25,7 +25,7 @@ INTERRUPTIBLE = frozenset(
         "slipfold.continuation.follow.follow",
         "slipfold.flow.simulate.Integration.run",
         "slipfold.loci.bifurcation_set.until_interrupted",
-        "slipfold.loci.make_locus.describe_in_turn",
+        "slipfold.loci.make_locus.as_loci",
         "slipfold.loci.regions.map_regions",
         "slipfold.long_term.exponents.follow_exponents",
         "slipfold.long_term.search.search",
