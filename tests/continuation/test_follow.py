@@ -33,13 +33,13 @@ class Reaches:
     def __init__(self, curve, value):
         self.curve, self.value = curve, value
 
-    def watch(self, stretch):
+    def watch(self, interval):
         def gap(point):
             return point.z[0] - self.value
 
-        if gap(stretch.before) * gap(stretch.point) > 0:
+        if gap(interval.before) * gap(interval.point) > 0:
             return MonitorResult()
-        at = locate(self.curve, stretch.known, stretch.before, stretch.point, gap)
+        at = locate(self.curve, interval.history, interval.before, interval.point, gap)
         return MonitorResult(stop=Stop(at, End("reached", f"x is {self.value}", tuple(at.z))))
 
 
@@ -84,8 +84,8 @@ def test_a_step_whose_inside_is_not_known_is_taken_again_shorter():
     curve, lost = Cubic(1.0), []
 
     class Loses:
-        def watch(self, stretch):
-            length = stretch.point.arclength - stretch.before.arclength
+        def watch(self, interval):
+            length = interval.point.arclength - interval.before.arclength
             if length > 0.05:
                 lost.append(length)
                 raise LostCurveError("not found")

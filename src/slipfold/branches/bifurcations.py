@@ -101,7 +101,7 @@ class Bifurcations(Zeros[OrbitPoint]):
         """Return the bifurcations between two points; the first step of a branch has none."""
         if interval.leaves:
             return MonitorResult()
-        found = self.between(interval.known, interval.before, interval.point)
+        found = self.between(interval.history, interval.before, interval.point)
         ended = self._left(found, interval) or self._closed(found, interval)
         return ended or self._repeated(found, interval) or MonitorResult(found)
 
@@ -127,7 +127,7 @@ class Bifurcations(Zeros[OrbitPoint]):
             return None
         bound = high if value(outside[0].z) > high else low
         ends = interval.before, outside[0]
-        at = locate(self._orbits, interval.known, *ends, lambda item: value(item.z) - bound)
+        at = locate(self._orbits, interval.history, *ends, lambda item: value(item.z) - bound)
         before = [item for item in found if item.point.arclength < at.arclength]
         return MonitorResult(before, Stop(at, span_end(self._orbits, at)))
 

@@ -143,7 +143,7 @@ class MeetsCopy:
 
         orbits, before, point = self._curve.orbits, interval.before, interval.point
         direction = asymmetry(orbits, before.z)
-        near = well_spaced(interval.known, before.arclength, point.arclength, POINTS)
+        near = well_spaced(interval.history, before.arclength, point.arclength, POINTS)
         place = point.arclength
         if direction @ asymmetry(orbits, point.z) < 0:
             place = brentq(
@@ -160,7 +160,7 @@ class MeetsCopy:
         direction /= np.linalg.norm(direction)
         for back in (STEP.birth, 4 * STEP.birth, 16 * STEP.birth):
             if back < place - before.arclength:
-                last = point_at(self._curve, interval.known, place - back)
+                last = point_at(self._curve, interval.history, place - back)
                 # Newton's method may fall onto the parent, where the halves do not differ, or onto
                 # the copy, of which beside a Hopf point any phase is near.
                 if direction @ asymmetry(orbits, last.z) > 0.3 * back:
@@ -171,7 +171,7 @@ class MeetsCopy:
         self, interval: StepInterval[OrbitPoint], last: OrbitPoint, meeting: Array
     ) -> tuple[OrbitPoint, Array]:
         """Return an orbit so near to the meeting that nothing lies between, and where that is."""
-        known = [item for item in interval.known if item.arclength < last.arclength] + [last]
+        known = [item for item in interval.history if item.arclength < last.arclength] + [last]
         for _ in range(CLOSING.attempts):
             if len(known) < 2 or np.abs(known[-1].multipliers - 1).min() < CLOSING.near_one:
                 break
@@ -285,7 +285,7 @@ class Returns:
         along = float((first - before.z) @ before.tangent)
         if not 0 < along < 1.5 * length or np.linalg.norm(first - before.z) > 1.5 * length:
             return MonitorResult()
-        passed = self._abeam(interval.known[-3:], first, before.arclength + min(along, length))
+        passed = self._abeam(interval.history[-3:], first, before.arclength + min(along, length))
         if passed is None:
             return MonitorResult()
         end = End("closed", self._reason, self._curve.place(passed.z))

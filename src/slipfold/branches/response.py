@@ -140,7 +140,7 @@ class _Branches(CurveSet[OrbitPoint]):
             departs=start.departs,
             births=[item.birth for item in self._junctions if item.birth and not _crosses(item)],
             events=self._events,
-            watch=self._report,
+            on_step=self._report,
             through_stick=self._through_stick,
         )
 
@@ -227,7 +227,7 @@ def trace_branch(
     departs: bool = False,
     births: Sequence[Birth] = (),
     events: Sequence[Event] = (),
-    watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
+    on_step: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
     through_stick: bool = False,
 ) -> TracedCurve[OrbitPoint]:
     """Follow a branch to its end."""
@@ -243,7 +243,7 @@ def trace_branch(
         cap=step_beside_parent if has_copy(orbits) else None,
         endings=BranchEndings(span, settings),
         otherwise=change.otherwise,
-        watch=watch,
+        on_step=on_step,
     )
 
 

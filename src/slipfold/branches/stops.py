@@ -65,7 +65,7 @@ class Limits:
                 return float(self._margins(item)[index])
 
             ends = interval.before, interval.point
-            at = locate(curve, interval.known, *ends, margin, STOP.limit_close)
+            at = locate(curve, interval.history, *ends, margin, STOP.limit_close)
             reason = limit.reason.format(value=margin(at) + limit.bound)
             cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
         return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))

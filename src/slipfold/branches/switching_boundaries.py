@@ -106,7 +106,7 @@ class SwitchingBoundaries:
         if before.piece == after.piece:
             return MonitorResult()
         try:
-            boundary = locate_boundary(self._orbits, interval.known, before, after)
+            boundary = locate_boundary(self._orbits, interval.history, before, after)
         except LostCurveError:
             lost = self._lost(interval)
             if lost is None:
@@ -138,7 +138,7 @@ class SwitchingBoundaries:
         """
         if not self._slips_in_planes:
             return None
-        last = locate_loss(self._orbits, interval.known, interval.before, interval.point)
+        last = locate_loss(self._orbits, interval.history, interval.before, interval.point)
         left = None if last is None else self._left(last)
         if last is None or (
             left is not None and left < RULES.near

@@ -57,7 +57,7 @@ def follow(
     cap: Callable[[P], float] | None = None,
     endings: Endings[P] | None = None,
     otherwise: Callable[[TracedCurve[P]], tuple[Any, P] | None] = lambda traced: None,
-    watch: Callable[[TracedCurve[P]], None] = lambda traced: None,
+    on_step: Callable[[TracedCurve[P]], None] = lambda traced: None,
 ) -> TracedCurve[P]:
     """Follow a curve to its end.
 
@@ -66,7 +66,7 @@ def follow(
     """
     settings, endings = settings or Stepping(), endings or Endings()
     traced = TracedCurve(curve, [start], departs)
-    follower = _Follower(traced, bounds, monitors, settings, cap, endings, watch)
+    follower = _Follower(traced, bounds, monitors, settings, cap, endings, on_step)
     try:
         given = first_step() if callable(first_step) else first_step
         step: float | None = given or (STEP.birth if departs else STEP.first)
@@ -98,7 +98,7 @@ class _Follower(Generic[P]):
     settings: Stepping
     cap: Callable[[P], float] | None
     endings: Endings[P]
-    watch: Callable[[TracedCurve[P]], None]
+    on_step: Callable[[TracedCurve[P]], None]
 
     def advance(self, first_step: float) -> float | None:
         """Follow the curve until it ends; return None then.
@@ -126,7 +126,7 @@ class _Follower(Generic[P]):
                     return step
                 traced.end = self.endings.failed(traced, Failure("failed", lost_reason(error)))
                 return None
-            self.watch(traced)
+            self.on_step(traced)
             if traced.end is not None and traced.end.kind == "closed":  # on a known curve
                 return None
             if traced.end is None and reaches(item, self.bounds):

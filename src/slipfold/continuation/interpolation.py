@@ -50,14 +50,14 @@ def angle_between(a: Array, b: Array) -> float:
     return acos(min(max(float(a @ b), -1.0), 1.0))
 
 
-def well_spaced(known: Sequence[P], low: float, high: float, count: int) -> list[P]:
+def well_spaced(history: Sequence[P], low: float, high: float, count: int) -> list[P]:
     """Choose points near an interval for interpolation, none too close to another."""
 
     def distance(point: P) -> float:
         return max(abs(point.arclength - low), abs(point.arclength - high))
 
     chosen: list[P] = []
-    for point in sorted(known, key=distance):
+    for point in sorted(history, key=distance):
         # Interpolation magnifies rounding by the ratio of distance to spacing, to some power.
         gap = SPACING * distance(point)
         if all(abs(point.arclength - other.arclength) > gap for other in chosen):

@@ -82,31 +82,31 @@ def _parameter_row(point: P, sign: float = 1.0) -> Array:
     return row
 
 
-def locate_boundary(curve: Curve[P], known: Sequence[P], a: P, b: P) -> PieceBoundary[P]:
+def locate_boundary(curve: Curve[P], history: Sequence[P], a: P, b: P) -> PieceBoundary[P]:
     """Return where the piece of a point ends before one of another piece.
 
     The two may not be connected. The next piece may continue in the parameter, but backward along
     their chord.
     """
-    boundary = _bisected(curve, known, a, b)
+    boundary = _bisected(curve, history, a, b)
     if boundary.apart < PIECE.apart:
         return boundary
     with suppress(LostCurveError):
-        again = _bisected(curve, known, a, b, _parameter_row(a, b.z[-1] - a.z[-1]))
+        again = _bisected(curve, history, a, b, _parameter_row(a, b.z[-1] - a.z[-1]))
         if again.apart < PIECE.apart:
             return again
     return boundary
 
 
 def _bisected(
-    curve: Curve[P], known: Sequence[P], a: P, b: P, row: Array | None = None
+    curve: Curve[P], history: Sequence[P], a: P, b: P, row: Array | None = None
 ) -> PieceBoundary[P]:
     """Bisect the projection on a chord or a row until two neighbors of different pieces are left.
 
     The projection depends on a point alone; errors of arclengths, which are summed from guess to
     guess, would grow with every bisection.
     """
-    chord = _ChordAhead(curve, [point for point in known if point.piece == a.piece], a, b, row)
+    chord = _ChordAhead(curve, [point for point in history if point.piece == a.piece], a, b, row)
     low, high = 0.0, chord.length
     while high - low > max(PIECE.close, 2 * np.spacing(high)):
         s = 0.5 * (low + high)
@@ -147,12 +147,12 @@ class _ChordAhead(Projection[P]):
         raise LostCurveError(correction.failure)
 
 
-def locate_loss(curve: Curve[P], known: list[P], a: P, b: P) -> P | None:
+def locate_loss(curve: Curve[P], history: list[P], a: P, b: P) -> P | None:
     """Return the last point of a piece that ends before one of another, not connected with it.
 
     None if the piece continues where no point was computed at first.
     """
-    own, end = [point for point in known if point.piece == a.piece], b
+    own, end = [point for point in history if point.piece == a.piece], b
     while end.arclength - a.arclength > PIECE.lost:
         try:
             middle = _halfway(curve, own, a, end)
@@ -374,22 +374,22 @@ def _expanded(computed: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None
     )
 
 
-def beyond_vanishing(curve: Curve[P], place: Vanishing[P]) -> P | None:
+def beyond_vanishing(curve: Curve[P], zero: Vanishing[P]) -> P | None:
     """Return a first point of the next piece, with its tangent away from a zero; None if none.
 
     It lies ahead, or at the same values of the parameter if the curve turns back.
     """
-    nearest = place.nearest
-    for distance in place.reach * DISTANCES:
-        ahead = place.z + distance * nearest.tangent
+    nearest = zero.nearest
+    for distance in zero.reach * DISTANCES:
+        ahead = zero.z + distance * nearest.tangent
         back = ahead.copy()
-        back[-1] = place.z[-1] - distance * nearest.tangent[-1]
+        back[-1] = zero.z[-1] - distance * nearest.tangent[-1]
         for guess, row in ((ahead, nearest.tangent), (back, _parameter_row(nearest))):
-            point = _solution(curve, guess, row, 0.0, place.z, PIECE.astray * distance)
+            point = _solution(curve, guess, row, 0.0, zero.z, PIECE.astray * distance)
             if point is None or point.piece == nearest.piece:
                 continue
-            away = point.z - place.z
+            away = point.z - zero.z
             apart = float(np.linalg.norm(away))
             turned = curve.turned(point) if float(point.tangent @ away) < 0 else point
-            return replace(turned, arclength=nearest.arclength + apart + place.reach)
+            return replace(turned, arclength=nearest.arclength + apart + zero.reach)
     return None

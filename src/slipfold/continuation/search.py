@@ -39,7 +39,7 @@ class Zeros(Generic[P]):
 
     def watch(self, interval: StepInterval[P]) -> MonitorResult[P]:
         """Locate all zeros between two neighboring points."""
-        found = self.search(interval.known, interval.before, interval.point)
+        found = self.search(interval.history, interval.before, interval.point)
         return self.seen(found, interval)
 
     def seen(self, found: Sequence[Found[P]], interval: StepInterval[P]) -> MonitorResult[P]:

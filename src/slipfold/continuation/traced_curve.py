@@ -66,7 +66,10 @@ class StepInterval(Generic[P]):
 
     def __init__(self, traced: TracedCurve[P], point: P, memory: int) -> None:
         self.traced = traced
-        self.known = [*traced.recent(memory), point]  # what interpolation may use, in order; grows
+        self.history = [
+            *traced.recent(memory),
+            point,
+        ]  # what interpolation may use, in order; grows
         self.before = traced.points[-1]
         self.point = point  # its end, which moves back where a monitor ends the curve
 
@@ -82,8 +85,8 @@ class StepInterval(Generic[P]):
 
     def cut(self, point: P) -> None:
         """End it at an earlier point."""
-        self.known[:] = [item for item in self.known if item.arclength < point.arclength]
-        self.known.append(point)
+        self.history[:] = [item for item in self.history if item.arclength < point.arclength]
+        self.history.append(point)
         self.point = point
 
 

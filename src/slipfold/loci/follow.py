@@ -76,7 +76,7 @@ def trace_locus(
         cap=cap if has_copy(orbits) else None,
         endings=_LocusEndings(window, settings),
         otherwise=change.otherwise,
-        watch=watch,
+        on_step=watch,
     )
 
 

@@ -58,7 +58,7 @@ def follow_tori(
         settings=settings,
         endings=_Endings(),
         otherwise=past_resonance,
-        watch=watch,
+        on_step=watch,
     )
     traced.end = _beside_strong(traced) or traced.end
     return traced
