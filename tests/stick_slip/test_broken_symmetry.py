@@ -6,22 +6,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import slipfold as sf
+from helpers.dry_friction import DUFFING_ON_BELT
 
-FLOOR = """
-name = "Duffing on a floor"
-[parameters]
-W = { value = 0.8, above = 0 }
-A = 4.5
-[states]
-x = "v"
-v = "F - 0.1*v - x^3 + A*cos(W*t)"
-[contacts.F]
-slip = "-v"
-normal = "1.0"
-friction = { law = "Coulomb", mu_s = "1.0", mu_k = "1.0" }
-[forcing]
-period = "2*pi/W"
-"""
+FLOOR = (
+    DUFFING_ON_BELT.replace("1.0 - v", "-v").replace("- x - 0.1*v - 0.3*x^3", "- 0.1*v - x^3")
+    .replace('"0.4"', '"1.0"').replace("A = 0.8", "A = 4.5").replace("1.35", "0.8")
+)  # fmt: skip
 
 RATE = 0.8
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}

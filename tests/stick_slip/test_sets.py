@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import slipfold as sf
-from helpers.dry_friction import belt, highest_after_a_touch, sliding
+from helpers.dry_friction import DUFFING_ON_BELT, belt, highest_after_a_touch, sliding
 
 WINDOW = {"Vd": (0.5, 1.5), "f": (0.05, 0.35)}
 
@@ -116,31 +116,13 @@ def test_in_the_plane_regions_say_where_the_tip_sticks():
             assert bool(found.regions.at(beside, pulsation).sticking) == (share < 0)
 
 
-BELT = """
-name = "belt"
-[parameters]
-Vd = 1.0
-W = { value = 1.2, above = 0 }
-A = 0.3
-[states]
-x = "v"
-v = "F - x - 0.1*v - HARD*x^3 + A*cos(W*t)"
-[contacts.F]
-slip = "Vd - v"
-normal = "1.0 + 0.5*x"
-friction = { law = "Coulomb", mu_s = "0.4", mu_k = "0.4" }
-[forcing]
-period = "2*pi/W"
-[outputs]
-room = "x"
-[limits]
-wall = { output = "room", bound = -100.0 }
-"""
+WALL = '[outputs]\nroom = "x"\n[limits]\nwall = { output = "room", bound = -100.0 }\n'
+BELT = DUFFING_ON_BELT.replace('"1.0"', '"1.0 + 0.5*x"').replace("0.3*x^3", "0.0*x^3") + WALL
 
 
 def test_it_hides_none_from_branches_either():
     # Friction of that load only softens the spring, to 0.8.
-    model = sf.System.from_toml(BELT.replace("HARD", "0.0"))
+    model = sf.System.from_toml(BELT).replace(A=0.3, W=1.2)
     (branch,) = sf.response(model, vary="W", span=(0.7, 0.775)).branches
     (point,) = branch.special
     assert point.type == "GRAZE"
