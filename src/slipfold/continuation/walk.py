@@ -37,7 +37,7 @@ Bound = tuple[int, float, float]
 """A component of the unknown, with the smallest and the largest value it may take."""
 
 
-class Corrected(Protocol):
+class Corrections(Protocol):
     """Solutions nearest guesses, a row each; NaN where Newton's method failed."""
 
     z: Array  # unknowns, shape (k, u)
@@ -60,7 +60,7 @@ class FrontEquations(ABC):
 
     @abstractmethod
     def correct(self, rows: Indices, guesses: Array, normals: Array, arclengths: Array) -> Any:
-        """Return the `Corrected` solutions nearest guesses, each in the hyperplane through its own.
+        """Return the solutions nearest guesses, each in the hyperplane through its own.
 
         Shapes: rows, arclengths (k,); guesses, normals (k, u).
         """
@@ -248,7 +248,7 @@ class Front:
     # -- how well steps fit ------------------------------------------------------------------------
 
     def _measured(
-        self, rows: Indices, result: Corrected, distance: Array, length: Array, turn: Array
+        self, rows: Indices, result: Corrections, distance: Array, length: Array, turn: Array
     ) -> Measures:
         coarse = self._settings.coarse
         error = np.maximum(distance, 1e-12) / (STEP.error * coarse)

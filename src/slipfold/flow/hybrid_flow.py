@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -49,11 +49,9 @@ from slipfold.flow.polynomials import (
     step_to,
 )
 from slipfold.flow.sharp_turns import VERSION, SharpTurns, sharp_turns
+from slipfold.flow.slip_onset import SlipOnset
 from slipfold.models.model import Model
 from slipfold.models.quantities import Expression, Limit
-
-if TYPE_CHECKING:
-    from slipfold.flow.release import SlipOnset
 
 
 class CompiledMode:
