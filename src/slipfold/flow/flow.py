@@ -325,23 +325,25 @@ class Flow(Evaluated):
         if size > n:
             scales = np.concatenate([scales, scales], axis=-1)
             units = np.concatenate([units, units], axis=-2)
-        known = np.broadcast_to(constants.known, (m, count + n))
-        changes = np.broadcast_to(np.moveaxis(directions, -1, -2), (m, k, count))
+        changes = np.moveaxis(directions, -1, -2)
         # Columns by the start, columns along changes, and in how many groups they are integrated.
         groups = [(n, k, 1)] if n <= MAX_TOGETHER else [(COLUMNS, 0, -(-n // COLUMNS)), (0, 1, k)]
         ends, parts = states, list[Array]()
         for columns, along, repeats in groups:
-            # Trajectory of each lane
-            which = slice(None) if repeats == 1 else np.arange(m * repeats) // repeats
-            pars = changes.reshape(m * repeats, -1) if along else np.empty((m * repeats, 0))
             started = _started(size, n if columns else 0, columns + along, repeats)
-            started = np.broadcast_to(started, (m, *started.shape)).reshape(m * repeats, -1)
+            state = np.empty((m, repeats, size + started.shape[-1]))
+            state[..., :size] = (states / scales)[:, None]
+            state[..., size:] = started
+            pars = np.empty((m, repeats, count + n + (k * count // repeats if along else 0)))
+            pars[..., : count + n] = constants.known[..., None, :]
+            if along:
+                pars[..., count + n :] = changes.reshape(*changes.shape[:-2], repeats, -1)
             finished = self._propagated(
                 self._code.variations(columns, along, tangent=size > n),
-                np.concatenate([(states / scales)[which], started], axis=1),
-                start[which],
-                end[which],
-                np.concatenate([known[which], pars], axis=1),
+                state.reshape(m * repeats, -1),
+                start if repeats == 1 else np.repeat(start, repeats),
+                end if repeats == 1 else np.repeat(end, repeats),
+                pars.reshape(m * repeats, -1),
             )
             if columns:
                 ends = finished[::repeats, :size] * scales
