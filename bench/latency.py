@@ -88,7 +88,7 @@ def main():
     except ImportError:
         raise SystemExit("playwright is not installed: pip install playwright.") from None
     as_root = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-    command = [sys.executable, "-m", "slipfold.cli", "explore", "--no-browser"]
+    command = [sys.executable, "-m", "slipfold.interface.cli", "explore", "--no-browser"]
     with (
         subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server,
         sync_playwright() as playwright,

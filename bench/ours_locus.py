@@ -20,9 +20,9 @@ import numpy as np
 import reference
 import slipfold as sf
 from peers import record
+from slipfold.bifurcations.loci.follow import follow_loci
+from slipfold.bifurcations.loci.locus_equations import LocusEquations
 from slipfold.continuation.newton import correct
-from slipfold.loci.follow import follow_loci
-from slipfold.loci.locus_equations import LocusEquations
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.version import package_version
 

@@ -81,7 +81,7 @@ def command(arguments: list[str], cache: Path) -> Usage:
     begun = time.perf_counter()
     with tempfile.TemporaryFile() as errors:
         process = subprocess.Popen(
-            [sys.executable, "-m", "slipfold.cli", *arguments],
+            [sys.executable, "-m", "slipfold.interface.cli", *arguments],
             env={**kept, **folders},
             stdout=subprocess.DEVNULL,
             stderr=errors,

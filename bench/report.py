@@ -22,7 +22,7 @@ from sections import (
     systems,
     threshold_map,
 )
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import magnitude, milliseconds, multiple, task_seconds, verdict
 
 if TYPE_CHECKING:

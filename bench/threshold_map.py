@@ -19,8 +19,8 @@ import numpy as np
 import grid
 import machine
 from slipfold import SlidingOscillator
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.settings import Settings
 from slipfold.parameter_space.threshold_map import GridThresholds, find_threshold_map
 from slipfold.version import package_version
 

@@ -8,7 +8,7 @@ from docutils import nodes
 from docutils.parsers.rst import Directive
 from typer.testing import CliRunner
 
-from slipfold.cli.app import COMMANDS, app
+from slipfold.interface.cli.app import COMMANDS, app
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx

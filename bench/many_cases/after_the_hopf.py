@@ -17,7 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import slipfold as sf
-from slipfold.tori.follow import tori_of
+from slipfold.bifurcations.tori.follow import tori_of
 
 SPAN = (0.0, 0.2)
 PLANE = {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}

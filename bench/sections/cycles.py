@@ -7,7 +7,7 @@ from typing import Any
 
 from cycles import OSCILLATORS, errors
 from sections.systems import processor, wall
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import milliseconds, verdict
 
 ARRIVED = 1e-5

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from statistics import median
 from typing import Any
 
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import magnitude, milliseconds, verdict
 
 MILLISECONDS = 20

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import reference
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import magnitude, milliseconds, task_seconds, verdict
 
 FASTER = {"reliable": 5, "largest": 2.5, "fine": 15}

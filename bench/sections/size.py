@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import milliseconds, verdict
 
 COMPILE_SECONDS = 10

@@ -7,7 +7,7 @@ from statistics import median
 from typing import Any
 
 from peers.stick import FREQUENCY, FRICTION, state_after
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import multiple, verdict
 
 FASTER = 50

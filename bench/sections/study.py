@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from slipfold.paper.tables import table
+from slipfold.interface.paper.tables import table
 from wording import milliseconds, multiple, verdict
 
 SCALING = 1.8

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.loci.locus import locus_curve
+from slipfold.bifurcations.loci.locus import locus_curve
 from slipfold.parameter_space.optimum import ParameterizedOrbit, ParameterizedPoint
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.style import COLUMN, figure_style, settle

@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 import slipfold as sf
-from slipfold.paper.cases import read_cases
+from slipfold.interface.paper.cases import read_cases
 from slipfold.plots.style import COLUMN, figure_style
 
 FOLDER = Path(__file__).parent

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 import slipfold as sf
-from slipfold.paper.cases import Case, Row, read_cases
-from slipfold.paper.claims import CLAIMS, Findings, first, judge_claims, on_branches
-from slipfold.paper.tables import table
+from slipfold.interface.paper.cases import Case, Row, read_cases
+from slipfold.interface.paper.claims import CLAIMS, Findings, first, judge_claims, on_branches
+from slipfold.interface.paper.tables import table
 
 FOLDER = Path(__file__).parent
 

@@ -1,9 +1,19 @@
 # The public names. `__init__.py` imports each from here when it is first used.
 
-from slipfold.branches.branch import Branch as Branch
-from slipfold.branches.settings import Event as Event
-from slipfold.branches.settings import Settings as Settings
-from slipfold.branches.special_point import SpecialPoint as SpecialPoint
+from slipfold.bifurcations.branches.branch import Branch as Branch
+from slipfold.bifurcations.branches.settings import Event as Event
+from slipfold.bifurcations.branches.settings import Settings as Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint as SpecialPoint
+from slipfold.bifurcations.loci.locus import Locus as Locus
+from slipfold.bifurcations.loci.locus import LocusEnd as LocusEnd
+from slipfold.bifurcations.loci.locus import LocusPoint as LocusPoint
+from slipfold.bifurcations.loci.region_map import Region as Region
+from slipfold.bifurcations.loci.region_map import RegionCheck as RegionCheck
+from slipfold.bifurcations.loci.region_map import RegionMap as RegionMap
+from slipfold.bifurcations.loci.region_map import RegionMotion as RegionMotion
+from slipfold.bifurcations.tori.surface import TorusSpectrum as TorusSpectrum
+from slipfold.bifurcations.tori.torus_branch import Locked as Locked
+from slipfold.bifurcations.tori.torus_branch import TorusBranch as TorusBranch
 from slipfold.computations.loci import bifurcation_set as bifurcation_set
 from slipfold.computations.loci import locus as locus
 from slipfold.computations.long_term import attractors as attractors
@@ -27,13 +37,6 @@ from slipfold.continuation.end import End as End
 from slipfold.continuation.settings import Newton as Newton
 from slipfold.continuation.settings import Steps as Steps
 from slipfold.errors import InputError as InputError
-from slipfold.loci.locus import Locus as Locus
-from slipfold.loci.locus import LocusEnd as LocusEnd
-from slipfold.loci.locus import LocusPoint as LocusPoint
-from slipfold.loci.region_map import Region as Region
-from slipfold.loci.region_map import RegionCheck as RegionCheck
-from slipfold.loci.region_map import RegionMap as RegionMap
-from slipfold.loci.region_map import RegionMotion as RegionMotion
 from slipfold.long_term.attractor import Attractor as Attractor
 from slipfold.long_term.spectrum import Spectrum as Spectrum
 from slipfold.long_term.spectrum import find_spectrum as find_spectrum
@@ -107,8 +110,5 @@ from slipfold.results.trajectories import LyapunovExponents as LyapunovExponents
 from slipfold.results.trajectories import RegimeMap as RegimeMap
 from slipfold.results.trajectories import Sweep as Sweep
 from slipfold.results.uncertainty import ThresholdUncertainty as ThresholdUncertainty
-from slipfold.tori.surface import TorusSpectrum as TorusSpectrum
-from slipfold.tori.torus_branch import Locked as Locked
-from slipfold.tori.torus_branch import TorusBranch as TorusBranch
 
 __version__: str

@@ -11,14 +11,14 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from slipfold.arrays import Array, Complex
-from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.stability import stability_stretches
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.stability import stability_stretches
+from slipfold.bifurcations.loci.locus import Locus
+from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
-from slipfold.loci.locus import Locus
 from slipfold.orbits.bifurcation_types import POINT_TYPES
 from slipfold.orbits.extrema import Extrema
-from slipfold.tori.torus_branch import TorusBranch
 
 MEASURES = ("max", "min", "peak_to_peak", "modulus")
 """What a figure may show of an output over an orbit."""

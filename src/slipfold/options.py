@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from slipfold.branches.special_point import SpecialPoint
+    from slipfold.bifurcations.branches.special_point import SpecialPoint
     from slipfold.models.model import Model
     from slipfold.orbits.periodic_orbit import PeriodicOrbit
     from slipfold.parameter_space.measurement import Measurement

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import qmc
 
 import slipfold as sf
-from slipfold.branches.batched import follow_batch
-from slipfold.branches.response import trace_response
-from slipfold.branches.stops import STOP
+from slipfold.bifurcations.branches.batched import follow_batch
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.stops import STOP
 from slipfold.continuation.locate import ZERO
 
 SPAN = (0.0, 0.98)

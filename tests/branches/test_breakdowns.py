@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches import ends
+from slipfold.bifurcations.branches import ends
 
 BURST = 60
 """Calls that fail in a row: more than a step may be shortened."""

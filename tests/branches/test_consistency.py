@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from helpers.reference import CASES, traced
 from slipfold import InputError, SlidingOscillator
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 SPANS = {
     "Nd": (0.0, 0.95),

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.bifurcations import Bifurcations
-from slipfold.branches.closed_branches import Returns
+from slipfold.bifurcations.branches.bifurcations import Bifurcations
+from slipfold.bifurcations.branches.closed_branches import Returns
+from slipfold.bifurcations.loci.special_points import SpecialPoints
 from slipfold.continuation.traced_curve import MonitorResult
-from slipfold.loci.special_points import SpecialPoints
 
 # Radius r of the cycles, or state x: p^2 + (r^2 - 4)^2/16 = 1/4, and p^2 + x^2 = 1/4.
 CYCLES = {

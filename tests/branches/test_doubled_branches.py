@@ -8,7 +8,7 @@ import pytest
 from helpers.by_hand.dense import carry, scales
 from helpers.reference import CASES, traced
 from slipfold import Settings, SlidingOscillator
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 CASCADES = [
     ({"f": 11.9035, "mu": 0.5095, "alpha": 2.4239, "Vd": 1.0922}, "Nd", (0.0, 0.98)),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.draft import draft_branches
+from slipfold.bifurcations.branches.draft import draft_branches
 from slipfold.lines import branch_segments
 from slipfold.orbits.kinds import ForcedOrbits
 

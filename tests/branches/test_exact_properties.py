@@ -7,7 +7,7 @@ import pytest
 
 from helpers.reference import CASES, specials, traced
 from slipfold import SlidingOscillator
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 MIRROR = np.array([-1.0, 1.0, -1.0, 1.0])
 

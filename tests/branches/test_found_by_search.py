@@ -5,7 +5,7 @@ import pytest
 import slipfold as sf
 from helpers.reference import specials
 from slipfold import Settings, SlidingOscillator, Steps
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 
 def run(values, vary, span, largest=0.5):

@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from slipfold import Event, InputError, Newton, Settings, SlidingOscillator, Steps
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 SINGLE = Settings(largest_period=1)
 STEPS = [0.01, 0.05, 0.5]

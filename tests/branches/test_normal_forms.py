@@ -11,7 +11,7 @@ import slipfold as sf
 from helpers.by_hand.stroboscopic import StroboscopicByHand, coefficient, critical_vectors
 from helpers.reference import CASES, traced
 from slipfold import Settings, Steps, periodic_orbit
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 
 def find(case, kind, near=None):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.orbit_between import orbit_between
+from slipfold.bifurcations.branches.orbit_between import orbit_between
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from helpers.textbook_models import Duffing, Mathieu, Pitchfork, Torus, VanDerPol
 from helpers.toy_models import LinearOscillator
 from slipfold import Settings, Steps
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 STEPS = [pytest.param(0.02, marks=pytest.mark.long), 0.1, 1.0]
 

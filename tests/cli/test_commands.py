@@ -11,7 +11,7 @@ from helpers.command_line import run
 from helpers.diagrams import made_diagram, response_branch
 from helpers.locus_diagrams import doubling_locus, made_locus_diagram
 from slipfold import End, LocusEnd, load
-from slipfold.cli.app import COMMANDS
+from slipfold.interface.cli.app import COMMANDS
 
 LOCUS = ["locus", "sliding", "--vary", "f=12.4:12.5", "--vary", "Nd=0:60mN"]
 SMALL = ["response", "sliding", "--vary", "Nd=0:0.05"]

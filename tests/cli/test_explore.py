@@ -14,7 +14,7 @@ def started(monkeypatch):
     pytest.importorskip("fastapi")
     calls = []
     monkeypatch.setattr(
-        "slipfold.explorer.serve.serve",
+        "slipfold.interface.explorer.serve.serve",
         lambda given, file, **options: calls.append((given, {**options, "file": file})),
     )
     return calls
@@ -58,7 +58,7 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(started, arguments, words)
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
     monkeypatch.setattr(
-        importlib.import_module("slipfold.cli.explore"), "find_spec", lambda name: None
+        importlib.import_module("slipfold.interface.cli.explore"), "find_spec", lambda name: None
     )
     result = run("explore")
     assert result.exit_code == 2

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.cli import interruption
-from slipfold.cli.interruption import deferred_interrupts
 from slipfold.flow.flow import Flow
+from slipfold.interface.cli import interruption
+from slipfold.interface.cli.interruption import deferred_interrupts
 
 
 def search_without_end(number: int = signal.SIGINT) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 import slipfold as sf
 from helpers.command_line import run
-from slipfold.cli.reading import find_model
+from slipfold.interface.cli.reading import find_model
 from slipfold.models.registry import built_in_text
 
 DUFFING = """\

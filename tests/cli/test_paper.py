@@ -7,7 +7,7 @@ import pytest
 
 from helpers.command_line import run
 from slipfold import Progress
-from slipfold.paper.reproduce import Reproduction
+from slipfold.interface.paper.reproduce import Reproduction
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def calls(monkeypatch):
         on_progress(Progress("results", 1, 30, "Nd_base  found: PD 0.0435789"))
         return Reproduction(Path(out), (), (), **made.get("outcome", {}))
 
-    module = importlib.import_module("slipfold.paper.reproduce")
+    module = importlib.import_module("slipfold.interface.paper.reproduce")
     monkeypatch.setattr(module, "reproduce", reproduce)
     return made
 

@@ -16,7 +16,7 @@ import pytest
 from helpers.command_line import run as run_here
 from slipfold import load
 
-PROGRAM = [sys.executable, "-m", "slipfold.cli"]
+PROGRAM = [sys.executable, "-m", "slipfold.interface.cli"]
 # So many points that it is still running when it is interrupted.
 LONG = ["response", "sliding", "--vary", "Nd=0:0.98", "--max-step", "2e-4"]
 
@@ -77,7 +77,7 @@ def drawn(self, *arguments, **options):
     update(self, *arguments, **options)
     self.refresh()
 Progress.update = drawn
-from slipfold.cli import main
+from slipfold.interface.cli import main
 main()
 """
 """Draws whatever it has to tell: else what lasts a tenth of a second may be missed."""
@@ -130,7 +130,7 @@ def test_interrupt_keeps_what_is_finished(tmp_path):
 WITHOUT_END = """
 import itertools, sys
 from importlib import import_module
-from slipfold.cli import main
+from slipfold.interface.cli import main
 def without_end(*arguments, **options):
     for _ in itertools.count():
         pass
@@ -156,7 +156,7 @@ def test_an_interrupt_while_normal_forms_are_computed_keeps_the_branches(tmp_pat
     path = tmp_path / "x.nc"
     command = ["response", "sliding", "--vary", "Nd=0:0.05", "--out", str(path)]
     status, output, said = interrupted_within(
-        "slipfold.branches.make_branch:describe", "normal forms: 0 of 1 done", command
+        "slipfold.bifurcations.branches.make_branch:describe", "normal forms: 0 of 1 done", command
     )
     assert status == 130
     assert "interrupted after" in said
@@ -177,7 +177,7 @@ def test_an_interrupt_while_normal_forms_along_loci_are_computed_keeps_the_loci(
     assert run_here(*given, "--out", str(response)).exit_code == 0
     window = ["--vary", "f=12.45:12.55", "--vary", "Nd=0:0.06"]
     status, output, said = interrupted_within(
-        "slipfold.loci.make_locus:coefficient_at",
+        "slipfold.bifurcations.loci.make_locus:coefficient_at",
         "normal forms: 0 of",
         ["locus", str(response), *window, "--out", str(path)],
     )
@@ -297,14 +297,17 @@ HEAVY = {"xarray", "pandas", "matplotlib", "rich", "h5py", "h5netcdf"}
 @pytest.mark.parametrize(
     ("arguments", "others"),
     [
-        (["response", "sliding", "--vary", "Nd=0:0.01", "--json", "-"], {"scipy", "slipfold.loci"}),
+        (
+            ["response", "sliding", "--vary", "Nd=0:0.01", "--json", "-"],
+            {"scipy", "slipfold.bifurcations.loci"},
+        ),
         (["locus", "sliding", "--vary", "f=12:12.1", "--vary", "Nd=0:0.01", "--json", "-"], set()),
     ],
 )
 def test_a_command_starts_without_heavy_modules(arguments, others):
     program = (
         f"import sys; sys.argv[1:] = {arguments!r}\n"
-        "from slipfold.cli import main\n"
+        "from slipfold.interface.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
         f"heavy = {HEAVY | others!r}\n"

@@ -74,7 +74,7 @@ def test_ctrl_c_while_failed_cases_are_tried_again(case, tmp_path, monkeypatch):
 
         yield stop
 
-    monkeypatch.setattr("slipfold.cli.interruption.deferred_interrupts", pressed)
+    monkeypatch.setattr("slipfold.interface.cli.interruption.deferred_interrupts", pressed)
     result = run("study", case, "--workers", "1", "--retry-failed")
     assert result.exit_code == 130
     assert "2 of 2 cases are stored in cheap.study; the same command continues" in result.stderr

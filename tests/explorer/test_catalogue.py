@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import slipfold as sf
 from slipfold import InputError
-from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import parse_request
-from slipfold.explorer.plain import plain_text
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import parse_request
+from slipfold.interface.explorer.plain import plain_text
 
 DESCRIBED = {item["name"]: item for item in Catalogue().describe()}
 

@@ -13,10 +13,10 @@ from helpers.command_line import run
 from helpers.explorer_models import BRAKE
 from helpers.explorer_server import BASE, diagram
 from slipfold import InputError
-from slipfold.cli.reading import equations_file, find_model
-from slipfold.explorer.answering import Answering
-from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import ExportRequest
+from slipfold.interface.cli.reading import equations_file, find_model
+from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import ExportRequest
 
 VALUES = {"f": 12.2, "Vd": 0.1 + 0.5}
 DIAGRAM = diagram(parameters={**VALUES, "Nd": 0.5}, span=[0, 0.3], show="y", statistic="modulus")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from helpers.explorer_server import diagram
-from slipfold.explorer.messages import parse_request, refusal_of
+from slipfold.interface.explorer.messages import parse_request, refusal_of
 
 SIMULATION = {"kind": "simulation", "id": 1, "model": "sliding"}
 ORBIT = {**diagram(), "kind": "orbit"}

@@ -4,8 +4,8 @@ import pytest
 
 import slipfold as sf
 from helpers.dry_friction import belt, sliding
-from slipfold.explorer.messages import SimulationRequest
-from slipfold.explorer.trajectories import stream_simulation
+from slipfold.interface.explorer.messages import SimulationRequest
+from slipfold.interface.explorer.trajectories import stream_simulation
 
 
 def told(model, **options):

@@ -8,9 +8,9 @@ import pytest
 
 import slipfold as sf
 from helpers.explorer_server import BASE, diagram
-from slipfold.explorer.answering import Answering
-from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import parse_request
+from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import parse_request
 
 ORBIT = {"kind": "orbit", "id": 2, **BASE}
 
@@ -85,7 +85,7 @@ def ask_all(client, request):
 
 
 def test_a_response_that_takes_long_says_how_far_it_is(monkeypatch):
-    monkeypatch.setattr("slipfold.explorer.plain.BETWEEN", 0.0)
+    monkeypatch.setattr("slipfold.interface.explorer.plain.BETWEEN", 0.0)
     told = []
     request = parse_request(json.dumps(diagram(1, span=[0, 0.1])))
     Answering(Catalogue()).answer(request, told.append, lambda: None)
@@ -252,7 +252,7 @@ def test_a_motion_is_judged_as_lyapunov_judges_it_from_where_it_starts(client):
 
 
 def test_pictures_of_regimes_become_finer(monkeypatch):
-    monkeypatch.setattr("slipfold.explorer.pictures.REGIME_CELLS", ((1, 1), (1, 2)))
+    monkeypatch.setattr("slipfold.interface.explorer.pictures.REGIME_CELLS", ((1, 1), (1, 2)))
     window = {"x": {"name": "f", "span": [12.499, 12.501]}, "y": {"name": "Nd", "span": [0, 0.08]}}
     # Values of what is varied play no part.
     values = {"f": 13.0, "Nd": 0.5}
@@ -272,7 +272,7 @@ def test_pictures_of_regimes_become_finer(monkeypatch):
 
 
 def test_pictures_of_basins_keep_the_numbers_of_attractors(monkeypatch):
-    monkeypatch.setattr("slipfold.explorer.pictures.BASIN_POINTS", (6, 11))
+    monkeypatch.setattr("slipfold.interface.explorer.pictures.BASIN_POINTS", (6, 11))
     plane = {"x": {"name": "q", "span": [-4, 4]}, "y": {"name": "v", "span": [-4, 4]}}
     asked = {"kind": "basins", "id": 1, "model": "duffing", "parameters": {"W": 1.2}, **plane}
     told = []

@@ -5,9 +5,9 @@ import pytest
 
 import slipfold as sf
 from helpers.explorer_server import diagram
-from slipfold.explorer.answering import Answering
-from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.messages import ExportRequest
+from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import ExportRequest
 
 TEXT = "Nd [mN],max y,error of max y,min x,sweep\n100,0.2,0.01,,up\n150,,,-0.3,down\n"
 

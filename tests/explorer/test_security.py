@@ -7,7 +7,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from helpers.explorer_server import PATIENCE, diagram, running_explorer
-from slipfold.explorer.security import Access, ServerLimits
+from slipfold.interface.explorer.security import Access, ServerLimits
 
 PATHS = ["/", "/page/main.js", "/plotly.min.js", "/api/models", "/openapi.json", "/nothing"]
 

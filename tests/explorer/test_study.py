@@ -8,7 +8,7 @@ import pytest
 import slipfold as sf
 from helpers.command_line import run
 from slipfold import InputError
-from slipfold.explorer.curves import study_view
+from slipfold.interface.explorer.curves import study_view
 from slipfold.studies.plan import Rows
 
 STUDY = {

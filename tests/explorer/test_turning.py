@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.explorer.trajectories import orbit_view
+from slipfold.interface.explorer.trajectories import orbit_view
 
 PENDULUM = """
 name = "driven pendulum"

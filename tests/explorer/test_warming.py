@@ -1,9 +1,9 @@
 """A worker is ready soon, however long the first diagram of a user's own model takes."""
 
 from helpers.dry_friction import two_masses
-from slipfold.explorer import answering
-from slipfold.explorer.answering import Answering
-from slipfold.explorer.catalogue import Catalogue
+from slipfold.interface.explorer import answering
+from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.catalogue import Catalogue
 
 
 def test_a_first_diagram_that_takes_long_is_not_waited_for(monkeypatch):

@@ -9,9 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from helpers.explorer_server import diagram, running_explorer
-from slipfold.explorer.messages import parse_request
-from slipfold.explorer.security import ServerLimits
-from slipfold.explorer.workers import Job, Workers
+from slipfold.interface.explorer.messages import parse_request
+from slipfold.interface.explorer.security import ServerLimits
+from slipfold.interface.explorer.workers import Job, Workers
 
 PLANE = {
     "kind": "plane",

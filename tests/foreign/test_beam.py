@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq, root
 
 import slipfold as sf
-from slipfold.branches.start import measured_over
+from slipfold.bifurcations.branches.start import measured_over
 from slipfold.flow.flow import flow_of
 from slipfold.flow.scales import linear_response
 from slipfold.models.equilibria import damped_newton
@@ -186,9 +186,9 @@ def test_few_modes_squeal_where_fifteen_elements_do():
 
 def test_the_squeal_of_fifteen_elements_is_a_hopf_point():
     """The whole beam: its highest mode turns 4000 times in a round of the lowest."""
-    from slipfold.branches.response import trace_branch
-    from slipfold.branches.settings import Settings
-    from slipfold.branches.start import equilibrium_start
+    from slipfold.bifurcations.branches.response import trace_branch
+    from slipfold.bifurcations.branches.settings import Settings
+    from slipfold.bifurcations.branches.start import equilibrium_start
 
     model = measured_over(sliding(15).replace(Vd=1.25), "Vd", (1.25, 1.15))
     orbits, start = equilibrium_start(model, "Vd", 1.25, 1.15)

@@ -11,8 +11,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipfold import System, bifurcation_set, load
-from slipfold.explorer.curves import plane_view
-from slipfold.loci import bifurcation_set as search
+from slipfold.bifurcations.loci import bifurcation_set as search
+from slipfold.interface.explorer.curves import plane_view
 
 HILL = """
 name = "hill"

@@ -13,11 +13,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from slipfold import InputError, Settings, SlidingOscillator, Steps
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
+from slipfold.bifurcations.loci.locus_equations import LocusEquations
+from slipfold.bifurcations.loci.make_locus import coefficient_at
 from slipfold.continuation.newton import correct
-from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.locus_equations import LocusEquations
-from slipfold.loci.make_locus import coefficient_at
 from slipfold.orbits.continued import hold_parameter
 from slipfold.orbits.kinds import ForcedOrbits
 from slipfold.orbits.normal_forms.normal_form import criticality_of

@@ -2,7 +2,7 @@
 
 from typer.testing import CliRunner
 
-from slipfold.cli.app import app
+from slipfold.interface.cli.app import app
 
 
 def run(*arguments):

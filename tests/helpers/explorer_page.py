@@ -33,7 +33,7 @@ async (fragment) => {
 @contextmanager
 def served(case, workers=2):
     """Run the command on a file; give the address that it prints."""
-    command = [sys.executable, "-m", "slipfold.cli", "explore", str(case), "--no-browser"]
+    command = [sys.executable, "-m", "slipfold.interface.cli", "explore", str(case), "--no-browser"]
     command += ["--workers", str(workers)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:

@@ -8,11 +8,11 @@ import httpx
 import uvicorn
 from websockets.sync.client import connect
 
-from slipfold.explorer.app import make_app
-from slipfold.explorer.catalogue import Catalogue
-from slipfold.explorer.security import Access, ServerLimits
-from slipfold.explorer.serve import listen, settings_of_server
-from slipfold.explorer.workers import Workers
+from slipfold.interface.explorer.app import make_app
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.security import Access, ServerLimits
+from slipfold.interface.explorer.serve import listen, settings_of_server
+from slipfold.interface.explorer.workers import Workers
 
 PATIENCE = 120
 """Seconds that a test waits for what should come at once."""

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from slipfold import Newton, Settings, SlidingOscillator, Steps
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 FILE = Path(__file__).parents[1] / "reference" / "sliding.json"
 DATA = json.loads(FILE.read_text())

@@ -7,8 +7,8 @@ import pytest
 from typer.main import get_command
 
 import slipfold
-from slipfold.cli.app import COMMANDS, app
 from slipfold.declarations import declared, resolved
+from slipfold.interface.cli.app import COMMANDS, app
 from slipfold.studies.works import AttractorsWork, LyapunovWork, SimulationWork
 
 FUNCTIONS = {

@@ -27,7 +27,8 @@ def test_the_version_is_that_of_the_package():
 
 
 def test_a_response_imports_no_loci():
-    text = "import slipfold, sys; slipfold.response; print('slipfold.loci' in sys.modules)"
+    name = "slipfold.bifurcations.loci"
+    text = f"import slipfold, sys; slipfold.response; print('{name}' in sys.modules)"
     assert run(text) == "False"
 
 
@@ -49,7 +50,7 @@ def test_what_is_not_there_is_said():
 def test_commands_take_one_thread_for_linear_algebra_unless_told_otherwise(given, threads):
     text = (
         "import os, sys\n"
-        "from slipfold.cli import main\n"
+        "from slipfold.interface.cli import main\n"
         "assert 'numpy' not in sys.modules\n"
         "sys.argv = ['slipfold', '--version']\n"
         "try: main()\n"

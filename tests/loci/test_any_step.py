@@ -7,7 +7,7 @@ import pytest
 
 from helpers.bifurcation_sets import PLANES, bifurcations, response, whole_set
 from slipfold import Newton, Settings, Steps
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.loci.follow import follow_loci
 
 PLANE = ("f", "Nd")
 WINDOW = PLANES[PLANE]

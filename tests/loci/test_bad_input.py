@@ -8,9 +8,9 @@ from helpers.bifurcation_sets import bifurcations, response
 from helpers.textbook_models import Mathieu, Torus
 from helpers.toy_models import Falling
 from slipfold import InputError, Parameter, SlidingOscillator
-from slipfold.branches.response import trace_response
-from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
+from slipfold.bifurcations.loci.follow import follow_loci
 
 FORCE, WINDOW = ("f", "Nd"), ((12.0, 13.0), (0.0, 0.5))
 

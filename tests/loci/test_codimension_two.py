@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.loci import bifurcation_set, fan
+from slipfold.bifurcations.loci import bifurcation_set, fan
 
 WHOLE = sf.Settings(largest_period=1)
 QUIET = sf.Settings(largest_period=1, largest_duration=1.2)

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 
 import slipfold as sf
-from slipfold.loci import fan
+from slipfold.bifurcations.loci import fan
 from slipfold.models.registry import model_named
 
 BOGDANOV_TAKENS = sf.System(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.response import trace_response
-from slipfold.loci.fan import ends_in_stick
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.loci.fan import ends_in_stick
 from slipfold.models.registry import model_named
 
 WINDOW = {"f": (11.5, 13.5), "Nd": (0.0, 0.98)}

@@ -5,10 +5,10 @@ import pytest
 
 from helpers.bifurcation_sets import bifurcations, response
 from slipfold import System
-from slipfold.loci import bifurcation_set
-from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.fan import follow_fan
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.loci import bifurcation_set
+from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
+from slipfold.bifurcations.loci.fan import follow_fan
+from slipfold.bifurcations.loci.follow import follow_loci
 
 STAGES = ("loci", "normal forms")
 FORCE, WINDOW = ("f", "Nd"), ((12.3, 12.7), (0.0, 0.12))

@@ -20,7 +20,7 @@ from helpers.bifurcation_sets import (
 )
 from helpers.reference import PRINTED, model_values
 from slipfold import SlidingOscillator
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.loci.follow import follow_loci
 
 LOCI = json.loads((Path(__file__).parents[1] / "reference" / "loci.json").read_text())
 FORCE = ("f", "Nd")

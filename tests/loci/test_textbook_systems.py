@@ -15,9 +15,9 @@ from helpers.oscillator_loci import (
     van_der_pol,
 )
 from helpers.textbook_models import Decoupled, Duffing, Mathieu, Torus, VanDerPol
-from slipfold.branches.response import trace_response
-from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
+from slipfold.bifurcations.loci.follow import follow_loci
 
 
 def loci_of(model, vary, span, plane, window, kind, switch=False):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-import slipfold.branches.settings
+import slipfold.bifurcations.branches.settings
 from helpers.duffing_text import TEXT
 from helpers.textbook_models import Duffing
 from slipfold.models.definitions.system_file import _TAKEN

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import slipfold as sf
-import slipfold.branches.settings
+import slipfold.bifurcations.branches.settings
 from helpers.duffing_text import TEXT
 from slipfold import InputError
 

@@ -7,7 +7,7 @@ import pytest
 
 import slipfold as sf
 from slipfold import Settings
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 from slipfold.models.registry import model_named
 
 FORCED = [

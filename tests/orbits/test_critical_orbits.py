@@ -9,8 +9,8 @@ import slipfold as sf
 from helpers.bifurcation_sets import bifurcations, response
 from helpers.by_hand.sliding import BASE, integrate
 from helpers.textbook_models import VanDerPol
-from slipfold.branches.response import trace_response
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.loci.follow import follow_loci
 from slipfold.models.registry import model_named
 from slipfold.orbits.critical import Critical
 from slipfold.orbits.eigenvalues import Cayley

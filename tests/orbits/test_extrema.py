@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import slipfold as sf
 from helpers.toy_models import LinearOscillator
 from slipfold import Settings, SlidingOscillator, Steps, periodic_orbit
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 CASES = [
     ({"f": 12.5, "Nd": 0.05}, 1),

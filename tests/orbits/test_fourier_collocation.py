@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from helpers.fourier_collocation import FourierOrbit
 from slipfold import Settings, SlidingOscillator, periodic_orbit
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 SETS = [
     ({"f": 12.5, "Nd": 0.05}, 1, 65),

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
-from slipfold.branches.ends import failure_reason
+from slipfold.bifurcations.branches.ends import failure_reason
 from slipfold.continuation.walk import Failure
 from slipfold.orbits.kinds import orbits_of
 

@@ -5,10 +5,10 @@ import pytest
 
 import slipfold as sf
 from slipfold import Settings
-from slipfold.branches.start import forced_orbits
+from slipfold.bifurcations.branches.start import forced_orbits
+from slipfold.bifurcations.loci import start as given_point
 from slipfold.collocation_points import radau_points
 from slipfold.continuation.newton import correct
-from slipfold.loci import start as given_point
 from slipfold.orbits import continued
 from slipfold.orbits.collocation import Collocation
 from slipfold.orbits.discretization import GAUSS, STAGES, Scheme

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 import slipfold as sf
-from slipfold.branches.progress import SEARCHING
+from slipfold.bifurcations.branches.progress import SEARCHING
 from slipfold.orbits import first_orbits
 
 

@@ -6,7 +6,7 @@ import pytest
 from helpers.fourier_collocation import FourierOrbit
 from helpers.reference import CASES, traced
 from helpers.toy_models import LinearOscillator
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 from slipfold.flow.flow import flow_of
 from slipfold.orbits.uncertainty import multiplier_rounding
 

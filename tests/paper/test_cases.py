@@ -3,7 +3,7 @@ import math
 import pytest
 
 from slipfold import SlidingOscillator
-from slipfold.paper.cases import Case, read_cases
+from slipfold.interface.paper.cases import Case, read_cases
 
 CASES = read_cases()
 FIGURES = CASES.of_kind("family")

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from helpers.hand_drawn import threshold_diagram as diagram
-from slipfold.paper.cases import Cases, read_cases
-from slipfold.paper.claims import Findings, judge_claims
+from slipfold.interface.paper.cases import Cases, read_cases
+from slipfold.interface.paper.claims import Findings, judge_claims
 
 CASES = read_cases()
 

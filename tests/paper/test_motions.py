@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from slipfold import SlidingOscillator
-from slipfold.paper import reproduce
-from slipfold.paper.cases import Case, Cases, Figure, read_cases
-from slipfold.paper.drawing import draw
+from slipfold.interface.paper import reproduce
+from slipfold.interface.paper.cases import Case, Cases, Figure, read_cases
+from slipfold.interface.paper.drawing import draw
 from slipfold.plots import figure_style
 
 MODEL = SlidingOscillator(f=12.2)

@@ -11,10 +11,10 @@ import slipfold as sf
 from helpers.hand_drawn_loci_plots import drawn_locus, locus_diagram
 from slipfold import SlidingOscillator
 from slipfold.computations import loci
-from slipfold.paper import reproduce
-from slipfold.paper.cases import Case, Cases, Figure, read_cases
-from slipfold.paper.drawing import draw
-from slipfold.paper.tables import planes_markdown
+from slipfold.interface.paper import reproduce
+from slipfold.interface.paper.cases import Case, Cases, Figure, read_cases
+from slipfold.interface.paper.drawing import draw
+from slipfold.interface.paper.tables import planes_markdown
 from slipfold.plots import figure_style
 
 PLANES = read_cases().of_kind("plane")

@@ -13,9 +13,9 @@ from PIL import Image
 
 import slipfold as sf
 from slipfold import InputError
-from slipfold.paper import reproduce
-from slipfold.paper.cases import read_cases
-from slipfold.paper.tables import COLUMNS
+from slipfold.interface.paper import reproduce
+from slipfold.interface.paper.cases import read_cases
+from slipfold.interface.paper.tables import COLUMNS
 from slipfold.results import writing
 
 CASES = read_cases()
@@ -142,7 +142,7 @@ def test_a_full_disk_is_noticed_before_anything_is_computed(tmp_path, monkeypatc
 
 SCRIPT = """
 import json, sys
-from slipfold.paper import reproduce
+from slipfold.interface.paper import reproduce
 if __name__ == "__main__":
     made = reproduce(sys.argv[1], lambda _: print("one", flush=True), processes=2)
     print(json.dumps([made.interrupted, len(made.written), list(made.missing)]))

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from helpers.textbook_models import Duffing, Mathieu, Torus
 from slipfold import InputError, Settings, SlidingOscillator
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 from slipfold.parameter_space.threshold_map import find_threshold_map
 
 ALONE = Settings(largest_period=1)

@@ -6,7 +6,7 @@ from scipy.optimize import linear_sum_assignment
 
 from helpers.reference import CASES, DATA, PRINTED, model_values, specials, traced
 from slipfold import Settings, SlidingOscillator, periodic_orbit
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 SINGLE = Settings(largest_period=1)
 

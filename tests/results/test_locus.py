@@ -14,7 +14,7 @@ from slipfold import (
     locus,
     response,
 )
-from slipfold.loci import isolated
+from slipfold.bifurcations.loci import isolated
 
 PLANE = ("f", "Nd")
 WINDOW = ((12.3, 12.6), (0.0, 0.1))

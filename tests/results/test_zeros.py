@@ -6,7 +6,7 @@ import pytest
 
 import slipfold as sf
 from helpers.diagrams import made_diagram, response_branch, special_point
-from slipfold.explorer.curves import diagram_view
+from slipfold.interface.explorer.curves import diagram_view
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import slipfold as sf
 from helpers.dry_friction import DUFFING_ON_BELT
-from slipfold.loci.follow import follow_loci
+from slipfold.bifurcations.loci.follow import follow_loci
 
 SINGLE = sf.Settings(largest_period=1)
 MU = 0.2

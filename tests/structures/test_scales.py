@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e-4, 1e-2, 1.0, 10.0, 1e4])

@@ -11,7 +11,7 @@ from slipfold import (
     SlidingOscillator,
     Structure,
 )
-from slipfold.branches.response import trace_response
+from slipfold.bifurcations.branches.response import trace_response
 
 RNG = np.random.default_rng(20260102)
 STATES = RNG.normal(size=(20, 4)) * [0.4, 0.4, 30.0, 30.0]

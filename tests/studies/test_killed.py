@@ -38,7 +38,15 @@ def test_killed_at_many_moments_and_resumed_it_is_the_same(tmp_path, undisturbed
 def test_a_command_killed_with_its_workers_at_work_is_resumed(tmp_path, undisturbed, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("cheap.toml").write_text(CHEAP_FILE)
-    command = [sys.executable, "-m", "slipfold.cli", "study", "cheap.toml", "--workers", "2"]
+    command = [
+        sys.executable,
+        "-m",
+        "slipfold.interface.cli",
+        "study",
+        "cheap.toml",
+        "--workers",
+        "2",
+    ]
     # As a shell does it: the command and its workers are one group.
     process = subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL)
     kept = tmp_path / "cheap.study" / "cases.jsonl"
@@ -154,7 +162,15 @@ def test_workers_without_slipfold_are_told_in_a_sentence(tmp_path, by_a_schedule
 def test_ctrl_c_reaches_the_workers_too_and_says_how_to_go_on(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("many.toml").write_text(CHEAP_FILE.replace("count = 20", "count = 20000"))
-    command = [sys.executable, "-m", "slipfold.cli", "study", "many.toml", "--workers", "2"]
+    command = [
+        sys.executable,
+        "-m",
+        "slipfold.interface.cli",
+        "study",
+        "many.toml",
+        "--workers",
+        "2",
+    ]
     process = subprocess.Popen(
         command, start_new_session=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )

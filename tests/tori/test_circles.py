@@ -5,11 +5,11 @@ import pytest
 
 import slipfold as sf
 from slipfold import Steps
+from slipfold.bifurcations.tori.circles import resampled, slopes, tail, turned, turning
+from slipfold.bifurcations.tori.follow import follow_tori, resonances_passed
+from slipfold.bifurcations.tori.start import first_circle
+from slipfold.bifurcations.tori.surface import growth_across, surface_of
 from slipfold.continuation.settings import Stepping
-from slipfold.tori.circles import resampled, slopes, tail, turned, turning
-from slipfold.tori.follow import follow_tori, resonances_passed
-from slipfold.tori.start import first_circle
-from slipfold.tori.surface import growth_across, surface_of
 
 TWO_FREQUENCIES = """
 name = "two frequencies"

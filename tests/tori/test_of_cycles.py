@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from slipfold.bifurcations.tori.circles import turned
 from slipfold.flow.flow import flow_of
-from slipfold.tori.circles import turned
 
 LANGFORD = """
 name = "langford"

@@ -11,9 +11,9 @@ import slipfold as sf
 from helpers.command_line import run
 from helpers.tori import of_the_sliding_oscillator, of_van_der_pol
 from slipfold import InputError
+from slipfold.bifurcations.tori.follow import INVARIANT
 from slipfold.flow.flow import flow_of
 from slipfold.lines import torus_segments
-from slipfold.tori.follow import INVARIANT
 
 SPAN = (1.0, 1.1)
 
@@ -162,7 +162,7 @@ def test_a_circle_may_come_to_turn_the_other_way():
 
 
 def test_circles_that_are_left_out_are_counted_and_not_drawn_across(model, tori, monkeypatch):
-    module, known = importlib.import_module("slipfold.tori.follow"), tori.truncation
+    module, known = importlib.import_module("slipfold.bifurcations.tori.follow"), tori.truncation
     monkeypatch.setattr(module, "INVARIANT", float(np.median(known)))
     diagram = sf.response(model, vary="w", span=SPAN, tori=True)
     (found,) = diagram.tori

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.errors import InputError
 from slipfold.long_term.search import Box, box_around, checked_box
 from slipfold.models.model import Model

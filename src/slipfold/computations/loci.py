@@ -9,8 +9,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.loci.bifurcation_set import find_bifurcation_set
+from slipfold.bifurcations.loci.follow import follow_loci
+from slipfold.bifurcations.loci.window import Window, check_window, measured_across
 from slipfold.computations.arguments import (
     checked_model,
     checked_settings,
@@ -20,9 +23,6 @@ from slipfold.computations.arguments import (
 )
 from slipfold.declarations import documented
 from slipfold.errors import InputError
-from slipfold.loci.bifurcation_set import find_bifurcation_set
-from slipfold.loci.follow import follow_loci
-from slipfold.loci.window import Window, check_window, measured_across
 from slipfold.models.equilibria import check_followed
 from slipfold.models.model import Model
 from slipfold.options import (

@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.progress import branch_progress, searching
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Event, Settings
-from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.start import Begin, measured_over
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.progress import branch_progress, searching
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.settings import Event, Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.start import Begin, measured_over
+from slipfold.bifurcations.tori.follow import tori_from, tori_of
+from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.computations.arguments import (
     Values,
     checked_model,
@@ -55,11 +57,9 @@ from slipfold.results.checks.checked import Checked
 from slipfold.results.checks.curves import check_branches
 from slipfold.results.diagram import Diagram, finalized
 from slipfold.results.records import provenance
-from slipfold.tori.follow import tori_from, tori_of
-from slipfold.tori.torus_branch import TorusBranch
 
 if TYPE_CHECKING:
-    from slipfold.branches.batched import BatchedCase
+    from slipfold.bifurcations.branches.batched import BatchedCase
     from slipfold.long_term.branch_search import BranchSearch
     from slipfold.results.responses import Responses
 
@@ -371,7 +371,7 @@ def responses(
     >>> result.failures
     {2: 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
     """
-    from slipfold.branches.batched_walk import BATCH
+    from slipfold.bifurcations.branches.batched_walk import BATCH
     from slipfold.results.responses import INTERRUPTED, Responses
 
     changed = checked_model(model).replace(**parameters)
@@ -437,7 +437,7 @@ def _batch(
     send: Callable[[str, float], None],
 ) -> dict[int, Callable[[], Diagram | None]]:
     """Return what makes the diagrams of cases by their numbers, for those that can be batched."""
-    from slipfold.branches.batched import follow_batch
+    from slipfold.bifurcations.branches.batched import follow_batch
 
     if own_events(model, vary):
         return {}
@@ -558,7 +558,7 @@ def gradients(point: Point) -> dict[str, float]:
     >>> round(sf.gradients(doubling)["Vd"], 9)
     -0.041609201
     """
-    from slipfold.loci.gradients import threshold_gradients
+    from slipfold.bifurcations.loci.gradients import threshold_gradients
 
     result = threshold_gradients(checked_point(point))
     assert result is not None
@@ -569,7 +569,7 @@ def with_gradients(
     branches: Sequence[Branch], settings: Settings, on_progress: Observer | None
 ) -> tuple[tuple[Branch, ...], bool]:
     """Return branches whose special points have gradients, and whether all of them do."""
-    from slipfold.loci.gradients import threshold_gradients
+    from slipfold.bifurcations.loci.gradients import threshold_gradients
 
     total, done = sum(len(branch.special) for branch in branches), 0
     result = list[Branch]()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.branches.special_point import SpecialPoint, sensitive_to
+from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
 from slipfold.computations.arguments import (
     checked_forced,
     checked_model,

@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.branch import Branch
-from slipfold.branches.orbit_between import orbit_between
-from slipfold.branches.start import Begin
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.orbit_between import orbit_between
+from slipfold.bifurcations.branches.start import Begin
 from slipfold.errors import InputError
 from slipfold.long_term.attractor import Attractor, strobes_of
 from slipfold.long_term.branch_search import BranchSearch

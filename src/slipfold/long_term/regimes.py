@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array
-from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
-from slipfold.loci.window import Window, locus_progress
+from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
+from slipfold.bifurcations.loci.window import Window, locus_progress
 from slipfold.long_term.classification import (
     CHAOS,
     CLASSIFICATION,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipfold.arrays import Array, Indices, Mask
-from slipfold.branches.batched_walk import BATCH
+from slipfold.bifurcations.branches.batched_walk import BATCH
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.continuation.locate import ZERO
 from slipfold.flow.explicit_steps import linearized_steps_of

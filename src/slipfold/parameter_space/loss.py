@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.stability import loss_of_stability
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.stability import loss_of_stability
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
 from slipfold.progress import Progress

@@ -11,14 +11,14 @@ from typing import Any, Generic, Self, TypeVar
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.branch import Branch
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
-from slipfold.branches.stability import loss_of_stability
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.stability import loss_of_stability
+from slipfold.bifurcations.loci.gradients import column_of, corrected, plane_of_scales, solved
 from slipfold.continuation.newton import Correction
 from slipfold.errors import BREAKDOWNS, InputError, breakdown
-from slipfold.loci.gradients import column_of, corrected, plane_of_scales, solved
 from slipfold.models.model import Model
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, PAIRED
 from slipfold.orbits.critical import Critical

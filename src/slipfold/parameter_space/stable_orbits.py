@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slipfold.arrays import Array
-from slipfold.branches.branch import Branch
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.branches.start import measured_over
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.start import measured_over
 from slipfold.continuation.interpolation import polynomial
 from slipfold.errors import BREAKDOWNS, InputError
 from slipfold.models.model import Model

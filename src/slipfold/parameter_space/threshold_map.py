@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from slipfold.arrays import Array, Indices
-from slipfold.branches.batched import BatchedCase, follow_batch
-from slipfold.branches.branch import Branch
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.batched import BatchedCase, follow_batch
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.continuation.interpolation import polynomial_weights
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured_within

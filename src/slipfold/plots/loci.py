@@ -14,11 +14,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from slipfold.arrays import Array
+from slipfold.bifurcations.loci.locus import Locus, locus_title
+from slipfold.bifurcations.loci.window import Window
 from slipfold.errors import InputError
 from slipfold.flow.modes import MET
 from slipfold.lines import CRITICALITIES, locus_segments
-from slipfold.loci.locus import Locus, locus_title
-from slipfold.loci.window import Window
 from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CODIMENSION_TWO, CONTACT_TYPES
 from slipfold.plots.labels import Label, place_labels
 from slipfold.plots.regions import (

@@ -17,8 +17,8 @@ from scipy import ndimage
 from scipy.spatial import KDTree
 
 from slipfold.arrays import Array, Mask
-from slipfold.loci.region_map import Region, RegionMap
-from slipfold.loci.window import Window
+from slipfold.bifurcations.loci.region_map import Region, RegionMap
+from slipfold.bifurcations.loci.window import Window
 from slipfold.plots.labels import Label
 
 PALE: Mapping[tuple[int, ...], str] = MappingProxyType(

@@ -12,7 +12,8 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.lines import Line2D
 
 from slipfold.arrays import Array
-from slipfold.branches.branch import Branch
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError
 from slipfold.lines import (
     OTHER,
@@ -40,7 +41,6 @@ from slipfold.plots.trajectories import COLORS, OTHERS, draw_points
 from slipfold.results.diagram import Diagram
 from slipfold.results.measured import Fit, MeasurementPlan
 from slipfold.results.trajectories import Sweep
-from slipfold.tori.torus_branch import TorusBranch
 
 READ = "#c2410c"
 """Color of measurements: of no branch, and darker than paper in gray."""

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
 from slipfold.arrays import Array
+from slipfold.bifurcations.tori.surface import TorusSpectrum
 from slipfold.errors import InputError
 from slipfold.flow.flow import flow_of
 from slipfold.flow.trajectory import Trajectory
@@ -33,7 +34,6 @@ from slipfold.results.diagram import Diagram
 from slipfold.results.simulation import Simulation
 from slipfold.results.trajectories import Sweep
 from slipfold.text import with_unit
-from slipfold.tori.surface import TorusSpectrum
 
 Solution = Trajectory | PeriodicOrbit
 

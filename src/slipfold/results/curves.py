@@ -21,9 +21,9 @@ from slipfold.results.tables import Frame, Variable, frame_of, joined
 from slipfold.text import certain, listed, outside, parameter_text, with_unit
 
 if TYPE_CHECKING:
-    from slipfold.branches.branch import Branch
-    from slipfold.branches.special_point import SpecialPoint
-    from slipfold.loci.locus import Locus, LocusPoint
+    from slipfold.bifurcations.branches.branch import Branch
+    from slipfold.bifurcations.branches.special_point import SpecialPoint
+    from slipfold.bifurcations.loci.locus import Locus, LocusPoint
 
 UNCERTAIN = 1e-6
 """Fraction of the span above which the uncertainty of a point is reported: points are located to

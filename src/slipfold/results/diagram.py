@@ -11,9 +11,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.settings import Event, Settings
-from slipfold.branches.special_point import SpecialPoint, sensitive_to
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.settings import Event, Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint, sensitive_to
+from slipfold.bifurcations.tori.torus_branch import TorusBranch
 from slipfold.errors import InputError, suggest
 from slipfold.long_term.branch_search import BranchSearch
 from slipfold.models.model import Model
@@ -26,7 +27,6 @@ from slipfold.results.records import Provenance
 from slipfold.results.tables import Frame
 from slipfold.results.tori import ToriList, torus_sentence
 from slipfold.text import PrintedTable, certain, headed, revolutions_text, stability_word, with_unit
-from slipfold.tori.torus_branch import TorusBranch
 
 WORDS = {"stable": "yes", "unstable": "no", "neutral": "neutral"}
 """Entries of the column on stability."""

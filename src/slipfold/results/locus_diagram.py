@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from operator import itemgetter
 from typing import Annotated, Any, NamedTuple
 
-from slipfold.branches.settings import Settings
-from slipfold.loci.locus import Locus, LocusPoint, locus_title
-from slipfold.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
-from slipfold.loci.window import Window
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.loci.locus import Locus, LocusPoint, locus_title
+from slipfold.bifurcations.loci.region_map import Region, RegionCheck, RegionMap, RegionMotion
+from slipfold.bifurcations.loci.window import Window
 from slipfold.models.model import Model
 from slipfold.results.checks.checked import Checked
 from slipfold.results.curves import CurveDiagram, CurveList

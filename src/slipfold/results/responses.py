@@ -11,8 +11,8 @@ from typing import Annotated, Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.models.model import Model
 from slipfold.results.diagram import Diagram
 from slipfold.results.fields import REAL, TEXT, WHOLE, Column, Entry, Items, Labels, ResultPart

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from slipfold.bifurcations.tori.torus_branch import Locked, TorusBranch
 from slipfold.continuation.end import End
 from slipfold.orbits.extrema import Extrema
 from slipfold.results.fields import REAL, TEXT, TRUTH, WHOLE, Column, Items, ResultPart, axes_of
 from slipfold.results.records import SavedTable
 from slipfold.results.tables import Variable
 from slipfold.text import with_unit
-from slipfold.tori.torus_branch import Locked, TorusBranch
 
 LASTING = "duration of a round, after which the circle lies on itself"
 

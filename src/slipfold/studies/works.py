@@ -11,16 +11,16 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from slipfold.branches.batched import BatchedCase, follow_batch
-from slipfold.branches.batched_walk import BATCH
-from slipfold.branches.response import trace_response
-from slipfold.branches.settings import Settings
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.batched import BatchedCase, follow_batch
+from slipfold.bifurcations.branches.batched_walk import BATCH
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.loci.bifurcation_set import check_asked, find_bifurcation_set
+from slipfold.bifurcations.loci.window import measured_across
 from slipfold.errors import InputError
 from slipfold.flow.scales import measured
 from slipfold.flow.simulate import initial_state, simulate
-from slipfold.loci.bifurcation_set import check_asked, find_bifurcation_set
-from slipfold.loci.window import measured_across
 from slipfold.long_term.exponents import find_exponents
 from slipfold.long_term.search import ENDED, UNDECIDED, box_around, checked_box, search
 from slipfold.models.equilibria import check_followed

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from slipfold.branches.branch import Branch
-from slipfold.branches.progress import branch_progress
-from slipfold.branches.solution_curve import OrbitSeries
-from slipfold.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.progress import branch_progress
+from slipfold.bifurcations.branches.solution_curve import OrbitSeries
+from slipfold.bifurcations.branches.special_point import SpecialPoint
 from slipfold.flow.flow import flow_of
 from slipfold.flow.modes import MET, contacts_of
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
@@ -32,7 +32,7 @@ from slipfold.results.checks.switched import switched_difference
 from slipfold.text import parameter_text
 
 if TYPE_CHECKING:
-    from slipfold.loci.locus import Locus
+    from slipfold.bifurcations.loci.locus import Locus
     from slipfold.parameter_space.threshold_map import GridThresholds
 
 ENDS = ((-1, "end"), (0, "beginning"))
@@ -83,7 +83,7 @@ def check_loci(loci: Sequence[Locus], observer: Observer | None = None) -> Check
     )
 
     def progress(done: int) -> Progress:
-        from slipfold.loci.window import locus_progress  # a response needs no loci
+        from slipfold.bifurcations.loci.window import locus_progress  # a response needs no loci
 
         first, second = loci[-1].stopped.values
         return locus_progress("checks", done, None, (first, second), "by another method")

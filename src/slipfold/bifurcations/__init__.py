@@ -1,0 +1,1 @@
+"""Branches of solutions, loci of their bifurcations in two parameters, and tori."""

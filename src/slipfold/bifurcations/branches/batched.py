@@ -1,0 +1,337 @@
+"""Responses of many cases in a batch: their special points, or all of their branches.
+
+A case is left, to be followed individually, unless all its branches are ordinary: in slip,
+connected with the response of period 1, with no other bifurcations than folds, period doublings and
+tori, and ending at an end of the span or at a limit at which nothing sticks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from slipfold.arrays import Array, Complex
+from slipfold.bifurcations.branches.batched_points import (
+    AtLimit,
+    FollowedOrbits,
+    locate_zeros,
+    orbits_at_limits,
+    refine_zeros,
+)
+from slipfold.bifurcations.branches.batched_walk import BATCH, BatchedBranch, Walk
+from slipfold.bifurcations.branches.bifurcations import BIFURCATION, is_torus, span_end
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.make_branch import assemble, describe
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.start import forced_orbits, measured_over, span_begin
+from slipfold.bifurcations.branches.switching import emanating_branch
+from slipfold.continuation import curve_set
+from slipfold.continuation.curve_set import FollowedCurve
+from slipfold.continuation.end import End
+from slipfold.continuation.traced_curve import Found, TracedCurve
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow.explicit_steps import LinearizedSteps, linearized_steps_of
+from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import linear_response
+from slipfold.models.model import Model
+from slipfold.orbits.continued import hold_parameter
+from slipfold.orbits.first_orbits import SEARCH
+from slipfold.orbits.kinds import ForcedOrbits
+from slipfold.orbits.orbit_batch import ITERATIONS, Converged, OrbitBatch
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+
+Report = Callable[[str, float], None]
+"""Called with the stage of the computation and the finished fraction of it."""
+
+
+@dataclass(eq=False)
+class BatchedCase:
+    """A case with its branches in their order, as far as the batch followed it."""
+
+    model: Model
+    branches: list[BatchedBranch] = field(default_factory=list)
+    failure: str = ""  # why it has to be followed individually
+
+    def leave(self, reason: str) -> None:
+        """Leave the case, to be followed individually; the first reason counts."""
+        self.failure = self.failure or reason
+
+    @property
+    def special(self) -> list[tuple[SpecialPoint, ...]]:
+        """Special points of each branch, with normal forms and uncertainties."""
+        return [tuple(describe(item) for item in branch.found) for branch in self.branches]
+
+    @property
+    def loss(self) -> Found[OrbitPoint] | None:
+        """The special point at which the first branch loses its stability, None without one."""
+        branch = self.branches[0]
+        around = (item.bracket.unstable for item in branch.located)
+        crossed = zip(branch.found, around, strict=True)
+        return next((found for found, (before, after) in crossed if before == 0 < after), None)
+
+    def assembled(self, vary: str, first: float) -> tuple[Branch, ...]:
+        """Return the branches as data, from the first value of the span."""
+        curves, leads = list[FollowedCurve[OrbitPoint]](), dict[Found[OrbitPoint], list[int]]()
+        for number, item in enumerate(self.branches, 1):
+            start = curve_set.Start(
+                item.orbits,
+                (item.points[0],),
+                departs=item.birth is not None,
+                parent=item.parent,
+                found=item.birth,
+            )
+            traced = TracedCurve(item.orbits, item.points, start.departs, item.found, item.stopped)
+            curves.append(FollowedCurve(number, start, traced, None))
+            if item.birth is not None:
+                leads.setdefault(item.birth, []).append(number)
+        return assemble(curves, leads, span_begin(vary, first))
+
+
+def follow_batch(
+    models: Sequence[Model],
+    vary: str,
+    span: tuple[float, float],
+    settings: Settings,
+    report: Report = lambda stage, fraction: None,
+    *,
+    whole: bool = True,
+    to_loss: bool = False,
+) -> list[BatchedCase]:
+    """Follow the responses of models of one kind, with all orbits or with special points alone.
+
+    If `to_loss`, a branch ends where it first loses its stability; its orbits are not refined then.
+    The results of a case do not depend on the other cases. The shorter periods come first.
+    """
+    report("equations", 0.0)
+    steps = _steps_for(models[0], settings)
+    if steps is None:
+        return [BatchedCase(model, failure="another kind of model") for model in models]
+    models = [model.replace(**{vary: span[0]}) for model in models]
+    models = [
+        model if model.estimated_scales is not None else measured_over(model, vary, span)
+        for model in models
+    ]
+    cases = [BatchedCase(model) for model in models]
+    vectors = np.array([model.vector for model in models])
+    scales = np.array([model.state_scales() for model in models])
+    width, tolerance = abs(span[1] - span[0]), settings.newton.tolerance
+    orbits = OrbitBatch(models[0], vectors, scales, (vary, width), steps=steps)
+    branches = _responses(orbits, cases, float(np.sign(span[1] - span[0])), settings)
+    while branches:
+        walk = Walk(orbits, branches, span, settings.steps, to_loss)
+        walk.run(partial(report, f"branches of period {orbits.period}"))
+        stage = f"orbits of period {orbits.period}"
+        report(stage, 0.0)
+        _locate(orbits, cases, branches, span, tolerance)
+        if whole and not to_loss:
+            report(stage, 0.5)
+            _refine_points(orbits, cases, branches, tolerance)
+        branches = _doubled(cases, orbits.period, settings)
+        orbits = orbits.of_period(2 * orbits.period)
+    return cases
+
+
+def _steps_for(model: Model, settings: Settings) -> LinearizedSteps | None:
+    """Return the explicit steps for a kind of models; None if these or settings forbid them."""
+    slips = all(contact.limits for contact in contacts_of(model))
+    if not model.forced or not slips or np.any(model.angle_periods):
+        return None
+    steps = settings.steps
+    allowed = (
+        settings.discretization != "collocation"
+        and settings.newton.iterations >= ITERATIONS
+        and steps.smallest <= BATCH.smallest
+        and steps.largest * BATCH.max_rounds > 4  # several spans
+    )
+    return linearized_steps_of(model) if allowed else None
+
+
+# -- where branches begin --------------------------------------------------------------------------
+
+
+def _responses(
+    orbits: OrbitBatch, cases: Sequence[BatchedCase], forward: float, settings: Settings
+) -> list[BatchedBranch]:
+    """Find the responses at the first value, from the linear ones."""
+    flow, curves, guesses = flow_of(orbits.model), dict[int, ForcedOrbits](), []
+    for number, case in enumerate(cases):
+        model = case.model
+        case.failure = "no linear response"
+        with suppress(InputError, *BREAKDOWNS):
+            curve = forced_orbits(model, orbits.vary, orbits.width, settings)
+            if isinstance(curve.by, Shooting):
+                constants, scales = flow.constants(model.vector), model.state_scales()
+                nodes = linear_response(flow, constants, scales, SEGMENTS, model.start)
+                value = np.array([model.values[orbits.vary]])
+                guesses.append(orbits.join(np.array([number]), nodes[None], value)[0])
+                curves[number], case.failure = curve, ""
+    if not curves:
+        return []
+    rows = np.tile(hold_parameter(orbits.size) * forward, (len(curves), 1))
+    which = np.array(list(curves))
+    result = orbits.correct(which, np.array(guesses), rows, BATCH.last_step, SEARCH.near)
+    branches = list[BatchedBranch]()
+    for row, (number, curve) in enumerate(curves.items()):
+        if result.found[row]:
+            step = result.z[row], result.tangents[row], 0.0
+            branches.append(BatchedBranch(number, curve, [step]))
+        else:
+            cases[number].leave("no response")
+    return branches
+
+
+def _doubled(cases: Sequence[BatchedCase], period: int, settings: Settings) -> list[BatchedBranch]:
+    """Return the branches of twice a period at their beginnings."""
+    branches, largest = list[BatchedBranch](), settings.largest_period
+    for number, case in enumerate(cases):
+        parents = [item for item in enumerate(case.branches, 1) if item[1].orbits.period == period]
+        for parent, branch in [] if case.failure else parents:
+            for found in branch.found:
+                try:
+                    birth = emanating_branch(branch.orbits, found, settings, largest)
+                except BREAKDOWNS:
+                    case.leave("birth")
+                    break
+                if birth is not None:
+                    first = birth.start
+                    step = first.z, first.tangent, 0.0
+                    new = BatchedBranch(number, birth.orbits, [step], parent, found, first)
+                    branches.append(new)
+    return branches
+
+
+# -- special points --------------------------------------------------------------------------------
+
+
+def _locate(
+    orbits: OrbitBatch,
+    cases: Sequence[BatchedCase],
+    branches: Sequence[BatchedBranch],
+    span: tuple[float, float],
+    tolerance: float,
+) -> None:
+    """Add branches that were followed to their cases, with their bifurcations by the flow."""
+    for branch in branches:
+        cases[branch.case].branches.append(branch)
+        if not branch.ordinary:
+            cases[branch.case].leave(branch.end)
+    ended = [branch for branch in branches if branch.ordinary]
+    zeros = locate_zeros(orbits, [item for branch in ended for item in branch.brackets])
+    items = [item for item in zeros if item is not None]
+    refined = iter(refine_zeros(orbits, items, tolerance))
+    located = iter(zeros)
+    for branch in ended:
+        case = cases[branch.case]
+        for bracket in branch.brackets:
+            item = next(located)
+            zero = None if item is None else next(refined)
+            if item is None or zero is None:
+                case.leave("not located")
+                continue
+            (point,) = _points(branch.orbits, zero[0], [item.arclength], derived=True)
+            before, after = bracket.unstable
+            if not min(span) <= branch.orbits.value(point.z) <= max(span):
+                case.leave("turns outside the span")
+            elif _is_genuine(bracket.kind, point.multipliers):
+                branch.located.append(item)
+                branch.found.append(Found(bracket.kind, point, item.slope))
+                if before == after:
+                    case.leave("not accounted for")
+            elif before != after:
+                case.leave("not accounted for")
+
+
+def _is_genuine(kind: str, multipliers: Complex) -> bool:
+    """Whether a multiplier has its critical value: a neutral saddle has no pair on the circle."""
+    if kind == "NS":
+        return is_torus(multipliers)
+    return bool(np.abs(multipliers - (-1.0 if kind == "PD" else 1.0)).min() < BIFURCATION.on_circle)
+
+
+# -- all orbits of branches ------------------------------------------------------------------------
+
+
+def _refine_points(
+    orbits: OrbitBatch,
+    cases: Sequence[BatchedCase],
+    branches: Sequence[BatchedBranch],
+    tolerance: float,
+) -> None:
+    """Add all orbits to branches that were followed, and their ends, corrected by the flow."""
+    ended = [branch for branch in branches if branch.ordinary]
+    if not ended:
+        return
+    parts = [branch.steps[int(branch.first is not None) :] for branch in ended]
+    rows = list[Array]()
+    for branch, part in zip(ended, parts, strict=True):
+        own = [tangent for _, tangent, _ in part]
+        ends = [0] * (branch.first is None) + [-1] * (branch.end == "span")
+        for end in ends:
+            own[end] = hold_parameter(orbits.size) * np.sign(own[end][-1])
+        rows += own
+    which = np.repeat([branch.case for branch in ended], [len(part) for part in parts])
+    z = np.array([step[0] for part in parts for step in part])
+    result, last = orbits.settled(which, z, np.array(rows), tolerance), 0
+    followed = list[FollowedOrbits]()
+    for branch, part in zip(ended, parts, strict=True):
+        own_orbits = result.of(slice(last, last + len(part)))
+        followed.append(FollowedOrbits(branch, own_orbits, np.array([step[2] for step in part])))
+        last += len(part)
+    limits = orbits_at_limits(
+        orbits, [item for item in followed if item.branch.end == "limit"], tolerance
+    )
+    for item in followed:
+        _complete(item, cases[item.branch.case], limits.get(item.branch), tolerance)
+
+
+def _complete(
+    followed: FollowedOrbits, case: BatchedCase, limit: AtLimit | None, tolerance: float
+) -> None:
+    """Add the points of a branch and its end."""
+    branch, arclengths = followed.branch, followed.arclengths
+    orbits, count = branch.orbits, len(arclengths)
+    if branch.end == "limit":
+        if limit is None or not (limit.orbit.residuals <= tolerance).all():
+            case.leave("limit not located")
+            return
+        if any(item.arclength >= limit.arclength for item in branch.located):
+            case.leave("beyond the limit")
+        count = int(np.count_nonzero(arclengths < limit.arclength))  # one too many were followed
+    inner = followed.orbits.of(slice(count))
+    if not (inner.residuals <= tolerance).all():
+        case.leave("residual")
+    if case.failure:
+        return
+    branch.points = [] if branch.first is None else [branch.first]
+    branch.points += _points(orbits, inner, arclengths[:count].tolist())
+    if limit is None:
+        branch.stopped = span_end(orbits, branch.points[-1])
+        return
+    branch.points += _points(orbits, limit.orbit, [limit.arclength])
+    broken = orbits.model.limits[limit.limit]
+    reason = broken.reason.format(value=limit.margin + broken.bound)
+    branch.stopped = End("limit", reason, orbits.place(branch.points[-1].z))
+
+
+def _points(
+    orbits: Orbits, found: Converged, arclengths: Sequence[float], *, derived: bool = False
+) -> list[OrbitPoint]:
+    """Return orbits as points of a branch, with test functions if they are derived."""
+    points = []
+    for row, arclength in enumerate(arclengths):
+        own = found.z[row], found.tangents[row], arclength
+        monodromy, residual = found.monodromies[row], float(found.residuals[row])
+        if derived:
+            points.append(orbits.derived_point(*own, monodromy, residual))
+            continue
+        multipliers = found.multipliers[row]
+        rest = {"curve": orbits, "monodromy": monodromy, "multipliers": multipliers}
+        points.append(OrbitPoint(*own, {}, 0, residual, **rest))
+    return points

@@ -1,0 +1,231 @@
+"""How branches and loci end, in words: at the span, beside a limit, near a homoclinic orbit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice, takewhile
+
+import numpy as np
+
+from slipfold.bifurcations.branches.bifurcations import (
+    BIFURCATION,
+    Bifurcations,
+    count_on_circle,
+    is_off_circle,
+    span_end,
+)
+from slipfold.bifurcations.branches.homoclinic import nears_homoclinic
+from slipfold.bifurcations.branches.special_point import ALIKE
+from slipfold.bifurcations.branches.stops import far_away
+from slipfold.continuation.end import End
+from slipfold.continuation.follow import Endings
+from slipfold.continuation.locate import LostCurveError
+from slipfold.continuation.newton import SINGULAR
+from slipfold.continuation.pieces import PIECE
+from slipfold.continuation.settings import Stepping
+from slipfold.continuation.step_length import STEP
+from slipfold.continuation.traced_curve import Found, TracedCurve
+from slipfold.continuation.walk import Failure, walk
+from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.limits import is_singular_near, limit_ahead, limit_rooms
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.shooting import RESOLVED
+
+SEVERAL = (
+    "several multipliers are critical where it begins, as a symmetry makes them: several branches "
+    "begin there, and in the one direction tried there is none"
+)
+
+UNSOLVED = (
+    "the motion turns so sharply that on an interval of the mesh no polynomials were found that "
+    "meet the equations; simulate continues in implicit steps of any length"
+)
+
+NO_VALUE = (
+    "where the equations have no value, such as the logarithm or root of what is negative or a "
+    "quotient 0/0 (x/(1 - exp(-x)) is written 1/exprel(-x))"
+)
+
+LOST = (
+    f"trajectories beyond could not be computed: they reach states {NO_VALUE}, or turn more "
+    "sharply than explicit steps follow, where simulate continues in implicit ones"
+)
+
+
+class BranchEndings(Endings[OrbitPoint]):
+    """The ends of branches in words."""
+
+    def __init__(self, span: tuple[float, float], settings: Stepping) -> None:
+        self._span = span
+        self._settings = settings
+
+    def left(self, traced: TracedCurve[OrbitPoint]) -> End:
+        """Return the end of a branch that reached the end of the span.
+
+        On which side of a bifurcation at that very value the last orbit lies is rounding. Where
+        several pairs are critical, nothing damps, and which of them crosses is not defined.
+        """
+        *_, before, last = [*traced.points[-1:], *traced.points[-2:]]
+        crossing = is_off_circle(before) and not is_off_circle(last)
+        if crossing and count_on_circle(last) <= 2:
+            self._put_on_edge(traced)
+        return span_end(traced.curve, traced.points[-1])
+
+    def failed(self, traced: TracedCurve[OrbitPoint], failure: Failure) -> End:
+        """Return the end of a branch that cannot be followed: there, or on the end of the span."""
+        orbits = traced.curve
+        if failure.kind == "failed" and self._put_on_edge(traced):
+            return span_end(orbits, traced.points[-1])
+        last, clause = traced.points[-1], nears_homoclinic(orbits, traced.points)
+        kind, reason = failure_reason(orbits, last, failure)
+        if kind == "failed" and len(traced.points) == 1 and _is_one_of_several(last):
+            reason = SEVERAL
+        if kind == "failed" and clause:
+            kind, reason = "homoclinic", f"{clause} (no cycle was found any nearer to it)"
+        elif clause:
+            reason = f"{reason}; {clause}"
+        return End(kind, reason, orbits.place(last.z))
+
+    def _put_on_edge(self, traced: TracedCurve[OrbitPoint]) -> bool:
+        """End a branch with the bifurcation that lies on the end of the span, if one does."""
+        try:
+            on_edge = _end_on_edge(traced.curve, traced, self._span, self._settings)
+        except BREAKDOWNS:
+            return False
+        if on_edge is None:
+            return False
+        traced.points, result = on_edge
+        sure = traced.points[-2].arclength
+        traced.found = [item for item in traced.found if item.point.arclength <= sure] + result
+        return True
+
+    def interrupted(self, traced: TracedCurve[OrbitPoint]) -> End:
+        """Return the end of a branch that was interrupted."""
+        value = traced.curve.value(traced.points[-1].z)
+        reason = f"interrupted at {traced.curve.vary} = {value:.6g}; results up to there are kept"
+        return End("interrupted", reason, (value,))
+
+
+def _is_one_of_several(start: OrbitPoint) -> bool:
+    return int(np.count_nonzero(np.abs(start.multipliers - 1) < ALIKE)) > 1
+
+
+def failure_reason(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
+    """Return the kind and the sentence of a failure, with how far the model's limits are."""
+    kind, reason = _explained(orbits, last, failure)
+    largest = float(np.abs(last.multipliers).max(initial=0.0))
+    if kind == "failed" and orbits.by.smooth and largest > RESOLVED:
+        kind = "unresolved"
+        reason = f"a multiplier of {largest:.1e} leaves too few digits for a step ({reason})"
+    return kind, reason
+
+
+def _explained(orbits: Orbits, last: OrbitPoint, failure: Failure) -> tuple[str, str]:
+    if failure.kind != "failed":
+        return failure.kind, failure.reason
+    if not orbits.by.smooth:
+        ahead = limit_ahead(orbits, last)
+        if ahead is not None:
+            return "limit", ahead
+        if float(np.abs(orbits.nodes(last.z) / orbits.scales).max()) > BIFURCATION.runs_away:
+            return failure.kind, far_away(orbits, last, "")
+        largest = float(np.abs(last.multipliers).max(initial=0.0))
+        if largest > BIFURCATION.sensitive:
+            why = f"changes of contacts multiply perturbations by {largest:.1e} in a period"
+        else:
+            why = (
+                "a stuck interval that vanishes, or a change of contacts that the orbit cannot be "
+                "continued through"
+            )
+        reason = (
+            f"no orbit was found beyond: {why} ({failure.reason}); simulate shows what motions do"
+        )
+        return failure.kind, reason
+    try:
+        margins, rooms = limit_rooms(orbits, last.z)
+        singular = is_singular_near(orbits, last.z)
+    except BREAKDOWNS:
+        return failure.kind, failure.reason
+    for limit, margin, room in zip(orbits.model.limits, margins, rooms, strict=True):
+        if margin < (BIFURCATION.close_to_limit - 1) * room:
+            reason = limit.reason.format(value=margin + limit.bound)
+            return "limit", f"{reason} (no orbit was found any nearer to the limit)"
+    met = SINGULAR in failure.reason or _is_singular_beyond(orbits, last)
+    if met and not singular and orbits.kind == "equilibrium":
+        return failure.kind, far_away(orbits, last, ", where rates overflow")
+    if met and not singular:
+        return failure.kind, UNSOLVED if isinstance(orbits.by, Collocation) else LOST
+    if singular:
+        # Whether Newton's method or the step failed first is rounding.
+        return failure.kind, f"the orbit reaches states {NO_VALUE}, and no orbit was found beyond"
+    limits = ", ".join(
+        f"{limit.output} = {margin + limit.bound:.3g} (limit {limit.bound:g})"
+        for limit, margin in zip(orbits.model.limits, margins, strict=True)
+        if np.isfinite(margin)
+    )
+    there = f"; there {limits}" if limits else ""
+    return "failed", f"{failure.reason}{there}"
+
+
+def _is_singular_beyond(orbits: Orbits, last: OrbitPoint) -> bool:
+    """Whether the equations have no value where orbits beyond the last one would be.
+
+    Beside a quotient 0/0 it is rounding which of the two ends the shortest steps.
+    """
+    try:
+        beyond = [orbits.linearize(last.z + step * last.tangent).defect for step in PIECE.looks]
+    except BREAKDOWNS:
+        return True
+    return not np.isfinite(beyond).all()
+
+
+def _end_on_edge(
+    orbits: Orbits,
+    traced: TracedCurve[OrbitPoint],
+    span: tuple[float, float],
+    settings: Stepping,
+) -> tuple[list[OrbitPoint], list[Found]] | None:
+    """Return how a branch ends if a bifurcation lies on the end of the span.
+
+    With the parameter held Newton's method is singular at a branch point. So a step is taken over
+    the end, and the bifurcation is located between.
+    """
+    points = traced.points
+    edge = min(orbits.bounds(span)[0][1:], key=lambda bound: abs(points[-1].z[-1] - bound))
+
+    def away(point: OrbitPoint) -> float:
+        return abs(float(point.z[-1]) - edge)
+
+    close = len(list(takewhile(lambda point: away(point) < BIFURCATION.clear, reversed(points))))
+    kept = points[: len(points) - close]
+    if away(points[-1]) > BIFURCATION.near_edge or not kept:
+        return None
+    before = kept[-1]
+    step = min(
+        2 * away(before) / max(abs(before.tangent[-1]), STEP.edge),
+        BIFURCATION.steps_over * BIFURCATION.near_edge,
+    )
+    over: OrbitPoint | None = None
+    for beyond in islice(walk(orbits, kept, step, (), settings), BIFURCATION.steps_over):
+        if isinstance(beyond, Failure):
+            return None
+        if (beyond.z[-1] > edge) != (before.z[-1] > edge):
+            over = beyond
+            break
+        before = beyond
+        kept = [*kept, before]
+    if over is None:
+        return None
+    try:
+        result = Bifurcations(orbits, span).between([*kept, over], before, over)
+    except LostCurveError:
+        return None
+    place = next((i for i, item in enumerate(result) if away(item.point) < STEP.edge), None)
+    if place is None:
+        return None
+    z = result[place].point.z.copy()
+    z[-1] = edge  # exactly, whatever rounding did
+    last = replace(result[place].point, z=z)
+    result[place] = replace(result[place], point=last)
+    return [*kept, last], result[: place + 1]

@@ -1,0 +1,94 @@
+"""The user's events along a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.settings import Event
+from slipfold.continuation.end import End
+from slipfold.continuation.locate import locate
+from slipfold.continuation.search import Zeros
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
+from slipfold.orbits.extrema import find_extrema
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+
+
+@dataclass(frozen=True, eq=False)
+class Happened(Found[OrbitPoint]):
+    """A user's event that was located."""
+
+    event: Event | None = None
+
+
+class Events(Zeros[OrbitPoint]):
+    """Records where outputs or the parameter take the values requested, or ends the branch."""
+
+    def __init__(self, orbits: Orbits, events: Sequence[Event]) -> None:
+        super().__init__(orbits)
+        self._orbits = orbits
+        self._events = events
+        self._known: WeakKeyDictionary[OrbitPoint, Array] = WeakKeyDictionary()
+
+    def values(self, point: OrbitPoint) -> Array:
+        """Return by how much what each event measures exceeds the value requested."""
+        if point not in self._known:
+            self._known[point] = self._measured(point.z)
+        return self._known[point]
+
+    def extrapolated(self, points: Sequence[OrbitPoint], weights: Array) -> None:
+        """Return None: outputs are known at the points alone."""
+
+    def _measured(self, z: Array) -> Array:
+        orbits, names = self._orbits, []
+        for event in self._events:
+            if event.measure != "parameter" and event.name not in names:
+                names.append(event.name)
+        measured = {"parameter": orbits.value(z)}
+        if names:
+            vector, nodes = orbits.vector(z)[None], orbits.evenly(z)[None]
+            extrema = find_extrema(orbits.model, vector, nodes, orbits.period, tuple(names))
+        result = []
+        for event in self._events:
+            if event.measure != "parameter":
+                low, high = (float(item[0]) for item in extrema.of(event.name))
+                measured |= {"max": high, "min": low, "peak_to_peak": high - low}
+            result.append(measured[event.measure] - event.value)
+        return np.array(result)
+
+    def located(
+        self, known: list[OrbitPoint], a: OrbitPoint, b: OrbitPoint
+    ) -> list[Found[OrbitPoint]]:
+        """Return the events between two points, or at the second of them."""
+        result: list[Found[OrbitPoint]] = []
+        for index, event in enumerate(self._events):
+            before, after = self.values(a)[index], self.values(b)[index]
+
+            def function(point: OrbitPoint, index: int = index) -> float:
+                return float(self.values(point)[index])
+
+            if before * after < 0:
+                at = locate(self._orbits, known, a, b, function)
+            elif after == 0 != before:
+                at = b
+            else:
+                continue
+            slope = float(after - before) / (b.arclength - a.arclength)
+            result.append(Happened("EVENT", at, slope, event=event))
+        return result
+
+    def seen(
+        self, found: Sequence[Found[OrbitPoint]], interval: StepInterval[OrbitPoint]
+    ) -> MonitorResult[OrbitPoint]:
+        """Record the events; the first that is to stop the branch does."""
+        for item in found:
+            event = item.event if isinstance(item, Happened) else None
+            if event is not None and event.stop:
+                reason = f"stopped as requested: {event.measure} of {event.name} is {event.value:g}"
+                end = End("event", reason, self._orbits.place(item.point.z))
+                return MonitorResult(found, Stop(item.point, end))
+        return MonitorResult(found)

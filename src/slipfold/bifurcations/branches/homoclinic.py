@@ -1,0 +1,203 @@
+"""Branches of cycles whose duration grows without bound, towards a homoclinic orbit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.stops import STOP
+from slipfold.continuation.end import End
+from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop
+from slipfold.newton import Rule, find_root, solve_each
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+
+
+@dataclass(frozen=True)
+class HomoclinicRule:
+    """When a branch of cycles nears a homoclinic orbit."""
+
+    grown: float = 2.0  # ratio of durations below which nothing is known
+    near: float = 0.05  # distance of a cycle from the saddle, in scaled states
+    nearby: float = 0.3  # the same of equilibria about to appear: it falls with a root
+    proportional: float = 0.1  # relative change of a slope along a straight line
+    stands: float = 1e-3  # change of the parameter over that of the duration, in spans
+    snakes: float = 1e-5  # distance of two folds, in spans, after which others are nearer still
+
+
+RULE = HomoclinicRule()
+
+
+NEWTON = Rule(close=1e-6, iterations=20)
+"""Newton's steps from the slowest state of a cycle to an equilibrium."""
+
+
+class Homoclinic:
+    """Ends a branch of cycles on its way to a homoclinic orbit.
+
+    Near one the distance of the parameter from its value there falls exponentially with the
+    duration (Kuznetsov, Elements of Applied Bifurcation Theory, section 6.4).
+
+    `largest` is the largest duration, relative to that at the first point.
+    """
+
+    def __init__(self, orbits: Orbits, largest: float) -> None:
+        self._orbits = orbits
+        self._largest = largest
+
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return the point at which the branch has practically ended."""
+        orbits, points = self._orbits, [*interval.traced.points, interval.point]
+        growth, value = _growth(orbits, points), orbits.value(interval.point.z)
+        if _stands(orbits, points, STOP.constant) and _passes_saddle(points[-1]):
+            end = End(
+                "homoclinic",
+                f"the duration grew to {growth:.3g} times that at first while {orbits.vary} stays "
+                f"at {value:.9g}: the cycle nears a homoclinic orbit",
+                (value,),
+            )
+        elif self._snakes(interval) and _passes_saddle(points[-1]):
+            end = End(
+                "homoclinic",
+                f"the last two folds lie within {RULE.snakes:g} of the span of each other, at "
+                f"{orbits.vary} = {value:.7g}: the cycle nears a homoclinic orbit, about which the "
+                "branch turns without end",
+                (value,),
+            )
+        elif growth > self._largest and (appear := _saddle_node(points)) is not None:
+            end = End(
+                "homoclinic",
+                f"the duration grew past {self._largest:g} times that at first, as one over the "
+                f"root of the distance from {orbits.vary} = {orbits.width * appear:.6g}, where "
+                "equilibria appear on the cycle (a saddle-node on it)",
+                (value,),
+            )
+        elif growth > self._largest:
+            end = End(
+                "duration",
+                f"the duration grew past {self._largest:g} times that at first, as it does towards "
+                "a homoclinic orbit and in slow relaxation; allow a larger duration to continue",
+                (value,),
+            )
+        else:
+            return MonitorResult()
+        return MonitorResult(stop=Stop(interval.point, end))
+
+    def _snakes(self, interval: StepInterval[OrbitPoint]) -> bool:
+        """Whether folds of ever longer cycles lie ever closer together."""
+        folds = [item.point for item in interval.traced.found if item.type == "LP"][-2:]
+        if not self._orbits.free_phase or len(folds) < 2:
+            return False
+        before, last = (point.z[-2] * point.curve.units[-2] for point in folds)
+        return bool(before < last and abs(folds[1].z[-1] - folds[0].z[-1]) < RULE.snakes)
+
+
+def snakes_about(
+    found: Sequence[Found[OrbitPoint]], started: End | None, stopped: End | None
+) -> list[float]:
+    """Return about which values, in spans, a branch turns several times at its ends.
+
+    Beside a saddle-focus it does so without end (Shilnikov; Kuznetsov, section 6.4).
+    """
+    folds = [float(item.point.z[-1]) for item in found if item.type == "LP"]
+    return (
+        [
+            last
+            for end, (last, before, *rest) in ((started, folds[:3]), (stopped, folds[:-4:-1]))
+            if end is not None and end.kind == "homoclinic"
+            if rest
+        ]
+        if len(folds) > 2
+        else []
+    )
+
+
+def nears_homoclinic(orbits: Orbits, points: Sequence[OrbitPoint]) -> str:
+    """Return a clause for the sentence of another end where a homoclinic orbit is near, else ""."""
+    if not _stands(orbits, points, RULE.stands) or not _passes_saddle(points[-1]):
+        return ""
+    return (
+        f"the duration grew to {_growth(orbits, points):.3g} times that at first while "
+        f"{orbits.vary} hardly changes: the cycle nears a homoclinic orbit"
+    )
+
+
+def _growth(orbits: Orbits, points: Sequence[OrbitPoint]) -> float:
+    if not orbits.free_phase:  # of equilibria it is a unit of time
+        return 1.0
+    first, last = (point.curve.duration(point.z) for point in (points[0], points[-1]))
+    assert first is not None
+    assert last is not None
+    return float(last / first)
+
+
+def _stands(orbits: Orbits, points: Sequence[OrbitPoint], share: float) -> bool:
+    """Whether the parameter stands still while the duration grows; at a fold one point may."""
+    values = [point.z[-1] for point in points]
+    if (
+        _growth(orbits, points) < RULE.grown or np.ptp(values) < STOP.constant
+    ):  # a family of centers
+        return False
+    unit = points[0].z[-2]
+    last = np.array([point.tangent[-2:] for point in points[-2:]])
+    return bool((np.abs(last[:, 1]) < share * last[:, 0] / unit).all())
+
+
+def _passes_saddle(point: OrbitPoint) -> bool:
+    """Whether a cycle is slowest beside a saddle: only there does a longer one stay longer.
+
+    Through a canard explosion the parameter stands still as well, but the duration has a bound.
+    """
+    slopes = _slopes_at_rest(point, point.z, RULE.near)
+    if slopes is None:
+        return False
+    growth = np.linalg.eigvals(slopes).real
+    return bool(growth.max() > 0 > growth.min())
+
+
+def _saddle_node(points: Sequence[OrbitPoint]) -> float | None:
+    """Return the scaled parameter at which equilibria appear on a cycle, None if none seem to.
+
+    Near there one over the square of the duration is proportional to the distance (Kuznetsov,
+    section 7.1). Beyond it there must be an equilibrium where the cycle is slowest, before it none.
+    """
+    if len(points) < 3:
+        return None
+    last = points[-3:]
+    shares = np.array([point.z[-2] for point in last]) ** -2.0
+    values = np.array([point.z[-1] for point in last])
+    slopes = np.diff(values) / np.diff(shares)
+    if not abs(slopes[0] / slopes[1] - 1) < RULE.proportional:
+        return None
+    there = float(np.polynomial.Polynomial.fit(shares, values, 2)(0.0))
+    beyond = last[-1].z.copy()
+    beyond[-1] = 2 * there - beyond[-1]
+    appeared = _slopes_at_rest(last[-1], beyond, RULE.nearby) is not None
+    return (
+        there if appeared and _slopes_at_rest(last[-1], last[-1].z, RULE.nearby) is None else None
+    )
+
+
+def _slopes_at_rest(point: OrbitPoint, z: Array, near: float) -> Array | None:
+    """Return the Jacobian at an equilibrium with the parameters of z where a cycle is slowest."""
+    orbits = point.curve
+    constants, flow, zero = orbits.constants(z), orbits.flow, np.zeros(1)
+    nodes = orbits.nodes(z)
+    speeds = np.linalg.norm(
+        flow.rates(nodes, np.zeros(len(nodes)), constants) / orbits.scales, axis=1
+    )
+    slowest = nodes[speeds.argmin()][None]
+
+    def step(scaled: Array) -> Array:
+        state = scaled[None] * orbits.scales
+        if not np.abs((state - slowest) / orbits.scales).max() < near:
+            return np.full_like(scaled, np.nan)
+        slopes = flow.jacobians(state, zero, constants)
+        return -solve_each(slopes, flow.rates(state, zero, constants))[0] / orbits.scales
+
+    scaled = find_root(step, slowest[0] / orbits.scales, NEWTON)
+    if scaled is None:
+        return None
+    return flow.jacobians(scaled[None] * orbits.scales, zero, constants)[0]

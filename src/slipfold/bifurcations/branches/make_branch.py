@@ -1,0 +1,490 @@
+"""Branches as data from traced curves, with their special points described."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.branch_point import Crossing, find_crossing
+from slipfold.bifurcations.branches.events import Happened
+from slipfold.bifurcations.branches.settings import Event
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.switching_boundaries import FoundGrazing
+from slipfold.continuation.curve_set import FollowedCurve
+from slipfold.continuation.end import End
+from slipfold.continuation.locate import ZERO
+from slipfold.continuation.pieces import PIECE
+from slipfold.continuation.traced_curve import Found
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.batches import LANES
+from slipfold.flow.flow import flow_of
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES, CONTACT_TYPES, PAIRED
+from slipfold.orbits.continued import locate_marginal_stops
+from slipfold.orbits.extrema import TOGETHER, Extrema
+from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.normal_forms.forms import forms_of
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import (
+    critical_places,
+    evaluate_tests,
+    match_multipliers,
+)
+from slipfold.orbits.uncertainty import SPREAD, multiplier_change, recomputed
+from slipfold.text import certain
+
+AT_ONCE = 1e-9
+"""Arclength beside a place where changes meet, or stick begins, within which they are at once: an
+interval between them shorter than 1e-11 of a period is not distinguished from none."""
+
+
+def describe(found: Found) -> SpecialPoint:
+    """Return what was located with its normal form and its uncertainties."""
+    orbits = found.point.curve
+    if isinstance(found, Happened) and found.event is not None:
+        return _describe_event(orbits, found)
+    return describe_bifurcation(orbits, found)
+
+
+def describe_bifurcation(orbits: Orbits, found: Found) -> SpecialPoint:
+    """Return a located bifurcation with its normal form and its uncertainties."""
+    if found.type in CONTACT_TYPES:
+        return _describe_boundary(orbits, found)
+    coefficient, criticality = _coefficient(orbits, found.point, _form_of(found))
+    special = replace(
+        _uncertain(found, *_uncertainties(orbits, found)),
+        criticality=criticality,
+        coefficient=coefficient,
+    )
+    # The normal form is that of one direction; what holds in a plane of them is not known.
+    return replace(special, criticality=None, coefficient=None) if special.several else special
+
+
+def _describe_boundary(orbits: Orbits, found: Found) -> SpecialPoint:
+    """Return a place where contacts begin or cease to do something; nothing is critical there."""
+    point = found.place.nearest if isinstance(found, FoundGrazing) else found.point
+    by = orbits.orbits.by
+    solved = isinstance(by, MarginalShooting) and by.met.stops is not None
+    again, rounding = _solved_again(orbits, point) if solved else recomputed(orbits, point)
+    moved, uncertain = np.inf, np.full(len(point.multipliers), np.inf)
+    if again is not None:
+        moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
+        if not solved:
+            moved += PIECE.close + (AT_ONCE if found.type in ("MEET", "STICK") else 0.0)
+        if isinstance(found, FoundGrazing):
+            moved += float(found.place.error[-1])
+        uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
+    return _uncertain(found, moved * orbits.width, uncertain)
+
+
+def _solved_again(orbits: Orbits, point: OrbitPoint) -> tuple[OrbitPoint | None, float]:
+    """Return marginal stops found again with other steps, and what is left of the equations."""
+    other, moved, row = orbits.shifted(point.z, point.tangent)
+    beside = other.derived_point(moved, row, point.arclength, point.monodromy, point.residual)
+    again = locate_marginal_stops(other, beside)
+    left = point.residual + (np.inf if again is None else again.residual)
+    return again, left + float(np.spacing(abs(point.z[-1])))
+
+
+def _coefficient(
+    orbits: Orbits, point: OrbitPoint, form: str | None
+) -> tuple[float | None, str | None]:
+    """Return coefficient and criticality; None where the higher derivatives do not exist."""
+    if form is None or not orbits.by.smooth:
+        return None, None
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # along a canard all numbers are left
+            coefficient, criticality = forms_of(orbits).special(orbits, point, form)
+    except BREAKDOWNS:
+        return None, None
+    return (coefficient, criticality) if np.isfinite(coefficient) else (None, None)
+
+
+def _form_of(found: Found) -> str | None:
+    """Return which normal form a bifurcation has; None for a branch point that no branch crosses.
+
+    Where one of the two branches turns, it bends back on both sides: a pitchfork.
+    """
+    if found.type != "BP":
+        return found.type
+    if found.other is None:
+        return None
+    slopes = abs(found.point.tangent[-1]), abs(found.other[-1])
+    return "pitchfork" if min(slopes) < BIFURCATION.turning else "transcritical"
+
+
+def _describe_event(orbits: Orbits, found: Found) -> SpecialPoint:
+    """Return a located user's event."""
+    point = found.point
+    again, rounding = recomputed(orbits, point)
+    moved, multiplier_uncertainty = np.inf, np.full(len(point.multipliers), np.inf)
+    if again is not None:
+        moved = abs(again.z[-1] - point.z[-1]) + ZERO.close * abs(point.tangent[-1]) + rounding
+        multiplier_uncertainty = multiplier_change(
+            point.multipliers, again.multipliers, point.monodromy
+        )
+    return _uncertain(found, moved * orbits.width, multiplier_uncertainty)
+
+
+def bare(found: Found) -> SpecialPoint:
+    """Return what was located as it is: its normal form and its uncertainties take longer."""
+    orbits, point = found.point.curve, found.point
+    kind, name = _named(found)
+    fields = point_fields(found, orbits)
+    return SpecialPoint(
+        **fields,
+        type=kind,
+        name=name,
+        vary=orbits.vary,
+        value=orbits.value(point.z),
+        uncertainty=np.nan,
+        nodes=_nodes(found),
+        multiplier_uncertainty=np.full(len(fields["multipliers"]), np.nan),
+        stuck_fraction=_stuck_fraction(found),
+    )
+
+
+def _nodes(found: Found) -> Array:
+    """Return the states of what was located at equidistant phases, shape (M, n)."""
+    point = found.point
+    if not isinstance(found, FoundGrazing):
+        return np.asarray(point.curve.orbits.evenly(point.z))
+    nodes = [item.curve.orbits.evenly(item.z) for item in found.place.points]
+    return np.tensordot(found.place.weights, nodes, 1)
+
+
+def _stuck_fraction(found: Found) -> float:
+    """Return the fraction of the period in which a contact sticks: what vanishes there has none."""
+    point = found.point
+    if not isinstance(found, FoundGrazing):
+        return point.curve.orbits.stuck_fraction(point.z)
+    place = found.place
+    known = [item.curve.orbits.stuck_fraction(item.z) for item in place.points]
+    return float(np.polynomial.polynomial.polyfit(np.sqrt(place.left), known, 1)[0])
+
+
+def _named(found: Found) -> tuple[str, str]:
+    if isinstance(found, Happened) and found.event is not None:
+        event: Event = found.event
+        return "EVENT", f"{event.measure} {event.name} = {event.value:g}"
+    if found.type in CONTACT_TYPES:
+        return found.type, CONTACT_TYPES[found.type].title
+    form = _form_of(found) or "BP"
+    if form == "transcritical":
+        return found.type, "transcritical branch point"
+    return found.type, form if form == "pitchfork" else BIFURCATION_TYPES[form].title
+
+
+def _uncertain(found: Found, uncertainty: float, multiplier_uncertainty: Array) -> SpecialPoint:
+    """Return what was located with its uncertainties; what is not a number is not known."""
+    return replace(
+        bare(found),
+        uncertainty=np.inf if np.isnan(uncertainty) else uncertainty,
+        multiplier_uncertainty=_padded(found.point, multiplier_uncertainty),
+    )
+
+
+def _padded(point: OrbitPoint, uncertainty: Array) -> Array:
+    """Uncertainties of all multipliers, in their order: what is exactly one is certain."""
+    everything = point.curve.orbits.multipliers(point)
+    missing = len(everything) - len(uncertainty)
+    certain = int(np.count_nonzero(np.abs(point.multipliers) > 1))
+    return np.insert(uncertainty, [certain] * missing, 0.0)
+
+
+def _crossing_again(orbits: Orbits, point: OrbitPoint) -> Crossing | None:
+    """Find the same branch point with its nodes elsewhere: along one branch it is singular."""
+    other, guess, row = orbits.shifted(point.z, point.tangent)
+    start = other.derived_point(guess, row, point.arclength, point.monodromy, point.residual)
+    return find_crossing(other, start, row)
+
+
+def _uncertainties(orbits: Orbits, found: Found) -> tuple[float, Array]:
+    """Uncertainty of the parameter and of the multipliers, infinite where nothing is known."""
+    try:
+        return _recomputed(orbits, found)
+    except BREAKDOWNS:
+        return np.inf, np.full(len(found.point.multipliers), np.inf)
+
+
+def _recomputed(orbits: Orbits, found: Found) -> tuple[float, Array]:
+    """Uncertainty of the parameter and of the multipliers, from computing all of it again.
+
+    The parameter is uncertain by how far the orbit moves in it, and by how far along the branch
+    the zero of the test function moves: its change over its slope. What the search left over of
+    the test function counts as well. A branch point where two branches cross is computed again; how
+    far rounding may move it along them moves the multipliers too.
+    """
+    point, other = found.point, found.other
+    if isinstance(found, SeveralCritical):  # Newton's method is singular there
+        along = found.error + ZERO.close
+        moved = along * abs(point.tangent[-1])
+        return moved * orbits.width, along * _multiplier_rates(orbits, point, point.tangent)
+    if other is None:
+        again, rounding = recomputed(orbits, point)
+    else:
+        crossing = _crossing_again(orbits, point)
+        again = None if crossing is None else crossing.point
+    if again is None:
+        return np.inf, np.full(len(point.multipliers), np.inf)
+    uncertain = multiplier_change(point.multipliers, again.multipliers, point.monodromy)
+    if not np.isfinite(uncertain).all():
+        return np.inf, np.full(len(uncertain), np.inf)
+    if other is None:
+        test = "fold" if found.type == "BP" else found.type
+        change = SPREAD * abs(again.tests[test] - point.tests[test]) + abs(point.tests[test])
+        change = max(change, _blurred(test, point, uncertain))
+        along = change / max(abs(found.slope), 1e-300)
+        rounding += along * abs(point.tangent[-1])
+        uncertain = uncertain + along * _multiplier_rates(orbits, point, point.tangent)
+    else:
+        assert crossing is not None
+        rounding = crossing.rounding
+        for direction in (point.tangent, other):
+            uncertain = uncertain + crossing.blurred * _multiplier_rates(orbits, point, direction)
+    # The critical multipliers cannot be known better than they meet the condition.
+    places = critical_places(found.type, point.multipliers)
+    critical = point.multipliers[places]
+    off = np.abs(critical - (-1 if found.type == "PD" else 1))
+    off = np.abs(np.abs(critical) - 1) if found.type in PAIRED else off
+    uncertain[places] = np.maximum(uncertain[places], off)
+    moved = SPREAD * abs(again.z[-1] - point.z[-1]) + rounding
+    value = orbits.value(point.z)
+    largest = max(abs(value), orbits.width)
+    return float(moved) * orbits.width + float(np.spacing(largest)), uncertain
+
+
+def _multiplier_rates(orbits: Orbits, point: OrbitPoint, direction: Array) -> Array:
+    """Return by how much each multiplier changes along a branch, a unit of arclength."""
+    step, values = BIFURCATION.differenced, point.multipliers
+    while True:
+        beside = point.z + step * direction
+        others = orbits.eigenvalues(beside, orbits.linearize(beside))
+        change = np.abs(match_multipliers(values, others) - values)
+        if change.max(initial=0.0) < 0.01 or step < 1e-4 * BIFURCATION.differenced:
+            return np.asarray(change / step, dtype=float)
+        step /= 100
+
+
+def _blurred(test: str, point: OrbitPoint, uncertain: Array) -> float:
+    """Return how much a test function changes while its multipliers move by what is uncertain."""
+    if test == "LP":  # it is not a function of the multipliers
+        return 0.0
+    values = point.multipliers
+    outward = values + uncertain * values / np.maximum(np.abs(values), 1e-300)
+    there, here = (evaluate_tests(each, (test,))[test] for each in (outward, values))
+    return abs(there - here)
+
+
+Report = Callable[[FollowedCurve[OrbitPoint], Found, int], None]
+"""Called with what is described next, the curve that it is on, and how many are done."""
+
+ReportOrbits = Callable[[FollowedCurve[OrbitPoint], int], None]
+"""Called with the curve whose states are found, and of how many of its points they are."""
+
+
+def _unwatched(followed: FollowedCurve[OrbitPoint], done: int) -> None:
+    """Continue: nobody watches, or what came before was interrupted."""
+
+
+def assemble(
+    curves: Sequence[FollowedCurve[OrbitPoint]],
+    leads: Mapping[Found[OrbitPoint], Sequence[int]],
+    started: End,
+    report: Report = lambda followed, found, done: None,
+    report_orbits: ReportOrbits = _unwatched,
+) -> tuple[Branch, ...]:
+    """Return all branches as data, as far as their states are found before an interruption.
+
+    Special points whose normal forms it leaves are bare.
+    """
+    known = describe_in_turn(curves, report)
+    if any(found not in known for followed in curves for found in followed.traced.found):
+        report_orbits = _unwatched  # not after an interruption
+    described: dict[Found, SpecialPoint] = {}
+    branches = []
+    for followed in curves:
+        own = []
+        for found in followed.traced.found:
+            (leads_to,) = leads.get(found, [None])[-1:]
+            described[found] = replace(known.get(found) or bare(found), leads_to=leads_to)
+            own.append(described[found])
+        first = started
+        if followed.start.found is not None:
+            special = described[followed.start.found]
+            born = f"born at {special.vary} = {certain(special.value, special.uncertainty):.9g}"
+            first = End("born", born, (special.value,))
+            if len(followed.start.points) > 1:  # it crosses its parent there
+                own.append(replace(special, arclength=0.0, leads_to=followed.start.parent))
+        own.sort(key=lambda special: special.arclength)
+        branches.append(_branch(followed, first, own, report_orbits))
+        if branches[-1].stopped.kind == "interrupted":
+            break  # where it ended so when it was followed, no other one follows
+    return tuple(_without_lost(branch, len(branches)) for branch in branches)
+
+
+def _without_lost(branch: Branch, kept: int) -> Branch:
+    """Return a branch whose special points lead to none after the last that is kept."""
+    if all((point.leads_to or 0) <= kept for point in branch.special):
+        return branch
+    special = (
+        replace(point, leads_to=None) if (point.leads_to or 0) > kept else point
+        for point in branch.special
+    )
+    return replace(branch, special=tuple(special))
+
+
+def describe_in_turn(
+    curves: Iterable[FollowedCurve[OrbitPoint]], report: Report
+) -> dict[Found, SpecialPoint]:
+    """Describe special points in their order, until it is interrupted."""
+    known: dict[Found, SpecialPoint] = {}
+    try:
+        for followed in curves:
+            for result in followed.traced.found:
+                report(followed, result, len(known))
+                known[result] = describe(result)
+    except KeyboardInterrupt:
+        pass
+    return known
+
+
+def _branch(
+    followed: FollowedCurve[OrbitPoint],
+    first: End,
+    special: Sequence[SpecialPoint],
+    report_orbits: ReportOrbits,
+) -> Branch:
+    """Return a branch as data, up to where an interruption left its states unknown."""
+    traced = followed.traced
+    orbits, started, stopped = traced.curve, followed.started or first, traced.end
+    assert stopped is not None  # every curve ends
+    nodes, whole = _evenly_until_interrupted(
+        traced.points, lambda done: report_orbits(followed, done)
+    )
+    points = traced.points[: len(nodes)]
+    if not whole:
+        reason = "interrupted before the states along the rest of the branch were found"
+        stopped = End("interrupted", reason, orbits.place(points[-1].z))
+        started = first if traced.closes else started
+        special = [point for point in special if point.arclength <= points[-1].arclength]
+    parameter = np.array([orbits.value(point.z) for point in points])
+    if started.kind == "span":
+        parameter[0] = started.value  # exactly, whatever its scale did
+    return Branch(
+        **curve_fields(followed, orbits, points),
+        vary=orbits.vary,
+        parameter=parameter,
+        nodes=nodes,
+        special=tuple(special),
+        stopped=stopped,
+        started=started,
+    )
+
+
+def curve_fields(
+    followed: FollowedCurve[OrbitPoint], orbits: Orbits, points: Sequence[OrbitPoint]
+) -> dict[str, Any]:
+    """Return the fields that branches and loci have in common, besides states and ends."""
+    durations, model = orbits.durations(points), orbits.model
+    return {
+        "id": followed.number,
+        "kind": orbits.kind,
+        "period": orbits.period,
+        "parent": followed.start.parent,
+        "model": model if durations is None else model.replace(duration=float(durations[0])),
+        "multipliers": np.array([orbits.multipliers(point) for point in points]),
+        "residual": np.array([point.residual for point in points]),
+        "arclength": np.array([point.arclength for point in points]),
+        "durations": durations,
+        "stuck_fraction": stuck_fractions(points),
+    }
+
+
+def point_fields(found: Found[OrbitPoint], orbits: Orbits) -> dict[str, Any]:
+    """Return the fields that special points of branches and of loci have in common."""
+    point = found.point
+    return {
+        "model": orbits.model_at(point.z),
+        "period": orbits.period,
+        "multipliers": orbits.multipliers(point),
+        "residual": point.residual,
+        "arclength": point.arclength,
+    }
+
+
+def stuck_fractions(points: Sequence[OrbitPoint]) -> NDArray[np.float64] | None:
+    """Share of each period in which a contact sticks; None where none may along all of them."""
+    result = np.array([point.curve.orbits.stuck_fraction(point.z) for point in points])
+    return None if np.isnan(result).all() else result
+
+
+def evenly(points: Sequence[OrbitPoint]) -> NDArray[np.float64]:
+    """States at phases that are the same for all points, shape (n_points, m, n)."""
+    return np.array(list(_each_evenly(points)))
+
+
+def _each_evenly(points: Sequence[OrbitPoint]) -> Iterator[NDArray[np.float64]]:
+    count = max(point.curve.orbits.segments for point in points)
+    if _solved_for(points):
+        count = 1 << (count - 1).bit_length()  # of a mesh there are powers of two
+    for point in points:
+        yield point.curve.orbits.evenly(point.z, count)
+
+
+def _solved_for(points: Sequence[OrbitPoint]) -> bool:
+    """Whether intervals of a mesh are solved for the states of each point: that takes its time."""
+    return any(point.curve.orbits.by.growing for point in points)
+
+
+def _evenly_until_interrupted(
+    points: Sequence[OrbitPoint], report_orbits: Callable[[int], None]
+) -> tuple[NDArray[np.float64], bool]:
+    """Return the states of the first points, of one at least, and whether nobody stopped that."""
+    nodes, whole, slow = [], True, _solved_for(points)
+    try:
+        for states in _each_evenly(points):
+            nodes.append(states)
+            if slow:
+                report_orbits(len(nodes))
+    except KeyboardInterrupt:
+        whole = False
+    return np.array(nodes or [next(_each_evenly(points))]), whole
+
+
+def complete_branches(branches: Sequence[Branch], report: Callable[[int, int], None]) -> bool:
+    """Compute extrema and uncertainties at all points, until it is interrupted.
+
+    Return whether all is done; what is not is NaN.
+    """
+    total, done = sum(map(len, branches)), 0
+    for branch in branches:
+        names = flow_of(branch.model).output_names
+        low, high = np.full((2, len(branch), len(names)), np.nan)
+        vars(branch)["extrema"] = Extrema(names, low, high)
+        vars(branch)["multiplier_uncertainty"] = np.full(branch.multipliers.shape, np.nan)
+    try:
+        for branch in branches:
+            for first in range(0, len(branch), TOGETHER):
+                rows = range(len(branch))[first : first + TOGETHER]
+                report(done, total)
+                own = slice(rows.start, rows.stop)
+                result = branch._extrema_of(own)
+                branch.extrema.minimum[own], branch.extrema.maximum[own] = (
+                    result.minimum,
+                    result.maximum,
+                )
+                for begin in rows[::LANES]:
+                    report(done, total)
+                    own = slice(begin, min(begin + LANES, rows.stop))
+                    branch.multiplier_uncertainty[own] = branch._multiplier_uncertainty_of(own)
+                    done += own.stop - own.start
+    except KeyboardInterrupt:
+        pass
+    return done == total

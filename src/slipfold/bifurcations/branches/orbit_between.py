@@ -1,0 +1,105 @@
+"""Orbits of a branch between its points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.continuation.newton import Correction, correct
+from slipfold.errors import InputError
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.orbits.test_functions import floquet_multipliers
+
+AT_ORBIT = 1e-6
+"""Distance from a known orbit, over the length of the branch, at which that orbit is returned."""
+
+NEAR = 0.1
+"""Maximum distance of an orbit with a requested value, in scaled variables, unless the points
+around it are farther apart."""
+
+
+def orbit_between(branch: Branch, arclength: float, value: float | None = None) -> PeriodicOrbit:
+    """Find the orbit at any arclength of a branch.
+
+    The chord between the two nearest known orbits is the guess; Newton's method corrects it across
+    the chord, so that it works at folds too.
+
+    >>> import slipfold as sf
+    >>> diagram = sf.response(sf.SlidingOscillator(), "Nd", (0, 0.1))
+    >>> branch = diagram.branches[0]
+    >>> orbit = orbit_between(branch, 0.5 * (branch.arclength[2] + branch.arclength[3]))
+    >>> bool(branch.parameter[2] < orbit.model.Nd < branch.parameter[3])
+    True
+    """
+    known = _known(branch)
+    if not known:
+        raise InputError(f"branch {branch.id} has 0 points, so there is no orbit on it")
+    s = np.array([position for position, _ in known])
+    nearest = int(np.abs(s - arclength).argmin())
+    exact = abs(s[nearest] - arclength) <= AT_ORBIT * float(np.ptp(s))
+    outside = not s[0] < arclength < s[-1]
+    if exact or outside:
+        return _with_value(branch, known[nearest][1], value, NEAR)
+    after = int(np.searchsorted(s, arclength))
+    apart = float(s[after] - s[after - 1])
+    fraction = float(arclength - s[after - 1]) / apart
+    orbit = _corrected(branch, known[after - 1][1], known[after][1], fraction)
+    return _with_value(branch, orbit, value, max(NEAR, apart))
+
+
+def _known(branch: Branch) -> list[tuple[float, PeriodicOrbit]]:
+    """Return points and special points with their arclengths, each arclength once."""
+    orbits = [(float(s), branch.orbit(i)) for i, s in enumerate(branch.arclength)]
+    orbits += [(point.arclength, point.orbit) for point in branch.special]
+    return sorted({s: (s, orbit) for s, orbit in orbits}.values(), key=lambda p: p[0])
+
+
+def _corrected(
+    branch: Branch, before: PeriodicOrbit, after: PeriodicOrbit, fraction: float
+) -> PeriodicOrbit:
+    orbits = _orbits(branch, before)
+    start = orbits.unknown(before.nodes, before.model)
+    chord = orbits.in_phase(orbits.unknown(after.nodes, after.model), start) - start
+    found = correct(orbits, start + fraction * chord, chord / np.linalg.norm(chord))
+    if not found.converged:
+        raise InputError(
+            f"no orbit was found between two points of branch {branch.id}: {found.failure}; "
+            "choose an arclength nearer to a point"
+        )
+    return _as_orbit(orbits, found)
+
+
+def _with_value(
+    branch: Branch, orbit: PeriodicOrbit, value: float | None, reach: float
+) -> PeriodicOrbit:
+    """Return the orbit with a value of the parameter, if there is one near a given orbit."""
+    if value is None or value == orbit.model.values[branch.vary]:
+        return orbit
+    orbits = _orbits(branch, orbit)
+    guess = orbits.unknown(orbit.nodes, orbit.model)
+    guess[-1] = value / orbits.width
+    row = np.zeros(len(guess))
+    row[-1] = 1.0
+    found = correct(orbits, guess, row)
+    return _as_orbit(orbits, found) if found.converged and found.distance < reach else orbit
+
+
+def _orbits(branch: Branch, orbit: PeriodicOrbit) -> Orbits:
+    """Return the equations of the orbits of a branch, scaled as at one of them."""
+    width = float(np.ptp(branch.parameter)) or 1.0
+    segments = len(orbit.nodes)
+    resting = branch.kind == "equilibrium"
+    return orbits_of(orbit.model, {branch.vary: width}, branch.period, segments, resting=resting)
+
+
+def _as_orbit(orbits: Orbits, found: Correction) -> PeriodicOrbit:
+    multipliers = floquet_multipliers(orbits.linearize(found.z).monodromy)
+    return PeriodicOrbit(
+        orbits.model_at(found.z),
+        orbits.period,
+        orbits.nodes(found.z),
+        orbits.spectrum.whole(multipliers),
+        found.residual,
+    )

@@ -1,0 +1,303 @@
+"""The whole response: the branch it begins with and every branch that leaves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+
+from slipfold.bifurcations.branches.bifurcations import BIFURCATION, CLOSED, Bifurcations
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.change import Change
+from slipfold.bifurcations.branches.closed_branches import (
+    Birth,
+    MeetsCopy,
+    Returns,
+    close_on_parent,
+    has_copy,
+    noise_beside_birth,
+    step_beside_parent,
+)
+from slipfold.bifurcations.branches.ends import BranchEndings
+from slipfold.bifurcations.branches.events import Events, Happened
+from slipfold.bifurcations.branches.homoclinic import Homoclinic, nears_homoclinic
+from slipfold.bifurcations.branches.make_branch import assemble
+from slipfold.bifurcations.branches.progress import branch_progress, searching
+from slipfold.bifurcations.branches.settings import Event, Settings
+from slipfold.bifurcations.branches.start import Begin, FirstOrbit, measured_over
+from slipfold.bifurcations.branches.stops import Families, Limits, Undetermined, Unresolved
+from slipfold.bifurcations.branches.switching import Junction, find_meeting, junctions_on
+from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
+from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
+from slipfold.continuation.follow import follow
+from slipfold.continuation.locate import ZERO
+from slipfold.continuation.step_length import STEP
+from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
+from slipfold.continuation.walk import Failure, first_point
+from slipfold.errors import InputError
+from slipfold.flow.flow import flow_of
+from slipfold.models.model import Model
+from slipfold.models.quantities import Parameter
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.progress import Observer
+
+
+def trace_response(
+    model: Model,
+    vary: str,
+    span: tuple[float, float],
+    *,
+    settings: Settings | None = None,
+    events: Sequence[Event] = (),
+    observer: Observer | None = None,
+    begin: Begin | None = None,
+    through_stick: bool = False,
+) -> tuple[Branch, ...]:
+    """Follow the periodic response in one parameter, and all branches that leave it.
+
+    Of an autonomous model the equilibrium is followed and the cycles born at its Hopf points. At
+    period doublings the branch of twice the period is followed, at a branch point the other branch,
+    in both directions. A branch that is met again is not followed again. Where contacts begin to
+    stick the model may end, or branches continue across sticking phases.
+    """
+    settings = settings or Settings()
+    model, first, last = _checked(model, vary, span, events)
+    if model.estimated_scales is None:
+        model = measured_over(model, vary, (first, last), begin)
+    if begin is not None:
+        begin = begin.with_scales(model.estimated_scales)
+    through_stick = through_stick and settings.discretization == "automatic"
+    report = searching(observer, first)
+    search = FirstOrbit(model, vary, (first, last), settings, through_stick, report)
+    orbits, point, reason = search.find(begin)
+    branches = _Branches(
+        model.parameter(vary), (first, last), settings, events, observer, through_stick
+    )
+    branches.explore(Start(orbits, _ways(orbits, point, (first, last))))
+    reports = branches.report_described, branches.report_orbits
+    return assemble(branches.curves, branches.leads, reason, *reports)
+
+
+def _ways(orbits: Orbits, point: OrbitPoint, span: tuple[float, float]) -> tuple[OrbitPoint, ...]:
+    """Return the first point; inside the span also with the opposite tangent."""
+    value = orbits.value(point.z)
+    inside = min(abs(value - end) for end in span) > ZERO.close * orbits.width
+    return (point, orbits.turned(point)) if inside else (point,)
+
+
+def _checked(
+    model: Model, vary: str, span: tuple[float, float], events: Sequence[Event]
+) -> tuple[Model, float, float]:
+    parameter = model.parameter(vary)
+    first, last = (parameter.check(float(value)) for value in span)
+    if first == last:
+        raise InputError(
+            f"the span of {vary} from {first:g} to {last:g} is empty; give two different values"
+        )
+    outputs = flow_of(model).output_names
+    for event in events:
+        if event.measure == "parameter":
+            if event.name != vary:
+                raise InputError(
+                    f"event on parameter {event.name!r} cannot occur; the response varies {vary}"
+                )
+        elif event.name not in outputs:
+            raise InputError(
+                f"no output {event.name!r} for an event; there are {', '.join(outputs)}"
+            )
+    return model.replace(**{vary: first}), first, last
+
+
+class _Branches(CurveSet[OrbitPoint]):
+    """The branches of a response while they are followed."""
+
+    def __init__(
+        self,
+        parameter: Parameter,
+        span: tuple[float, float],
+        settings: Settings,
+        events: Sequence[Event],
+        observer: Observer | None,
+        through_stick: bool,
+    ) -> None:
+        super().__init__()
+        self._through_stick = through_stick
+        self._parameter, self._span = parameter, span
+        self._settings = settings
+        self._events = events
+        self._observer = observer
+        self._junctions: list[Junction] = []
+        self._met: set[Found | None] = set()  # branch points that known branches pass as well
+
+    def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
+        """Follow a branch in one direction; it may end where others are known to begin."""
+        return trace_branch(
+            start.curve,
+            point,
+            self._span,
+            self._settings,
+            departs=start.departs,
+            births=[item.birth for item in self._junctions if item.birth and not _crosses(item)],
+            events=self._events,
+            on_step=self._report,
+            through_stick=self._through_stick,
+        )
+
+    def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+        """Return the new junctions of a branch; one that was met before links two branches."""
+        for item in self._junctions:
+            if any(item.birth is reached for reached in followed.traced.reached):
+                self.lead(item.found, followed.number)
+        known = sum(
+            found.type == "PD"
+            for other in self.curves
+            if other is not followed
+            for found in other.traced.found
+        )
+        new = junctions_on(followed, self._settings, known)
+        for i, junction in enumerate(new):
+            other = find_meeting(junction, [*self._junctions, *new[:i]])
+            if other is not None and other.parent is not None and other.found != junction.found:
+                self.lead(junction.found, other.parent)
+                self.lead(other.found, followed.number)
+                self._met.add(junction.found)
+        self._junctions += new
+        return new
+
+    def known(self, start: Start[OrbitPoint]) -> int | None:
+        """Return the branch that a junction is known to lead to."""
+        if isinstance(start, Junction) and start.several and start.found not in self._met:
+            return None
+        numbers = self.leads.get(start.found) if start.found is not None else None
+        return numbers[-1] if numbers else None
+
+    def _report(self, traced: TracedCurve[OrbitPoint]) -> None:
+        if self._observer is None:
+            return
+        period, value = traced.curve.period, traced.curve.value(traced.points[-1].z)
+        names = (
+            *(name for followed in self.curves for name in _names(followed.traced)),
+            *_names(traced),
+        )
+        at = len(self.curves) + 1, period, len(traced.points), value, names
+        self._observer(branch_progress(self._parameter, *at))
+
+    def report_described(
+        self, followed: FollowedCurve[OrbitPoint], found: Found, done: int
+    ) -> None:
+        """Report which special point is described next; not after an interruption."""
+        if self._observer is None or self.interrupted:
+            return
+        total = sum(len(each.traced.found) for each in self.curves)
+        traced, value = followed.traced, found.point.curve.value(found.point.z)
+        at = followed.number, traced.curve.period, len(traced.points), value, _names(traced)
+        self._observer(branch_progress(self._parameter, *at, "normal forms", done, total))
+
+    def report_orbits(self, followed: FollowedCurve[OrbitPoint], done: int) -> None:
+        """Report for how many points of a branch all states are computed."""
+        if self._observer is None or self.interrupted:
+            return
+        traced = followed.traced
+        total, value = len(traced.points), traced.curve.value(traced.points[done - 1].z)
+        at = followed.number, traced.curve.period, total, value, _names(traced)
+        self._observer(branch_progress(self._parameter, *at, "orbits", done, total))
+
+
+def _names(traced: TracedCurve[OrbitPoint]) -> tuple[str, ...]:
+    return tuple(item.type for item in traced.found if not isinstance(item, Happened))
+
+
+def _crosses(junction: Junction) -> bool:
+    """Whether it is a branch point: no branch ends there."""
+    return len(junction.points) > 1 or junction.several
+
+
+LEVEL = 1e-7
+"""Component of the tangent along the parameter whose sign rounding may decide: near another branch
+Newton's method is singular."""
+
+
+def trace_branch(
+    orbits: Orbits,
+    start: OrbitPoint,
+    span: tuple[float, float],
+    settings: Settings,
+    *,
+    departs: bool = False,
+    births: Sequence[Birth] = (),
+    events: Sequence[Event] = (),
+    on_step: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
+    through_stick: bool = False,
+) -> TracedCurve[OrbitPoint]:
+    """Follow a branch to its end."""
+    change = Change(settings, through_stick=through_stick)
+    return follow(
+        orbits,
+        start,
+        orbits.bounds(span),
+        lambda curve: _monitors(curve, span, settings, departs, births, events),
+        settings=settings,
+        departs=departs,
+        first_step=partial(_first_step, orbits, start, settings) if departs else None,
+        cap=step_beside_parent if has_copy(orbits) else None,
+        endings=BranchEndings(span, settings),
+        otherwise=change.otherwise,
+        on_step=on_step,
+    )
+
+
+def _monitors(
+    orbits: Orbits,
+    span: tuple[float, float],
+    settings: Settings,
+    departs: bool,
+    births: Sequence[Birth],
+    events: Sequence[Event],
+) -> list[Monitor[OrbitPoint]]:
+    """Return the monitors of a branch: those that end it first, the most expensive last."""
+    monitors: list[Monitor[OrbitPoint]] = [
+        SwitchingBoundaries(orbits),
+        Unresolved(orbits, partial(nears_homoclinic, orbits)),
+    ]
+    if has_copy(orbits):
+        monitors.append(MeetsCopy(orbits, partial(close_on_parent, orbits, births)))
+    if not departs:  # a branch that starts at a branch point closes there
+        monitors.append(Returns(orbits, CLOSED))
+    monitors.append(Limits(orbits))
+    if events:
+        monitors.append(Events(orbits, events))
+    monitors.append(Bifurcations(orbits, span))
+    if orbits.model.forced:
+        monitors.append(Undetermined(orbits))
+    return [*monitors, Homoclinic(orbits, settings.largest_duration), Families(orbits)]
+
+
+def _first_step(orbits: Orbits, start: OrbitPoint, settings: Settings) -> float:
+    """Leave another branch by a step so short that nothing else can happen within it.
+
+    All multipliers but the critical ones are near those of the common orbit, so that the number
+    outside the unit circle may differ by theirs at most. The parameter must continue in its initial
+    direction, else there is a fold. Otherwise the step is shortened.
+    """
+    apart = np.abs(start.multipliers - 1)
+    critical = max(1, int(np.count_nonzero(apart < BIFURCATION.on_circle)))
+    others = start.multipliers[apart.argsort()[critical:]]
+    outside = int(np.count_nonzero(np.abs(others) > 1))
+    # Of several branches each is known at that distance, and nearer to the point it is not.
+    longest = step = STEP.birth if critical == 1 else BIFURCATION.radius
+    for _ in range(6):
+        first = first_point(orbits, start, step, settings)
+        if not isinstance(first, Failure) and 0 <= first.unstable - outside <= critical:
+            nearer = first_point(orbits, start, step / 4, settings)
+            if isinstance(nearer, Failure) or _continues(nearer, first):
+                return step
+        step /= 4
+    return longest
+
+
+def _continues(nearer: OrbitPoint, first: OrbitPoint) -> bool:
+    """Whether the parameter moves in the same direction at both, or hardly at one of them."""
+    slopes = float(nearer.tangent[-1]), float(first.tangent[-1])
+    level = max(LEVEL, noise_beside_birth(nearer)[1])
+    return slopes[0] * slopes[1] > 0 or min(map(abs, slopes)) < level

@@ -1,0 +1,289 @@
+"""Where the first branch of a response begins: the response, an equilibrium, or a given orbit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.continuation.end import End
+from slipfold.continuation.newton import Correction, correct
+from slipfold.errors import BREAKDOWNS, InputError, breakdown
+from slipfold.flow.flow import flow_of
+from slipfold.flow.modes import contacts_of
+from slipfold.flow.scales import measured_within
+from slipfold.models.equilibria import search_equilibrium
+from slipfold.models.model import Model, evaluation_of
+from slipfold.orbits.collocation import Collocation
+from slipfold.orbits.continued import by_collocation, hold_parameter
+from slipfold.orbits.discretization import Cut, scheme_for
+from slipfold.orbits.eigenvalues import unit_of_time
+from slipfold.orbits.find import may_slip, periodic_orbit
+from slipfold.orbits.first_orbits import find_response
+from slipfold.orbits.kinds import Equilibria, ForcedOrbits, orbits_of
+from slipfold.orbits.limits import broken_limit
+from slipfold.orbits.meshes import INTERVALS
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
+from slipfold.orbits.shooting import SEGMENTS, Shooting
+from slipfold.orbits.switched_shooting import SwitchedShooting
+
+WORST = 1e8
+"""Condition number above which the first value of the parameter is a fold or branch point."""
+
+
+@dataclass(frozen=True, eq=False)
+class Begin:
+    """A value of the parameter, and what is there."""
+
+    value: float  # the value; inside the span the branch is followed from it in both directions
+    # An orbit at that value, or None for an equilibrium of an autonomous model
+    orbit: PeriodicOrbit | None = None
+    # State near that equilibrium, shape (n,); None with an orbit
+    state: NDArray[np.float64] | None = None
+
+    def with_scales(self, sizes: NDArray[np.float64] | None) -> Begin:
+        """Return the same in other typical sizes of the states. Shapes: sizes (n,)."""
+        if self.orbit is None:
+            return self
+        model = self.orbit.model.with_scales(sizes)
+        return replace(self, orbit=replace(self.orbit, model=model))
+
+
+def measured_over(
+    model: Model, vary: str, span: tuple[float, float], begin: Begin | None = None
+) -> Model:
+    """Return a model that knows how large its states become over a span of a parameter."""
+    values = [{vary: value} for value in (span[0], sum(span) / 2, span[1])]
+    orbit = None if begin is None else begin.orbit
+    return measured_within(model, values, None if orbit is None else orbit.nodes)
+
+
+class FirstOrbit:
+    """The search for the orbit with which the first branch of a response begins.
+
+    Of an autonomous model that is an equilibrium.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        vary: str,
+        span: tuple[float, float],
+        settings: Settings,
+        through_stick: bool,
+        report: Callable[[int], None],
+    ) -> None:
+        self._model, self._vary, self._span = model, vary, span
+        self._settings, self._through_stick = settings, through_stick
+        self._report = report  # called with the periods that have led to no orbit yet
+
+    def find(self, begin: Begin | None) -> tuple[Orbits, OrbitPoint, End]:
+        """Return the orbits of the first branch, its first point, and why it begins there.
+
+        Where the first value of the span has no response, it begins at the last.
+        """
+        orbits, point, reason = self._given(begin) if begin else self._at_an_end()
+        if self._settings.discretization == "collocation" and orbits.kind == "periodic":
+            by_mesh = by_collocation(orbits, point)
+            if by_mesh is None:
+                raise InputError(
+                    f"the orbit at {orbits.vary} = {orbits.value(point.z):g} could not be taken up "
+                    "by collocation; use shooting"
+                )
+            orbits, point = by_mesh
+        elif isinstance(orbits.by, Collocation):
+            orbits, point = by_collocation(orbits, point) or (orbits, point)
+        return orbits, point, reason
+
+    def _given(self, begin: Begin) -> tuple[Orbits, OrbitPoint, End]:
+        first, last = self._span
+        # On the last value it can only go back.
+        width = first - last if begin.value == last else last - first
+        ends = begin.value, begin.value + width
+        if begin.orbit is not None:
+            start = _from_orbit(begin.orbit, self._vary, *ends)
+        else:
+            there = self._model.replace(**{self._vary: begin.value})
+            start = equilibrium_start(there, self._vary, *ends, begin.state)
+        return *start, span_begin(self._vary, begin.value)
+
+    def _at_an_end(self) -> tuple[Orbits, OrbitPoint, End]:
+        first, last = self._span
+        try:
+            return *self._at(first, last), span_begin(self._vary, first)
+        except InputError as error:
+            sticking = self._sticking(first) if self._through_stick else None
+            if sticking is not None:
+                return self._given(sticking)
+            try:
+                start = self._at(last, first)
+            except InputError:
+                raise error from None
+        what = "response of period 1" if self._model.forced else "regular equilibrium"
+        reason = (
+            f"there is no {what} at {self._vary} = {first:g}, so the span was followed from "
+            f"its other end, {self._vary} = {last:g}"
+        )
+        return *start, End("span", reason, last)
+
+    def _at(self, value: float, other: float) -> tuple[Orbits, OrbitPoint]:
+        """Return the response or the equilibrium at one end of the span."""
+        model = self._model.replace(**{self._vary: value})
+        try:
+            if not model.forced:
+                return equilibrium_start(model, self._vary, value, other)
+            return self._response(model, value, other)
+        except InputError:
+            raise
+        except BREAKDOWNS as error:
+            raise InputError(
+                f"nothing was found at {self._vary} = {value:g}: {breakdown(error)}; start the "
+                "span elsewhere"
+            ) from None
+
+    def _response(
+        self, model: Model, value: float, other: float
+    ) -> tuple[ForcedOrbits, OrbitPoint]:
+        """Return the response of period 1."""
+        orbits = forced_orbits(model, self._vary, abs(other - value), self._settings)
+        implicitly = self._settings.discretization != "shooting"
+        orbits, correction = find_response(
+            orbits, value, implicitly=implicitly, on_progress=self._report
+        )
+        if correction.converged:
+            row = hold_parameter(orbits.size) * np.sign(other - value)
+            correction = correct(orbits, correction.z, row)
+        if not correction.converged:
+            raise InputError(
+                f"no response of period 1 was found at {orbits.vary} = {value:g}: "
+                f"{correction.failure}; start the span elsewhere"
+            )
+        return orbits, _first_point(orbits, correction, value)
+
+    def _sticking(self, value: float) -> Begin | None:
+        """Return the orbit that sticks with which a branch begins, None if none is found.
+
+        Where there are no orbits in slip either, it is said why there is none that sticks.
+        """
+        if not self._model.forced or not contacts_of(self._model):
+            return None
+        try:
+            orbit = periodic_orbit(self._model)
+        except InputError:
+            if may_slip(self._model):
+                return None
+            raise
+        return Begin(value, orbit) if isinstance(orbit, StickSlipOrbit) else None
+
+
+def span_begin(vary: str, first: float) -> End:
+    """Say that a branch begins where the span does."""
+    return End("span", f"the span begins at {vary} = {first:g}", (first,))
+
+
+def equilibrium_start(
+    model: Model, vary: str, first: float, last: float, near: Array | None = None
+) -> tuple[Equilibria, OrbitPoint]:
+    """Return the equilibrium of an autonomous model at the first value of a span.
+
+    Shapes: near (n,).
+    """
+    near = model.start if near is None else near
+    state = search_equilibrium(model, near)
+    if state is None:
+        raise InputError(
+            f"no equilibrium of {model.name} was found at {vary} = {first:g}, from the state "
+            f"{near.tolist()} or around it; give a start nearer to one, or start the span "
+            "elsewhere"
+        )
+    jacobian = evaluation_of(model).jacobian(model, state)
+    paced = model.replace(duration=unit_of_time(jacobian))
+    orbits = Equilibria(paced, {vary: abs(last - first)})
+    row = hold_parameter(orbits.size) * np.sign(last - first)
+    correction = correct(orbits, orbits.pack(state[None], first), row)
+    if not correction.converged:
+        raise InputError(
+            f"no equilibrium of {model.name} was found at {vary} = {first:g}: "
+            f"{correction.failure}; start the span elsewhere"
+        )
+    assert correction.bordered is not None  # it converged
+    if np.linalg.cond(correction.bordered.matrix) > WORST:
+        raise InputError(
+            f"the span cannot start at {vary} = {first:g}: the equilibrium there is at a fold or "
+            "branch point; start the span near it"
+        )
+    return orbits, _first_point(orbits, correction, first)
+
+
+def _from_orbit(
+    orbit: PeriodicOrbit, vary: str, first: float, last: float
+) -> tuple[Orbits, OrbitPoint]:
+    """Return a given orbit as the first point of a branch."""
+    width, nodes = abs(last - first), orbit.nodes
+    by: Cut = Shooting
+    if isinstance(orbit, StickSlipOrbit):
+        nodes, by = nodes[:1], SwitchedShooting
+    orbits = orbits_of(orbit.model, {vary: width}, orbit.period, len(nodes), by=by)
+    guess = orbits.unknown(nodes, orbit.model.replace(**{vary: first}))
+    row = np.zeros(len(guess))
+    row[-1] = np.sign(last - first)
+    correction = correct(orbits, guess, row)
+    if not correction.converged:
+        raise InputError(
+            f"the given orbit could not be corrected at {vary} = {first:g}: {correction.failure}; "
+            "give one that is closed"
+        )
+    return orbits, _first_point(orbits, correction, first)
+
+
+def _first_point(orbits: Orbits, correction: Correction, value: float) -> OrbitPoint:
+    broken = broken_limit(orbits, correction.z)
+    if broken is not None:
+        raise InputError(f"the span cannot start at {orbits.vary} = {value:g}: {broken}")
+    return orbits.point(correction, 0.0)
+
+
+STIFF = 200.0
+"""Turns of the fastest vibration within a period at which collocation becomes quicker: forty masses
+in a chain make fifty; beams of three, four and five elements 190, 300 and 500, where shooting takes
+half, four times and ten times as long. Fast decay does not count: friction that is steep at rest is
+so for moments only."""
+
+
+def method_for(settings: Settings, jacobian: Array) -> Cut:
+    """Return how cycles are to be cut, from the derivatives of the rates a period, shape (n, n)."""
+    chosen = settings.discretization
+    if chosen == "collocation" or (chosen == "automatic" and _is_stiff(jacobian)):
+        return partial(Collocation, scheme=scheme_for(jacobian[None]))
+    return Shooting
+
+
+def _is_stiff(jacobian: Array) -> bool:
+    if not np.isfinite(jacobian).all():
+        return False
+    turns = float(np.abs(np.linalg.eigvals(jacobian).imag).max()) / (2 * np.pi)
+    return turns > STIFF
+
+
+def forced_orbits(model: Model, vary: str, width: float, settings: Settings) -> ForcedOrbits:
+    """Return orbits of the response, cut as they are to be followed.
+
+    However stiff, they begin by shooting where fast vibrations do not decay: multipliers of those
+    that a mesh does not resolve stay near the unit circle and feign bifurcations.
+    """
+    state, constants = model.start[None], flow_of(model).constants_of(model)
+    jacobian = flow_of(model).jacobians(state, np.zeros(1), constants)[0]
+    scheme = scheme_for(jacobian[None])
+    decays = scheme.points.damps and _is_stiff(jacobian)
+    chosen = settings.discretization
+    if chosen == "collocation" or (chosen == "automatic" and decays):
+        return ForcedOrbits(
+            model, {vary: width}, 1, 4 * INTERVALS, partial(Collocation, scheme=scheme)
+        )
+    return ForcedOrbits(model, {vary: width}, 1, SEGMENTS, Shooting)

@@ -1,0 +1,195 @@
+"""Monitors that end a curve of orbits: limits, unresolved multipliers, families."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.bifurcations.branches.bifurcations import BIFURCATION
+from slipfold.continuation.end import End
+from slipfold.continuation.locate import locate
+from slipfold.continuation.traced_curve import MonitorResult, StepInterval, Stop
+from slipfold.orbits.limits import limit_margins
+from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
+from slipfold.orbits.shooting import RESOLVED
+
+
+@dataclass(frozen=True)
+class StopRules:
+    """Rules for ending curves of orbits."""
+
+    # Number of orbits at one value of the parameter after which a family ends. Around a center they
+    # are thirty thousand times as large then, and rounding soon prevents corrections
+    family: int = 150
+    # Equilibria with one value of the parameter, none of them singular, after which they run away
+    away: int = 10
+    # Change of the parameter, in spans, that counts as zero: special points are located more
+    # exactly, so that all further ones would have the same value
+    constant: float = 1e-9
+    # Arclength to which a limit is located: its bound is a convention within 1e-4 anyway
+    limit_close: float = 1e-9
+    # Ratio of the change of an orbit to an error of its equations: rounding of 1e-14 moves it by
+    # 1e-5 then, more than Newton's method takes for rounding, and steps would become ever shorter
+    loose: float = 1e9
+    # Distance of a multiplier from one beyond which errors move an orbit little
+    one: float = 1e-3
+
+
+STOP = StopRules()
+
+
+class Limits:
+    """Ends a curve where the model ceases to be valid."""
+
+    def __init__(self, curve: OrbitCurve) -> None:
+        self._curve = curve
+        self._known: WeakKeyDictionary[OrbitPoint, NDArray[np.float64]] = WeakKeyDictionary()
+
+    def _margins(self, point: OrbitPoint) -> NDArray[np.float64]:
+        """Return the margin of each limit, computed once: near a singularity that takes long."""
+        if point not in self._known:
+            self._known[point] = limit_margins(self._curve.orbits, point.z)
+        return self._known[point]
+
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return where the first of the limits is broken."""
+        curve, orbits, cuts = self._curve, self._curve.orbits, []
+        for index in np.flatnonzero(~(self._margins(interval.point) > 0)):
+            limit = orbits.model.limits[index]
+
+            def margin(item: OrbitPoint, index: int = int(index)) -> float:
+                return float(self._margins(item)[index])
+
+            ends = interval.before, interval.point
+            at = locate(curve, interval.history, *ends, margin, STOP.limit_close)
+            reason = limit.reason.format(value=margin(at) + limit.bound)
+            cuts.append(Stop(at, End("limit", reason, curve.place(at.z))))
+        return MonitorResult(stop=min(cuts, key=lambda stop: stop.point.arclength, default=None))
+
+
+class Unresolved:
+    """Ends a curve before an orbit too unstable for its multipliers to be known.
+
+    `clause` says where the curve leads, from its points so far; if that is known, it is the reason.
+    """
+
+    def __init__(
+        self,
+        curve: OrbitCurve,
+        clause: Callable[[Sequence[OrbitPoint]], str] = lambda points: "",
+    ) -> None:
+        self._curve = curve
+        self._clause = clause
+
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return the last point, if the next one is too unstable."""
+        largest = float(np.abs(interval.point.multipliers).max(initial=0.0))
+        if largest <= RESOLVED or self._curve.orbits.by.growing:
+            return MonitorResult()
+        reason = (
+            f"a multiplier of {largest:.1e} leaves too few digits for the others, so bifurcations "
+            "could be missed beyond; the orbit is practically unobservable there"
+        )
+        clause = self._clause(interval.traced.points)
+        kind = "homoclinic" if clause else "unresolved"
+        reason = f"{clause}; {reason}" if clause else reason
+        end = End(kind, reason, self._curve.place(interval.point.z))
+        return MonitorResult(stop=Stop(interval.before, end))
+
+
+class Undetermined:
+    """Ends a branch where its orbits belong to a family, to rounding.
+
+    Undamped orbits of large amplitude do: the forcing has almost no effect, and any phase is
+    possible.
+    """
+
+    def __init__(self, orbits: Orbits) -> None:
+        self._orbits = orbits
+
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return the second orbit in a row that rounding moves far; one is a branch point."""
+        if interval.leaves or not self._moves(interval.before) > STOP.loose:
+            return MonitorResult()
+        moves = self._moves(interval.point)
+        if not moves > STOP.loose:
+            return MonitorResult()
+        reason = (
+            f"an error of the equations moves the orbit by {moves:.0e} times as much: to rounding "
+            "it belongs to a family, with any phase; with a little damping there is one orbit"
+        )
+        end = End("unresolved", reason, self._orbits.place(interval.point.z))
+        return MonitorResult(stop=Stop(interval.point, end))
+
+    def _moves(self, point: OrbitPoint) -> float:
+        """Return the ratio of changes of an orbit to errors of its equations; 0 if it is small."""
+        orbits, part = self._orbits, point.linearization
+        if part is None or np.abs(point.multipliers - 1).min(initial=np.inf) > STOP.one:
+            return 0.0
+        bordered = part.bordered(point.tangent)
+        last = range(orbits.size - len(orbits.scales), orbits.size)  # ends of the last segment
+        moves = [np.linalg.norm(bordered.solve(_unit(i, len(point.z)))) for i in last]
+        return float(np.sqrt(orbits.segments) * max(moves))
+
+
+def _unit(place: int, size: int) -> NDArray[np.float64]:
+    vector = np.zeros(size)
+    vector[place] = 1.0
+    return vector
+
+
+class Families:
+    """Ends a branch along which the parameter is constant.
+
+    The cycles around a center form such a family, which has no natural end.
+    """
+
+    def __init__(self, orbits: Orbits) -> None:
+        self._orbits = orbits
+
+    def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
+        """Return the last of many points with the same value of the parameter."""
+        orbits, points = self._orbits, [*interval.traced.points, interval.point][-STOP.family :]
+        if orbits.kind == "equilibrium" and _runs_away(points[-STOP.away :]):
+            where = f" while {orbits.vary} stays at {orbits.value(points[-1].z):.9g}"
+            end = End("unresolved", far_away(orbits, points[-1], where), orbits.place(points[-1].z))
+            return MonitorResult(stop=Stop(interval.point, end))
+        values = [point.z[-1] for point in points]
+        if len(interval.traced.points) < STOP.family or max(values) - min(values) > STOP.constant:
+            return MonitorResult()
+        if not _in_family(points):  # in a canard explosion the parameter is constant as well
+            return MonitorResult()
+        value = orbits.value(points[-1].z)
+        rounded = 0.0 if abs(value) < STOP.constant * orbits.width else value
+        reason = (
+            f"{STOP.family} orbits have the same {orbits.vary} = {rounded:.9g}: they are a family, "
+            "as around a center, that continues; stop it at an amplitude by an event"
+        )
+        return MonitorResult(stop=Stop(interval.point, End("family", reason, (value,))))
+
+
+def _runs_away(points: Sequence[OrbitPoint]) -> bool:
+    """Whether equilibria move though the parameter does not: none of them is singular."""
+    values = [point.z[-1] for point in points]
+    regular = all(abs(point.tests["fold"]) > BIFURCATION.on_circle for point in points)
+    return len(points) == STOP.away and max(values) - min(values) < STOP.constant and regular
+
+
+def far_away(orbits: Orbits, point: OrbitPoint, where: str) -> str:
+    """Say which state has become large."""
+    state = orbits.nodes(point.z)[0]
+    farthest = int(np.abs(state / orbits.model.state_scales()).argmax())
+    name = orbits.flow.output_names[farthest]
+    what = orbits.kind if orbits.kind == "equilibrium" else "orbit"
+    return (
+        f"the {what} runs away to {name} = {state[farthest]:.4g}{where}; a limit of {name} ends "
+        "the branch earlier"
+    )
+
+
+def _in_family(points: Sequence[OrbitPoint]) -> bool:
+    return all(abs(point.tests["fold"]) < BIFURCATION.on_circle for point in points)

@@ -1,0 +1,194 @@
+"""Special points at which other branches begin, and which branches they join."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.bifurcations import BIFURCATION, SeveralCritical
+from slipfold.bifurcations.branches.closed_branches import SAME_ORBIT, Birth
+from slipfold.bifurcations.branches.homoclinic import snakes_about
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.start import method_for
+from slipfold.continuation.curve_set import FollowedCurve, Start
+from slipfold.continuation.newton import correct
+from slipfold.continuation.traced_curve import Found
+from slipfold.errors import BREAKDOWNS
+from slipfold.orbits.critical import Emanating, doubled_orbit, hopf_cycle
+from slipfold.orbits.kinds import Equilibria
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import match_multipliers
+
+
+@dataclass(frozen=True, eq=False)
+class Junction(Start[OrbitPoint]):
+    """A special point of a known branch at which another branch begins."""
+
+    orbits: Orbits | None = None  # equations of the branch on which it lies
+    birth: Birth | None = None  # the branch that begins there
+    several: bool = False  # whether other branches begin there as well, as by a symmetry
+
+
+def junctions_on(
+    followed: FollowedCurve[OrbitPoint], settings: Settings, known: int = 0
+) -> list[Junction]:
+    """Return the points of a branch at which others begin.
+
+    So many period doublings were found on the branches before it.
+
+    Equilibria are followed before cycles, and shorter periods before longer ones, since a branch
+    may end where another one begins. A branch that snakes to a homoclinic orbit has infinitely many
+    such points: those near its end are excluded, and so are longer periods. So they are where
+    branches double many times, as in canard explosions or without damping.
+    """
+    junctions, traced = [], followed.traced
+    about = snakes_about(traced.found, followed.started, traced.end)
+    doublings = known + sum(found.type == "PD" for found in traced.found)
+    crowded = bool(about) or doublings > BIFURCATION.crowded
+    largest = min(settings.largest_period, settings.snaking_period if crowded else np.inf)
+    for found in traced.found:
+        orbits, left = found.point.curve, [abs(found.point.z[-1] - value) for value in about]
+        if min(left, default=np.inf) < BIFURCATION.tail:
+            continue
+        try:
+            several = isinstance(found, SeveralCritical) and found.type == "BP"
+            if several:
+                births = branches_around(orbits, found.point)
+            else:
+                birth = emanating_branch(orbits, found, settings, largest)
+                births = [] if birth is None else [birth]
+        except BREAKDOWNS:  # no branch can be followed from there; the point itself is reported
+            continue
+        for birth in births:
+            start, curve = birth.start, birth.orbits
+            # At a branch point the other branch continues in both directions.
+            crosses = found.type == "BP" and not several
+            both = (start, curve.turned(start)) if crosses else (start,)
+            rank = (int(curve.kind != "equilibrium"), curve.period)
+            common = curve, both, rank, True, followed.number, found
+            junctions.append(Junction(*common, orbits=orbits, birth=birth, several=several))
+    if about and traced.end is not None:
+        reason = (
+            f"{traced.end.reason}; what begins within {BIFURCATION.tail:g} of the span of that "
+            "value, at one turn after the other, is not followed (a narrower span shows it), and "
+            f"no period above {largest:g}"
+        )
+        traced.end = replace(traced.end, reason=reason)
+    elif largest < settings.largest_period and traced.end is not None:
+        reason = (
+            f"{traced.end.reason}; branches double {doublings} times up to there, and of what "
+            f"doubles on this one no period above {largest:g} is followed unless requested "
+            "(--largest-period)"
+        )
+        traced.end = replace(traced.end, reason=reason)
+    return junctions
+
+
+def emanating_branch(
+    orbits: Orbits, found: Found, settings: Settings, largest: float
+) -> Birth | None:
+    """Return the branch that begins at a special point, if its period is not too long."""
+    if found.type == "BP" and found.other is not None:
+        return Birth(orbits, _other_branch(found, found.other))
+    cycles = settings.largest_period > 0
+    if isinstance(orbits, Equilibria) and found.type == "HB" and cycles:
+        method = partial(method_for, settings)
+        return _born(hopf_cycle(orbits, found.point.z, method), found.point)
+    if found.type == "PD" and 2 * orbits.period <= largest:
+        return _born(doubled_orbit(orbits, found.point.z), found.point)
+    return None
+
+
+def branches_around(orbits: Orbits, point: OrbitPoint) -> list[Birth]:
+    """Return the branches that leave a point where two multipliers are one, as by a symmetry.
+
+    There the Jacobian has a kernel of three dimensions: the tangent of the branch that is known,
+    and a plane. Branches cross a small circle in that plane in isolated points, which Newton's
+    method finds from directions all around. Of branches that are symmetric images of each other,
+    with the same parameter and multipliers at the same distance, one is followed.
+    """
+    right = np.linalg.svd(orbits.linearize(point.z).jacobian)[2][-3:]
+    along = right @ point.tangent
+    plane = np.linalg.svd(along[None])[2][1:] @ right
+    points: list[OrbitPoint] = []
+    for angle in 2 * np.pi * np.arange(BIFURCATION.directions) / BIFURCATION.directions:
+        row, found = np.array([np.cos(angle), np.sin(angle)]) @ plane, None
+        for _ in range(3):  # until the row is the direction of the branch itself
+            correction = correct(
+                orbits, _nearest_orbit(orbits, point.z, BIFURCATION.radius * row, plane), row
+            )
+            if not correction.converged:
+                break
+            found = orbits.point(correction, 0.0)
+            row = (found.z - point.z) @ plane.T @ plane
+            row /= np.linalg.norm(row)
+        else:
+            if found is not None and not any(_are_images(found, other) for other in points):
+                points.append(found)
+    births = []
+    for item in points:
+        tangent = (item.z - point.z) / np.linalg.norm(item.z - point.z)
+        tests = {**point.tests, "LP": float(tangent[-1])}
+        start = replace(point, tangent=tangent, arclength=0.0, tests=tests, linearization=None)
+        births.append(Birth(orbits, start))
+    return births
+
+
+def _nearest_orbit(orbits: Orbits, z: Array, away: Array, plane: Array) -> Array:
+    """Return what satisfies the equations best with a given displacement in a plane.
+
+    The parameter is right then, and Newton's method does not lead to a branch farther round.
+    Shapes: z, away (u,); plane (2, u).
+    """
+    near = z + away
+    for _ in range(3):
+        part = orbits.linearize(near)
+        matrix = np.vstack([part.jacobian, plane])
+        missing = np.concatenate([-part.defect, plane @ (z + away - near)])
+        near = near + np.linalg.lstsq(matrix, missing, rcond=None)[0]
+    return near
+
+
+def _are_images(first: OrbitPoint, second: OrbitPoint) -> bool:
+    """Whether two orbits at the same distance from a symmetric one are images of each other."""
+    apart = np.abs(match_multipliers(first.multipliers, second.multipliers) - first.multipliers)
+    return (
+        abs(first.z[-1] - second.z[-1]) < SAME_ORBIT * BIFURCATION.radius
+        and apart.max() < SAME_ORBIT
+    )
+
+
+def _born(first: Emanating, point: OrbitPoint) -> Birth:
+    curve = first.orbits
+    start = curve.derived_point(first.z, first.tangent, 0.0, first.monodromy, point.residual)
+    return Birth(curve, start)
+
+
+def _other_branch(found: Found, tangent: NDArray[np.float64]) -> OrbitPoint:
+    tests = {**found.point.tests, "LP": float(tangent[-1])}
+    return replace(found.point, tangent=tangent, arclength=0.0, tests=tests)
+
+
+def find_meeting(junction: Junction, known: Sequence[Junction]) -> Junction | None:
+    """Return the same branch point as it was found on a known branch, if it was."""
+    return next((other for other in known if _are_one(junction, other)), None)
+
+
+def _are_one(junction: Junction, other: Junction) -> bool:
+    """Whether two branch points are the same orbit, whatever its phase."""
+    if junction.found is None or other.found is None:
+        return False
+    if (junction.found.type, other.found.type) != ("BP", "BP"):
+        return False
+    orbits, their = junction.orbits, other.orbits
+    if orbits is None or their is None or not Birth(orbits, junction.found.point).fits(their):
+        return False
+    z, other_z = junction.found.point.z, other.found.point.z
+    if abs(orbits.value(z) - their.value(other_z)) >= BIFURCATION.same_value * orbits.width:
+        return False
+    return orbits.distance(orbits.adopt(their, other_z), z) < SAME_ORBIT

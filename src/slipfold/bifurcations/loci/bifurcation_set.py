@@ -1,0 +1,228 @@
+"""All bifurcations of a model in a window of a plane, and the regions between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.loci.fan import FanLine, GrazingEnds, follow_fan, follow_settled
+from slipfold.bifurcations.loci.follow import follow_found
+from slipfold.bifurcations.loci.into_stick import (
+    follow_sticking,
+    points_in_stick,
+    unfinished,
+    without_duplicates,
+)
+from slipfold.bifurcations.loci.isolated import follow_isolated
+from slipfold.bifurcations.loci.locus import Locus
+from slipfold.bifurcations.loci.region_map import RegionMap
+from slipfold.bifurcations.loci.regions import map_regions
+from slipfold.bifurcations.loci.window import Plane, Window, check_window, measured_across
+from slipfold.errors import InputError
+from slipfold.flow.modes import MET, contacts_of
+from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import LOCUS_TYPES
+from slipfold.progress import Observer
+
+LINES = (11, 5)
+"""Responses across the window in either direction from which loci are started."""
+
+PERIODS = (1, 2)
+
+
+@dataclass(frozen=True, eq=False)
+class BifurcationSet:
+    """Loci and regions of a window; frozen."""
+
+    loci: tuple[Locus, ...]
+    # The regions, None if they were not asked for or the computation was interrupted
+    regions: RegionMap | None
+    interrupted: bool  # whether the computation was interrupted
+    missing: tuple[str, ...] = ()  # sentences on what was found and could not be followed
+
+
+def find_bifurcation_set(
+    model: Model,
+    plane: tuple[str, str],
+    window: Window,
+    *,
+    types: Sequence[str] | None = None,
+    periods: Sequence[int] = PERIODS,
+    regions: bool = True,
+    settings: Settings | None = None,
+    observer: Observer | None = None,
+) -> BifurcationSet:
+    """Find the loci of all bifurcations in a window, and which stable responses exist where.
+
+    Responses are followed across the window in both directions; from each of their special points
+    its locus is, unless it is known; from points of codimension two those that start there. Where a
+    response ends since a contact begins to stick, the locus of that starts.
+    """
+    window = check_window(model, plane, window)
+    types, periods = check_asked(model, types, periods)
+    if regions and not model.forced:
+        raise InputError(
+            f"regions are found for forced models only, and {model.name} is autonomous; ask for "
+            "its loci alone, regions=False"
+        )
+    if regions and not (types == possible_types(model) and periods == PERIODS):
+        raise InputError(
+            f"regions need the loci of all types ({', '.join(possible_types(model))}) and both "
+            "periods (1, 2); ask for all of them or for no regions"
+        )
+    # Of Hopf points alone no cycles are needed.
+    followed = (0,) if types == ("HB",) else periods
+    settings = replace(settings or Settings(), largest_period=max(followed))
+    if model.estimated_scales is None:
+        model = measured_across(model, plane, window)
+    search = _Search(Plane(model, plane, window, settings, observer), types, periods)
+    loci = search.follow_loci()
+    if search.lines and not any(line.branches or line.sticking for line in search.lines):
+        raise InputError(
+            f"no response exists on any of {len(search.lines)} lines across the window: "
+            f"{search.lines[0].failure}"
+        )
+    labels = search.map_regions(loci) if regions and not search.interrupted else None
+    return BifurcationSet(loci, labels, search.interrupted, search.missing(loci))
+
+
+class _Search:
+    """The search for the loci of a window: what was found so far."""
+
+    def __init__(self, plane: Plane, types: Sequence[str], periods: Sequence[int]) -> None:
+        self._plane, self._types, self._periods = plane, types, periods
+        self._grazing = GrazingEnds(plane)
+        self._remarks: list[str] = []
+        self.lines: list[FanLine] = []
+        self.interrupted = False
+
+    def follow_loci(self) -> tuple[Locus, ...]:
+        """Follow a locus as soon as a response shows it: the observer sees it at once."""
+        plane, stops = self._plane, list[KeyboardInterrupt]()
+        points = (
+            point
+            for point in until_interrupted(self._points(), stops)
+            if point.type in self._types
+            and point.period in self._periods
+            and plane.contains([point.model.values[name] for name in plane.names])
+        )
+        loci = follow_found(
+            points,
+            plane.names,
+            plane.window,
+            plane.settings,
+            plane.observer,
+            self._types,
+            max(self._periods),
+            self._remarks,
+            through_stick=True,
+        )
+        loci = without_duplicates(loci, plane.window)
+        stopped = [*(line.interrupted for line in self.lines), *(each.interrupted for each in loci)]
+        self.interrupted = bool(stops) or any(stopped)
+        return loci
+
+    def _points(self) -> Iterator[SpecialPoint]:
+        """Yield the special points of responses, and the grazing points near their ends."""
+        plane, lines = self._plane, self.lines
+        if not plane.model.forced and max(self._periods) > 0:
+            # Loci of equilibria take seconds; cycles near homoclinic orbits may take minutes.
+            still = replace(plane, settings=replace(plane.settings, largest_period=0))
+            for line in follow_fan(still, LINES):
+                yield from self._on(line.branches)
+        for line in self._across():
+            lines.append(line)
+            if line.interrupted:
+                return
+            yield from self._on(line.branches)
+        others = follow_isolated(plane, lines, everywhere=bool(self._grazing.points))
+        for branch in others if plane.model.forced else ():
+            yield from self._on([branch])
+        for branch in follow_sticking(plane, lines):
+            yield from points_in_stick(branch)
+
+    def _on(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
+        yield from (point for branch in branches for point in branch.special)
+        if any(kind in self._types for kind in MET):
+            yield from self._grazing.near(branches)
+
+    def _across(self) -> Iterator[FanLine]:
+        """Follow responses across the window, one after the other."""
+        yield from follow_fan(self._plane, LINES)
+        if not self._plane.model.forced:
+            yield from follow_settled(self._plane)
+
+    def map_regions(self, loci: Sequence[Locus]) -> RegionMap | None:
+        """Label the regions between loci; None where that is interrupted."""
+        try:
+            middle = np.mean(self._plane.window, axis=1)
+            text = f"between {len(loci)} loci"
+            self._plane.report("regions", 0, None, middle, text, loci=loci)
+            return map_regions(self._plane, loci, self.lines, self._grazing.points)
+        except KeyboardInterrupt:
+            self.interrupted = True
+            return None
+
+    def missing(self, loci: Sequence[Locus]) -> tuple[str, ...]:
+        """Say what was found and could not be followed, each once."""
+        failures = [line.failure for line in self.lines[sum(LINES) :] if line.failure]
+        ends = [text for line in self.lines for text in unfinished(self._plane, line, loci)]
+        return tuple(dict.fromkeys([*self._remarks, *failures, *ends]))
+
+
+def until_interrupted(
+    points: Iterator[SpecialPoint], stops: list[KeyboardInterrupt]
+) -> Iterator[SpecialPoint]:
+    """Yield points until the observer stops the search, and note whether it did."""
+    try:
+        yield from points
+    except KeyboardInterrupt as stop:
+        stops.append(stop)
+
+
+def possible_types(model: Model) -> tuple[str, ...]:
+    """Return the types of loci in a set of a model.
+
+    Only an autonomous one has equilibria, only one whose contacts may stick begins to.
+
+    >>> from slipfold.models.registry import model_named
+    >>> possible_types(model_named("lure"))
+    ('LP', 'PD', 'NS', 'BP', 'HB')
+    >>> possible_types(model_named("sliding"))
+    ('LP', 'PD', 'NS', 'BP', 'GRAZE', 'LIFT', 'STICK')
+    """
+    may_stick = any(contact.limits for contact in contacts_of(model))
+    missing = {*(() if may_stick else MET), *(("HB",) if model.forced else ())}
+    return tuple(kind for kind in LOCUS_TYPES if kind not in missing)
+
+
+def check_asked(
+    model: Model, types: Sequence[str] | None, periods: Sequence[int]
+) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Return the types and periods of a set that is requested, each once, in their order."""
+    possible = possible_types(model)
+    types = possible if types is None else types
+    for kind in types:
+        if kind not in possible:
+            if kind in MET:
+                raise InputError(
+                    f"there are no loci of type {kind!r} of {model.name}, none of whose contacts "
+                    f"sticks; give {', '.join(possible)}"
+                )
+            of = "" if kind not in LOCUS_TYPES else f" of {model.name}, which is forced"
+            raise InputError(f"there are no loci of type {kind!r}{of}; give {', '.join(possible)}")
+    for period in periods:
+        if period not in PERIODS:
+            raise InputError(
+                f"period = {period!r} is neither 1 nor 2; loci of longer periods start from their "
+                "special points, see slipfold.locus"
+            )
+    if not types or not periods:
+        raise InputError("no type or no period of loci is given; give e.g. PD and 1")
+    kept = tuple(kind for kind in possible if kind in types)
+    return kept, tuple(period for period in PERIODS if period in periods)

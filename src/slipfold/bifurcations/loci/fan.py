@@ -1,0 +1,338 @@
+"""Responses along lines through the window, on which loci are detected, and where they graze."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.response import trace_response
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.start import Begin
+from slipfold.bifurcations.loci.locus_equations import LocusEquations
+from slipfold.bifurcations.loci.window import Plane
+from slipfold.continuation.newton import Correction, correct
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.flow.modes import GRAZED, contacts_of
+from slipfold.models.angles import wrap_angles
+from slipfold.models.equilibria import search_equilibrium
+from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import CONTACT_TYPES
+from slipfold.orbits.find import attractor_from
+from slipfold.orbits.kinds import orbits_of
+from slipfold.orbits.limits import limit_margins, limit_met
+from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.orbit_curve import Orbits
+from slipfold.orbits.switched_shooting import SwitchedShooting
+from slipfold.progress import Observer, Progress
+
+BranchEnd = tuple[Branch, int]
+"""A branch with its first row, 0, or its last, -1."""
+
+MAX_DISTANCE = 0.05
+"""Distance in scaled variables within which the grazing point lies. A branch in slip ends at 1e-4
+of its size; where slip falls steeply the distance goes as the root of that."""
+
+SAME_HALVES = 1e-4
+"""Difference of an orbit's halves, in scaled states, below which they are one."""
+
+
+class GrazingEnds:
+    """The grazing points near which responses of a set end; each is searched for once."""
+
+    def __init__(self, plane: Plane) -> None:
+        self._plane = plane
+        self.points = dict[BranchEnd, SpecialPoint]()
+
+    def near(self, branches: Sequence[Branch]) -> Iterator[SpecialPoint]:
+        """Yield the grazing points near the ends of branches."""
+        ends = [(branch, row) for branch in branches for row in (0, -1)]
+        for branch, row in ends:
+            if ends_in_stick(branch, row) and not is_expensive(branch):
+                grazing = _grazing_near(branch, row, self._plane)
+                if grazing is not None:
+                    self.points[branch, row] = grazing
+                    yield grazing
+
+
+def is_expensive(branch: Branch) -> bool:
+    """Whether the locus takes too long: ten seconds a point for doubled orbits in the plane.
+
+    Other slip soon is slow there as well, and equations are stiff.
+    """
+    return slips_in_planes(branch.model) and branch.period > 1
+
+
+def slips_in_planes(model: Model) -> bool:
+    """Whether contacts of a model slip in the plane: orbits through stick take seconds there."""
+    return any(len(contact.slip) == 2 for contact in contacts_of(model))
+
+
+def ends_in_stick(branch: Branch, row: int = -1) -> bool:
+    """Whether a branch in slip ends, or begins, where a contact comes to stick or to open."""
+    slips = branch.kind == "periodic" and branch.stuck_fraction is None
+    if not slips or branch.ends[row].kind != "limit" or not len(branch):
+        return False
+    try:
+        model = branch.orbit(row).model
+    except InputError:  # it ends where parameters contradict each other: there is no model
+        return False
+    beyond = {name for contact in contacts_of(model) for name in contact.limits}
+    if not beyond:
+        return False
+    before = _margins(branch, 1 if row == 0 else -2) if len(branch) > 1 else None
+    return model.limits[limit_met(_margins(branch, row), before)].name in beyond
+
+
+def _margins(branch: Branch, row: int) -> Array:
+    """Return by how much an orbit of a branch keeps each limit."""
+    model = branch.orbit(row).model
+    orbits = orbits_of(model, {branch.vary: 1.0}, branch.period, branch.nodes.shape[1])
+    return limit_margins(orbits, orbits.unknown(branch.nodes[row], model))
+
+
+def _grazing_near(branch: Branch, row: int, plane: Plane) -> SpecialPoint | None:
+    """Return the grazing point just beyond the end of a branch in slip, None if Newton finds none.
+
+    It lies at the same value of the parameter that the branch does not follow.
+    """
+    last = branch.orbit(row)
+    # A small window does not make the way to it long.
+    widths = {
+        name: max(high - low, abs(last.model.values[name]))
+        for name, (low, high) in zip(plane.names, plane.window, strict=True)
+    }
+    orbits = orbits_of(last.model, widths, branch.period, 1, by=SwitchedShooting)
+    z = orbits.unknown(last.nodes[:1], last.model)
+    fixed = np.zeros(len(z))
+    fixed[len(z) - 2 + (1 - plane.names.index(branch.vary))] = 1.0
+    found = [_corrected(orbits, z, fixed, kind) for kind in GRAZED]
+    near = [item for item in found if item is not None]
+    if not near:
+        return None
+    kind, curve, grazed = min(near, key=lambda item: item[2].distance)
+    return _as_point(branch, row, kind, curve, grazed)
+
+
+def _corrected(
+    orbits: Orbits, z: Array, fixed: Array, kind: str
+) -> tuple[str, LocusEquations, Correction] | None:
+    """Return a grazing point, None where none is near."""
+    by = orbits.by
+    assert isinstance(by, SwitchedShooting)
+    try:
+        grazing = MarginalShooting.at(by, orbits.nodes(z), orbits.constants(z), kind)
+        if grazing is None:
+            return None
+        curve = LocusEquations(orbits.described_by(grazing), kind)
+        guess = curve.orbits.adopt(orbits, z)
+        correction = correct(curve, guess, fixed, reach=MAX_DISTANCE)
+    except BREAKDOWNS:
+        return None
+    if not correction.converged or correction.distance > MAX_DISTANCE:
+        return None
+    if _repeats(curve.orbits, correction.z):
+        return None
+    return kind, curve, correction
+
+
+def _repeats(orbits: Orbits, z: Array) -> bool:
+    """Whether an orbit of an even period is one of half the period, gone round twice."""
+    if orbits.period % 2:
+        return False
+    nodes, whole = orbits.evenly(z), orbits.model.angle_periods
+    halves = wrap_angles(nodes - np.roll(nodes, len(nodes) // 2, axis=0), whole)
+    return float(np.abs(halves / orbits.model.state_scales()).max()) < SAME_HALVES
+
+
+def _as_point(
+    branch: Branch, row: int, kind: str, curve: LocusEquations, correction: Correction
+) -> SpecialPoint:
+    """Return a grazing point as what a locus starts from, at the arclength of the end near it."""
+    point = curve.point(correction, float(branch.arclength[row]))
+    orbits, model = curve.orbits, curve.orbits.model_at(point.z)
+    multipliers = orbits.multipliers(point)
+    return SpecialPoint(
+        type=kind,
+        name=CONTACT_TYPES[kind].title,
+        model=model,
+        vary=branch.vary,
+        value=model.values[branch.vary],
+        uncertainty=np.inf,
+        period=branch.period,
+        nodes=orbits.evenly(point.z),
+        multipliers=multipliers,
+        multiplier_uncertainty=np.full(len(multipliers), np.inf),
+        residual=point.residual,
+        arclength=point.arclength,
+        stuck_fraction=0.0,
+    )
+
+
+BEYOND = 0.25
+"""How far a response is followed beyond the window, in its widths."""
+
+BEYOND_QUIET = 4.0
+"""The same where the parameter scales the forcing: a period doubling above the window may send its
+branch back below itself."""
+
+
+FRACTIONS = ((0.5, 0.5), *product((0.25, 0.75), repeat=2))
+"""Places in the window, in its widths, where trajectories may settle on another equilibrium."""
+
+SAME_REST = 1e-6
+"""Distance of equilibria, in sizes of the states, that are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class FanLine:
+    """A response across the window, in one parameter at a value of the other."""
+
+    vary: str  # name of the parameter followed
+    fixed: str  # name of the other
+    value: float
+    branches: tuple[Branch, ...]  # the response; empty if there is none
+    failure: str = ""  # why there is none
+    sticking: tuple[Branch, ...] = ()  # the same followed on through stick, where it comes to it
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the response was interrupted."""
+        return any(branch.interrupted for branch in (*self.branches, *self.sticking))
+
+
+def follow_fan(plane: Plane, counts: tuple[int, int]) -> Iterator[FanLine]:
+    """Follow responses across a window, first in the second parameter, then in the first."""
+    done = 0
+    for count, (fixed, vary) in zip(counts, (plane.names, plane.names[::-1]), strict=True):
+        across = plane.span(fixed)
+        # Lines at the edges of the window meet what only touches it.
+        for value in np.linspace(*across, count) if count > 1 else [sum(across) / 2]:
+
+            def tell(
+                progress: Progress,
+                value: float = float(value),
+                vary: str = vary,
+                done: int = done,
+            ) -> None:
+                found = progress.values
+                text = f"period {found['period']}, {found['points']} points"
+                if progress.total is not None:
+                    text += f", {progress.stage} {progress.done} of {progress.total}"
+                at = plane.place(vary, found["parameter"], value)
+                plane.report("responses", done, sum(counts), at, text)
+
+            line = follow_line(plane, vary, float(value), tell)
+            yield line
+            if line.interrupted:
+                return
+            done += 1
+
+
+def follow_line(
+    plane: Plane,
+    vary: str,
+    value: float,
+    observer: Observer | None = None,
+    *,
+    through_stick: bool = False,
+) -> FanLine:
+    """Follow one response; what keeps it from existing is data, not an error.
+
+    It begins and ends outside the window, so that branches born there are known inside: at the
+    state without forcing where the parameter switches the forcing off.
+    """
+    (fixed,) = (name for name in plane.names if name != vary)
+    low, high = extended(plane.model, vary, plane.span(vary))
+    failure = ""
+
+    def follow(first: float, last: float, *, through_stick: bool) -> tuple[Branch, ...]:
+        return trace_response(
+            plane.at(plane.place(vary, first, value)),
+            vary,
+            (first, last),
+            settings=plane.settings,
+            observer=observer,
+            through_stick=through_stick,
+        )
+
+    for first, last in ((low, high), (high, low)):
+        try:
+            branches = follow(first, last, through_stick=through_stick)
+        except InputError as error:
+            failure = failure or str(error)
+            continue
+        if first == low and ends_in_stick(branches[0]):  # from the other end it may as well
+            with suppress(InputError):
+                others = follow(high, low, through_stick=False)
+                branches += others if ends_in_stick(others[0]) else ()
+        return FanLine(vary, fixed, value, branches)
+    return FanLine(vary, fixed, value, (), failure)
+
+
+def follow_settled(plane: Plane) -> Iterator[FanLine]:
+    """Follow equilibria that motions settle on and that are not the one near the start.
+
+    Where they branched off outside the window, no line across the window leads to them.
+    """
+    known = [plane.model.start]
+    for fractions in FRACTIONS:
+        place = np.array(plane.window)[:, 0] + fractions * plane.size
+        there = plane.at(place)
+        text = "a motion that may settle on another equilibrium"
+        plane.report("responses", 0, None, place, text)
+        state = None
+        with suppress(InputError):
+            state = attractor_from(there)
+        if isinstance(state, np.ndarray) and _is_another(there, state, known):
+            known.append(state)
+            for vary, fixed in (plane.names[::-1], plane.names):
+                yield _through(plane, there, state, vary, fixed)
+
+
+def _is_another(
+    model: Model, state: NDArray[np.float64], known: Sequence[NDArray[np.float64]]
+) -> bool:
+    """Whether an equilibrium is none of those that are found from known states."""
+    found = [search_equilibrium(model, near) for near in known]
+    near = SAME_REST * model.state_scales()
+    apart = [
+        wrap_angles(other - state, model.angle_periods) for other in found if other is not None
+    ]
+    return all(bool((np.abs(item) > near).any()) for item in apart)
+
+
+def _through(
+    plane: Plane, model: Model, state: NDArray[np.float64], vary: str, fixed: str
+) -> FanLine:
+    """Follow an equilibrium across the window in one parameter."""
+    begin = Begin(model.values[vary], state=state)
+    span, value = extended(model, vary, plane.span(vary)), model.values[fixed]
+    try:
+        branches = trace_response(model, vary, span, settings=plane.settings, begin=begin)
+    except InputError as error:
+        at = f"{fixed} = {value:.6g}, {vary} = {begin.value:.6g}"
+        failure = f"another equilibrium, at {at}, could not be followed in {vary}: {error}"
+        return FanLine(vary, fixed, value, (), failure)
+    return FanLine(vary, fixed, value, branches)
+
+
+def extended(model: Model, vary: str, span: tuple[float, float]) -> tuple[float, float]:
+    """Return how far beyond a window responses across it are followed."""
+    low, high = span
+    parameter, width = model.parameter(vary), high - low
+    if model.forcing_amplitude == vary:
+        return min(0.0, low), min(high + BEYOND_QUIET * width, parameter.upper)
+    # A bound itself may be excluded. Zero is one as well: what is damping, friction or mass inside
+    # the window is none beyond zero, and families of cycles that fill the plane may wait there.
+    lowest = max(parameter.lower, 0.0) if low >= 0 else parameter.lower
+    highest = min(parameter.upper, 0.0) if high <= 0 else parameter.upper
+    lower = low - min(BEYOND * width, 0.5 * (low - lowest))
+    upper = high + min(BEYOND * width, 0.5 * (highest - high))
+    return lower, upper

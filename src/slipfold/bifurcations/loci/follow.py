@@ -1,0 +1,471 @@
+"""Loci of a window: one from its first point to its end, and all that leave it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.bifurcations.branches.change import Change
+from slipfold.bifurcations.branches.closed_branches import Returns, has_copy, step_beside_parent
+from slipfold.bifurcations.branches.ends import failure_reason
+from slipfold.bifurcations.branches.settings import Settings
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.branches.stops import Limits, Unresolved
+from slipfold.bifurcations.branches.switching_boundaries import SwitchingBoundaries
+from slipfold.bifurcations.loci.locus import Locus, locus_title
+from slipfold.bifurcations.loci.locus_equations import (
+    RULES,
+    LocusEquations,
+    begins_or_ends_at,
+    lies_on,
+    mirrors,
+)
+from slipfold.bifurcations.loci.make_locus import as_loci, pair_of, plane_of
+from slipfold.bifurcations.loci.special_points import SpecialPoints, tests_of, without_repeats
+from slipfold.bifurcations.loci.start import (
+    EndsAtParent,
+    LocusStart,
+    as_unknown,
+    ends_beside_parent,
+    on_a_mesh,
+    parents_of,
+    regular_start,
+    starts_at,
+)
+from slipfold.bifurcations.loci.window import (
+    LocusLine,
+    Window,
+    check_window,
+    locus_progress,
+    measured_across,
+)
+from slipfold.continuation.curve_set import CurveSet, FollowedCurve, Start
+from slipfold.continuation.end import End
+from slipfold.continuation.follow import Endings, follow
+from slipfold.continuation.traced_curve import Found, Monitor, TracedCurve
+from slipfold.continuation.walk import Failure
+from slipfold.errors import BREAKDOWNS, InputError
+from slipfold.models.model import Model
+from slipfold.orbits.bifurcation_types import LOCUS_TYPES, PAIRED
+from slipfold.orbits.check import rests
+from slipfold.orbits.critical import crossing_gap
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.progress import Observer
+
+UNDAMPED = 1e-6
+"""Distance from the unit circle within which multipliers beside the critical ones are on it."""
+
+
+def trace_locus(
+    curve: LocusEquations,
+    start: OrbitPoint,
+    window: Window,
+    settings: Settings,
+    *,
+    born: bool = False,
+    first_step: float = RULES.first_step,
+    watch: Callable[[TracedCurve[OrbitPoint]], None] = lambda traced: None,
+    through_stick: bool = False,
+) -> TracedCurve[OrbitPoint]:
+    """Follow a locus in the direction of its tangent, to its end."""
+    orbits, change = curve.orbits, Change(settings, through_stick=through_stick)
+
+    def cap(point: OrbitPoint) -> float:
+        """Return the longest step; the first one that leaves the parents was tried already."""
+        return first_step if born and point is start else step_beside_parent(point)
+
+    return follow(
+        curve,
+        start,
+        orbits.bounds(*window),
+        lambda curve: _monitors(curve, settings),
+        settings=settings,
+        departs=born,
+        first_step=first_step,
+        cap=cap if has_copy(orbits) else None,
+        endings=_LocusEndings(window, settings),
+        otherwise=change.otherwise,
+        on_step=watch,
+    )
+
+
+def _monitors(curve: LocusEquations, settings: Settings) -> list[Monitor[OrbitPoint]]:
+    """What is watched along a locus: what ends it early first, what takes longest last."""
+    monitors: list[Monitor[OrbitPoint]] = [SwitchingBoundaries(curve), Unresolved(curve)]
+    if has_copy(curve.orbits):
+        monitors.append(EndsAtParent(curve, settings))
+    return [
+        *monitors,
+        Returns(curve, "the locus closed on itself"),
+        Limits(curve),
+        SpecialPoints(curve),
+    ]
+
+
+class _LocusEndings(Endings[OrbitPoint]):
+    """The ends of loci in words."""
+
+    def __init__(self, window: Window, settings: Settings) -> None:
+        self._window = window
+        self._settings = settings
+
+    def left(self, traced: TracedCurve[OrbitPoint]) -> End:
+        """Return the end of a locus that left the window."""
+        curve, last = traced.curve, traced.points[-1]
+        gaps = [
+            min(abs(last.z[place] - low), abs(high - last.z[place]))
+            for place, low, high in curve.orbits.bounds(*self._window)
+        ]
+        nearest = gaps.index(min(gaps))
+        edge = curve.place(last.z)[nearest]
+        reason = f"left the window at {plane_of(curve.orbits)[nearest]} = {edge:g}"
+        return End("window", reason, pair_of(curve, last))
+
+    def failed(self, traced: TracedCurve[OrbitPoint], failure: Failure) -> End:
+        """Return the end of a locus that could not be followed."""
+        curve, last = traced.curve, traced.points[-1]
+        stop = ends_beside_parent(curve, last, self._settings)
+        if stop is not None and stop.beyond is not None:
+            traced.points.append(stop.beyond)
+            traced.reached = (stop.reached,)
+            return stop.end
+        kind, reason = failure_reason(curve.orbits, last, failure)
+        on_circle = int(np.count_nonzero(np.abs(np.abs(last.multipliers) - 1) < UNDAMPED))
+        if on_circle > (2 if curve.condition in PAIRED else 1):
+            reason = (
+                f"{on_circle} multipliers lie on the unit circle there, as where nothing damps, "
+                f"and which of them crosses it is not defined ({reason})"
+            )
+        return End(kind, reason, pair_of(curve, last))
+
+
+SEVERAL = (
+    "points at which several multipliers are critical at once, as by a symmetry, are not followed "
+    "in two parameters"
+)
+
+OWN = ("duration",)
+"""Parameters that belong to an orbit of an autonomous model, not to the case."""
+
+
+def follow_loci(
+    points: Sequence[SpecialPoint],
+    vary: tuple[str, str],
+    window: Window,
+    *,
+    settings: Settings | None = None,
+    observer: Observer | None = None,
+    switch: bool = True,
+    remarks: list[str] | None = None,
+) -> tuple[Locus, ...]:
+    """Follow the loci of special points in two parameters, each locus once.
+
+    What is to be said of points without a locus of their own is added to the remarks.
+    """
+    if not points:
+        return ()
+    base = points[0].model
+    window = check_window(base, vary, window)
+    for point in points:
+        _check_point(point, base, vary, window)
+    largest = 2 * max(point.period for point in points)
+    types = LOCUS_TYPES if switch else ()
+    settings, remarks = settings or Settings(), [] if remarks is None else remarks
+    if not base.forced:  # of its branch, sizes may be those at an end where nothing moves
+        sizes = measured_across(base, vary, window).estimated_scales
+        points = [replace(point, model=point.model.with_scales(sizes)) for point in points]
+    return follow_found(points, vary, window, settings, observer, types, largest, remarks)
+
+
+def follow_found(
+    points: Iterable[SpecialPoint],
+    vary: tuple[str, str],
+    window: Window,
+    settings: Settings,
+    observer: Observer | None,
+    types: Sequence[str],
+    largest_period: int,
+    remarks: list[str],
+    *,
+    through_stick: bool = False,
+) -> tuple[Locus, ...]:
+    """Follow the loci of special points, each before the next point is requested.
+
+    A branch point whose branches cross in one parameter only is a point of a locus of folds. Loci
+    in slip may end where contacts begin to stick, or go on through stick.
+    """
+    work: _Loci | None = None
+    refusals: list[InputError] = []
+    for point in points:
+        given = point.model, vary, window, settings, observer, types, largest_period
+        work = work or _Loci(*given, through_stick=through_stick)
+        sticks = through_stick and point.stuck_fraction >= 0
+        try:
+            curve, z = work.taken_up(point)
+        except InputError as error:
+            if not sticks:
+                raise
+            remarks.append(_without_locus(point, vary, error))
+            continue
+        if curve.condition == "BP" and crossing_gap(curve.orbits, z) > RULES.vanishes:
+            remarks.append(_isolated(curve, z))
+            curve = LocusEquations(curve.orbits, "LP")
+        if work.passing(curve, z) is None and work.passing(curve, z, mirrors) is None:
+            start = work.start(curve, z, point)
+            if isinstance(start, InputError):
+                if sticks:
+                    remarks.append(_without_locus(point, vary, start))
+                else:
+                    refusals.append(start)
+                    if point.several:
+                        remarks.append(SEVERAL)
+                continue
+            work.explore(start)
+        if work.interrupted:
+            break
+    if work is None:
+        return ()
+    if refusals and not work.curves:  # one point among many may be known too badly to start from
+        raise refusals[0]
+    return as_loci(work.curves, work.leads, work.tell_described)
+
+
+def _check_point(point: SpecialPoint, base: Model, vary: tuple[str, str], window: Window) -> None:
+    if point.type not in LOCUS_TYPES:
+        raise InputError(
+            f"a special point of type {point.type} has no locus in {vary[0]} and {vary[1]}; give "
+            f"one of type {', '.join(LOCUS_TYPES)}"
+        )
+    if point.model.kind != base.kind:
+        raise InputError("the special points belong to different models; follow them one by one")
+    for name, value in point.model.values.items():
+        if name not in (*vary, *OWN) and value != base.values[name]:
+            raise InputError(
+                f"the special points differ in {name}: {base.values[name]:g} and {value:g}; "
+                f"vary {name} or follow them one by one"
+            )
+    for name, (low, high) in zip(vary, window, strict=True):
+        value = point.model.values[name]
+        if not low <= value <= high:
+            raise InputError(
+                f"the special point at {name} = {value:.6g} is outside the window from {low:g} to "
+                f"{high:g}; give a window that holds it"
+            )
+
+
+class _Loci(CurveSet[OrbitPoint]):
+    """Loci followed so far, and how they are followed."""
+
+    def __init__(
+        self,
+        base: Model,
+        vary: tuple[str, str],
+        window: Window,
+        settings: Settings,
+        observer: Observer | None,
+        types: Sequence[str],
+        largest_period: int,
+        *,
+        through_stick: bool,
+    ) -> None:
+        super().__init__()
+        self._through_stick = through_stick
+        self._base = base
+        self._vary = vary
+        self._window = window
+        self._settings = settings
+        self._observer = observer
+        self._types = types
+        self._largest_period = largest_period
+        self._lines = 0  # followed so far, one in each direction
+        self._bases: dict[str, Model] = {}
+
+    def taken_up(self, point: SpecialPoint) -> tuple[LocusEquations, NDArray[np.float64]]:
+        """Return the equations of a point's locus, and the point as an unknown of theirs.
+
+        Those of a kind share one model, so that unknowns compare.
+        """
+        widths = [high - low for low, high in self._window]
+        plane = dict(zip(self._vary, widths, strict=True))
+        own = self._base.replace(**_own(point.model))
+        kind = "rests" if rests(point.model, point.nodes) else "moves"
+        base = self._bases.setdefault(kind, own)
+        orbits, z = as_unknown(point, base, plane, self._settings)
+        return LocusEquations(orbits, point.type), z
+
+    def start(
+        self, curve: LocusEquations, z: NDArray[np.float64], point: SpecialPoint
+    ) -> LocusStart | InputError:
+        """Return the first point of a locus, by collocation where shooting does not find it."""
+        try:
+            return regular_start(curve, z, self._settings)
+        except InputError as error:
+            given = self._settings.discretization != "automatic" or not curve.orbits.by.smooth
+            if given or curve.orbits.kind == "equilibrium":
+                return error
+            refusal = error
+        try:
+            orbits, z = on_a_mesh(curve.orbits, point)
+            return regular_start(LocusEquations(orbits, curve.condition), z, self._settings)
+        except BREAKDOWNS:
+            return refusal
+
+    def trace(self, start: Start[OrbitPoint], point: OrbitPoint) -> TracedCurve[OrbitPoint]:
+        """Follow a locus in one direction."""
+        assert isinstance(start, LocusStart)
+        settings, born, watch = self._settings, start.departs, self._tell
+        traced = trace_locus(
+            start.curve,
+            point,
+            self._window,
+            settings,
+            born=born,
+            first_step=start.step,
+            watch=watch,
+            through_stick=self._through_stick,
+        )
+        self._lines += 1
+        if start.crosses and point is start.points[0]:
+            traced.found[:0] = _crossed(traced, start.crosses)
+        return traced
+
+    def _follow(self, start: Start[OrbitPoint]) -> FollowedCurve[OrbitPoint]:
+        followed = super()._follow(start)
+        followed.traced.found[:] = without_repeats(followed.traced.found)
+        return followed
+
+    def births(self, followed: FollowedCurve[OrbitPoint]) -> Sequence[Start[OrbitPoint]]:
+        """Return the loci that begin or pass at points of codimension two, in their order."""
+        number = followed.number
+        if followed.interrupted or not self._types:
+            return ()
+        starts = [
+            replace(start, found=found)
+            for found in followed.traced.found
+            for start in _starts(followed.traced.curve, found, self._types, self._settings)
+        ]
+        curve = followed.traced.curve
+        ends = [parents_of(curve, last, self._settings) for last in followed.traced.reached]
+        starts += [start for start in ends if start is not None]
+        return [
+            replace(start, rank=(*followed.start.rank, i), parent=number)
+            for i, start in enumerate(filter(self._is_wanted, starts))
+        ]
+
+    def _is_wanted(self, start: LocusStart) -> bool:
+        curve = start.curve
+        return curve.condition in self._types and curve.orbits.period <= self._largest_period
+
+    def known(self, start: Start[OrbitPoint]) -> int | None:
+        """Return the number of the locus that passes a start, if it was followed already."""
+        assert isinstance(start, LocusStart)
+        at = start.beside or (start.points[0].z,)
+        meets = begins_or_ends_at if start.doubled else lies_on
+        numbers = (self.passing(start.curve, z, meets) for z in at)
+        number = next((number for number in numbers if number is not None), None)
+        if number is not None and start.doubled:
+            self._place_end(self.curves[number - 1], start)
+        return number
+
+    def passing(
+        self,
+        curve: LocusEquations,
+        z: NDArray[np.float64],
+        meets: Callable[[Sequence[OrbitPoint], Orbits, NDArray[np.float64]], bool] = lies_on,
+    ) -> int | None:
+        """Return the number of the locus that an orbit meets, if it was followed already."""
+        for followed in self.curves:
+            own = followed.traced.curve
+            if _sort(own) != _sort(curve):
+                continue
+            if meets(followed.traced.points, curve.orbits, z):
+                return followed.number
+        return None
+
+    def _place_end(self, followed: FollowedCurve[OrbitPoint], start: Start[OrbitPoint]) -> None:
+        """Set the exact end of a locus that ends on its parent."""
+        traced, z = followed.traced, start.points[0].z
+        place = start.curve.place(z)
+        if not traced.reached:
+            return
+        orbits = start.curve.orbits
+        if followed.started is not None and begins_or_ends_at(traced.points[:1], orbits, z):
+            followed.started = End(followed.started.kind, followed.started.reason, place)
+        if traced.end is not None and begins_or_ends_at(traced.points[-1:], orbits, z):
+            traced.end = End(traced.end.kind, traced.end.reason, place)
+
+    def tell_described(
+        self, followed: FollowedCurve[OrbitPoint], point: OrbitPoint, done: int
+    ) -> None:
+        """Report which normal form is computed next, unless interrupted."""
+        if self._observer is None or self.interrupted:
+            return
+        total = sum(len(each.traced.points) + len(each.traced.found) for each in self.curves)
+        place, title = (
+            pair_of(followed.traced.curve, point),
+            locus_title(*_sort(followed.traced.curve)),
+        )
+        self._observer(locus_progress("normal forms", done, total, place, title))
+
+    def _tell(self, traced: TracedCurve[OrbitPoint]) -> None:
+        if self._observer is None:
+            return
+        curve = traced.curve
+        names = "".join(f", {found.type}" for found in traced.found)
+        start, last = (pair_of(curve, point) for point in (traced.points[0], traced.points[-1]))
+        condition, period, kind = _sort(curve)
+        title = locus_title(condition, period, kind)
+        text = f"{title}, {len(traced.points)} points{names}"
+        line = LocusLine(self._lines, condition, period, start)
+        self._observer(locus_progress("loci", len(self.curves), None, last, text, line=line))
+
+
+def _sort(curve: LocusEquations) -> tuple[str, int, str]:
+    """Type, period and kind: only loci that agree in them may be one."""
+    return curve.condition, curve.orbits.period, curve.orbits.kind
+
+
+def _isolated(curve: LocusEquations, z: NDArray[np.float64]) -> str:
+    """Say that the other parameter parts the branches that cross at a branch point."""
+    pairs = zip(curve.orbits.varied, curve.place(z), strict=True)
+    at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
+    return (
+        f"the branch point at {at} is isolated in the plane: near it no branches cross, and it "
+        "has no locus; it lies on a locus of folds, where that turns"
+    )
+
+
+def _without_locus(point: SpecialPoint, vary: tuple[str, str], error: InputError) -> str:
+    """Say that what was found on a response through stick could not be followed."""
+    at = ", ".join(f"{name} = {point.model.values[name]:.6g}" for name in vary)
+    return f"the {point.type} of what sticks at {at} was not followed: {error}"
+
+
+def _crossed(trace: TracedCurve[OrbitPoint], kind: str) -> list[Found]:
+    """Return the point of codimension two that a locus was started from, as found on it."""
+    if len(trace.points) < 2:
+        return []
+    first, second = trace.points[:2]
+    test = tests_of(kind, first.tests)[-1]
+    if test == "second" and kind != "DP":  # nothing tells it on this locus
+        return []
+    slope = (second.tests[test] - first.tests[test]) / (second.arclength - first.arclength)
+    return [Found(kind, first, slope)]
+
+
+def _starts(
+    curve: LocusEquations, found: Found, types: Sequence[str], settings: Settings
+) -> list[LocusStart]:
+    """Return the loci that start at a point; none where what they start from breaks down."""
+    try:
+        return list(starts_at(curve, found, types, settings))
+    except BREAKDOWNS:
+        return []
+
+
+def _own(model: Model) -> dict[str, float]:
+    """What belongs to an orbit of an autonomous model, not to the case."""
+    return {name: model.values[name] for name in OWN if not model.forced}

@@ -1,0 +1,369 @@
+"""The equations of a locus of any kind, and whether a point lies on a known one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.branches.closed_branches import asymmetry, has_copy
+from slipfold.continuation.interpolation import arc_between, hermite
+from slipfold.continuation.locate import LostCurveError, point_at
+from slipfold.continuation.newton import correct
+from slipfold.errors import BREAKDOWNS
+from slipfold.flow.modes import MET
+from slipfold.orbits.bifurcation_types import PAIRED
+from slipfold.orbits.critical import Critical
+from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.kinds import Equilibria
+from slipfold.orbits.linearization import Linearization
+from slipfold.orbits.marginal import MarginalShooting
+from slipfold.orbits.normal_forms.forms import forms_of
+from slipfold.orbits.orbit_curve import OrbitPoint, Orbits
+from slipfold.orbits.test_functions import critical_places, floquet_multipliers
+
+Multipliers = NDArray[np.complex128]
+
+PROJECTIONS = 3
+"""Corrections of the first orbit of a locus to one of any kind: each squares the error."""
+
+
+@dataclass(frozen=True)
+class LocusRules:
+    """How near is near along loci: distances in scaled variables, numbers of order one."""
+
+    # Component of a tangent that is rounding: the locus is parallel to an axis
+    no_slope: float = 1e-12
+    pole: float = 1e-9  # product of test functions at which a coefficient with a pole has no digits
+    near: float = 0.02  # distance from the interpolated locus at which the locus itself is examined
+    same: float = 1e-4  # two critical orbits this close are one: of loci directions differ by more
+    same_values: float = 1e-7  # parameters, in windows, at which orbits may be symmetric images
+    samples: int = 16  # arclengths between neighboring points that are examined first
+    vanishes: float = 1e-6  # test function of order one that is zero where another one was located
+    # Tangent along a parameter of a locus that is parallel to the other axis
+    parallel: float = 1e-9
+    double: float = 1e-3  # distance of a second critical multiplier: a double one parts as a root
+    same_cusp: float = 1e-7  # arclength within which two extrema are one cusp
+    # The same at a degenerate pitchfork, of third order; its distance to a crossing
+    pitchfork: float = 1e-2
+    # Halves of an orbit this close: the locus is a parabola and loses digits
+    near_parent: float = 0.02
+    # Sine between eigenvectors that are two; of one, located to 1e-8, it is 1e-4
+    independent: float = 1e-2
+    branch_points: float = 0.1  # distance at which folds end at branch points, or cross them
+    first_secant: float = 1e-3  # first step along branch points to a degenerate pitchfork
+    close: float = 1e-12  # distance to which it is located
+    secants: int = 20  # secants to it
+    # Smallest singular value, over the largest, of equations that define a curve
+    undefined: float = 1e-9
+    first_step: float = 0.01  # first step from a regular point: a locus may bend there, near a cusp
+    aside: float = 1e-2  # distance from a double Hopf point at which the second locus starts
+    moved: float = 1e-3  # distance by which Newton may move a point before it is another one
+    resolved: float = 0.1  # fraction of the first step that a second computation may differ by
+    parent: float = 4.0  # parents lie within so many distances between the halves of an orbit
+    parent_points: int = 16  # points of their locus on either side
+
+
+RULES = LocusRules()
+
+
+class LocusEquations(Critical):
+    """A locus of bifurcations or of grazing in two parameters: its equations and test functions."""
+
+    odd = ("first", "second")
+
+    def __init__(self, orbits: Orbits, condition: str) -> None:
+        super().__init__(orbits, condition)
+        self.forms = forms_of(orbits)
+        self._resting = orbits.kind == "equilibrium"
+
+    def aligned(self, guess: Array, known: Array) -> Array:
+        """Return a guess in the phase of an orbit; beside one without amplitude, an orbit.
+
+        There the equation of the locus vanishes with a power of the amplitude. Newton's method
+        converges only if the others, which do not, are met first.
+        """
+        guess = super().aligned(guess, known)
+        if not has_copy(self.orbits) or asymmetry(self.orbits, known).any():
+            return guess
+        row = guess - known
+        for _ in range(PROJECTIONS):
+            plain = self.orbits.linearize(guess)
+            if not plain.is_finite:
+                break
+            rows, right = np.vstack([plain.jacobian, row]), np.append(-plain.defect, 0.0)
+            guess = guess + np.linalg.lstsq(rows, right, rcond=None)[0]
+        return np.asarray(guess)
+
+    def tests(
+        self, z: Array, linearization: Linearization, multipliers: Multipliers, tangent: Array
+    ) -> dict[str, float]:
+        """Return the functions that change sign at points of codimension two.
+
+        Besides those named for such points, ``first`` and ``second`` are the components of the
+        tangent along the two parameters: zero where the locus has an extremum, and both at a cusp.
+
+        ``GPD``, ``CH``, ``DP`` and ``GH`` are coefficients of normal forms, multiplied by what is
+        zero where they have poles: at other points of codimension two.
+        """
+        slopes = np.where(np.abs(tangent[-2:]) > RULES.no_slope, tangent[-2:], 0.0)
+        standing = {"first": float(slopes[0]), "second": float(slopes[1])}
+        if self.condition in MET:
+            return standing
+        monodromy = linearization.monodromy
+        size = float(np.sqrt(1 + np.linalg.svdvals(monodromy) ** 2).prod())
+        parts = z, linearization, multipliers, size
+        more = self._pair_tests if self.condition in PAIRED else self._real_tests
+        return {**standing, **more(*parts)}
+
+    def _real_tests(
+        self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
+    ) -> dict[str, float]:
+        target = -1.0 if self.condition == "PD" else 1.0
+        others = np.delete(multipliers, critical_places(self.condition, multipliers))
+        # The derivative of the characteristic polynomial: smooth where two multipliers meet.
+        factors = [np.delete(target - multipliers, i).prod() for i in range(len(multipliers))]
+        double, pairs = float(sum(factors).real / size), _pair_product(others, size)
+        crossing = self.condition == "BP"
+        if self._resting:
+            more = {"DP": self._cubic(z, linearization, double)} if crossing else {}
+            return {"BT": double, "ZH": pairs, **more}
+        flips = _product(target + multipliers, size)
+        if self.condition == "LP":
+            return {"LPPD": flips, "R1": double, "LPNS": pairs}
+        if crossing:
+            cubic = self._cubic(z, linearization, double)
+            return {"BPPD": flips, "R1": double, "BPNS": pairs, "DP": cubic}
+        cubic = self._cubic(z, linearization, flips * double)
+        return {"LPPD": flips, "R2": double, "PDNS": pairs, "GPD": cubic}
+
+    def _cubic(self, z: Array, linearization: Linearization, poles: float) -> float:
+        """Coefficient of third order times what is zero at its poles."""
+        # On a pole the product is rounding noise.
+        return self._coefficient(z, linearization) * poles if abs(poles) > RULES.pole else np.nan
+
+    def _pair_tests(
+        self, z: Array, linearization: Linearization, multipliers: Multipliers, size: float
+    ) -> dict[str, float]:
+        places = critical_places(self.condition, multipliers)
+        cosine = float(multipliers[places].sum().real / 2)
+        others = np.delete(multipliers, places)
+        folds, pairs = _product(1 - others, size), _pair_product(others, size)
+        sine2 = 1 - cosine * cosine
+        defined = sine2 > self.forms.neutral
+        cubic = (self._coefficient(z, linearization) if defined else np.nan) * sine2 * folds
+        if self._resting:
+            return {"BT": 1 - cosine, "ZH": folds, "HH": pairs, "GH": cubic}
+        return {
+            "R1": 1 - cosine,
+            "R2": 1 + cosine,
+            "R3": cosine + 0.5,
+            "R4": cosine,
+            "LPNS": folds,
+            "PDNS": _product(1 + others, size),
+            "NSNS": pairs,
+            "CH": cubic,
+        }
+
+    def landed(self, point: OrbitPoint) -> Array:
+        """Return the unknown of a point; of grazing that keeps some slip, where it keeps none.
+
+        There is no direction of slip at none at all, but everything goes with its least value.
+        """
+        by = self.orbits.by
+        if not isinstance(by, MarginalShooting) or not by.met.level:
+            return point.z
+        last = np.zeros(len(point.z))
+        last[-2] = by.met.level  # the condition comes last, but for the tangent
+        linearization = point.linearization or self.linearize(point.z)
+        return np.asarray(point.z - linearization.bordered(point.tangent).solve(last))
+
+    def coefficient(self, tests: dict[str, float]) -> float:
+        """Return the normal form coefficient that a point's test functions were made of."""
+        if self.condition == "LP" or self.condition in MET:
+            return np.nan
+        if self.condition == "PD":
+            value, poles = tests["GPD"], tests["LPPD"] * tests["R2"]
+        elif self.condition == "BP":
+            value, poles = tests["DP"], tests["BT" if self._resting else "R1"]
+        else:
+            names = ("GH", "BT", "ZH") if self._resting else ("CH", "R1", "LPNS")
+            value, still, folds = (tests[name] for name in names)
+            poles = still * (2 - still) * folds
+        return value / poles if poles else np.nan
+
+    def _coefficient(self, z: Array, linearization: Linearization) -> float:
+        if not self.orbits.by.smooth:
+            return np.nan
+        # Perturbations that grow enter derivatives of higher order with the square of their growth.
+        if np.abs(linearization.monodromy).max() ** 2 * np.finfo(float).eps > 1:
+            return np.nan
+        try:
+            return self.forms.coefficient(self, z, linearization)
+        except np.linalg.LinAlgError:
+            return np.nan
+
+
+def _product(factors: Multipliers, size: float) -> float:
+    return float(factors.prod().real / size)
+
+
+def _pair_product(values: Multipliers, size: float) -> float:
+    """Product of 1 - a b over all pairs, of order one."""
+    n = len(values)
+    if n < 2:
+        return 1.0
+    first, second = np.triu_indices(n, k=1)
+    return float((1 - values[first] * values[second]).prod().real / size ** (n - 1))
+
+
+def lies_on(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
+    """Whether an orbit, an unknown of some orbits, is one of a locus, or a later phase of one."""
+    return any(
+        _meets(curve, run, copy)
+        for curve, run in _runs(points)
+        for copy in _copies(curve.orbits, curve.orbits.adopt(orbits, z))
+    )
+
+
+def mirrors(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
+    """Whether an orbit is the symmetric image of one on a locus, with all that lie beside it.
+
+    At the same values of both parameters it has the same multipliers, and its locus leads in the
+    same direction: where a symmetry changes a parameter too, loci only cross their images.
+    """
+    try:
+        values, condition = _spectrum(orbits, z), points[0].curve.condition
+        along = np.linalg.svd(LocusEquations(orbits, condition).linearize(z).jacobian)[2][-1, -2:]
+    except BREAKDOWNS:  # an orbit that cannot be integrated is compared with none
+        return False
+    for curve, run in _runs(points):
+        target = curve.orbits.adopt(orbits, z)[-2:]
+        for a, b in pairwise(run):
+            length = float(np.linalg.norm(b.z[-2:] - a.z[-2:]))
+            gap = min(float(np.linalg.norm(item.z[-2:] - target)) for item in (a, b))
+            if gap >= length + RULES.near:
+                continue
+            point = _beside(curve, a, b, target)
+            if point is not None and _same_spectrum(point, values) and _parallel(point, along):
+                return True
+    return False
+
+
+def _beside(
+    curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, target: Array
+) -> OrbitPoint | None:
+    """Return the point of a locus at a place in the plane; None if there is none.
+
+    Shapes: target (2,).
+    """
+    grid = np.linspace(a.arclength, b.arclength, RULES.samples + 1)
+    gaps = [float(np.linalg.norm(hermite([a, b], s)[0][-2:] - target)) for s in grid]
+    s = float(grid[int(np.argmin(gaps))])
+    try:
+        for _ in range(4):  # each squares the distance
+            point = point_at(curve, [a, b], s)
+            along, gap = point.tangent[-2:], target - point.z[-2:]
+            if np.linalg.norm(gap) < RULES.same_values:
+                return point
+            s = float(np.clip(s + along @ gap / (along @ along), a.arclength, b.arclength))
+    except LostCurveError:
+        return None
+    return None
+
+
+def _spectrum(orbits: Orbits, z: Array) -> Multipliers:
+    """Return multipliers; of an equilibrium, whose unit of time is its own, eigenvalues."""
+    if isinstance(orbits, Equilibria):
+        return np.asarray(eigenvalues_of(orbits.jacobian(z)) / orbits.unit(z))
+    return floquet_multipliers(orbits.linearize(z).monodromy)
+
+
+def _parallel(point: OrbitPoint, along: Array) -> bool:
+    """Whether a locus leads in a direction of the plane. Shapes: along (2,)."""
+    own = point.tangent[-2:]
+    sine = own[0] * along[1] - own[1] * along[0]
+    return bool(abs(sine) < RULES.same * np.linalg.norm(own) * np.linalg.norm(along))
+
+
+def _same_spectrum(point: OrbitPoint, values: Multipliers) -> bool:
+    own = _spectrum(point.curve.orbits, point.z)
+    if len(own) != len(values):
+        return False
+    apart = np.abs(own[:, None] - values) / np.maximum(1.0, np.abs(values))
+    return bool(max(apart.min(axis=0).max(), apart.min(axis=1).max()) < RULES.same)
+
+
+def begins_or_ends_at(points: Sequence[OrbitPoint], orbits: Orbits, z: Array) -> bool:
+    """Whether a locus of doubled orbits begins or ends where these have no amplitude.
+
+    It ends a short step before, by about as much as the halves of its last orbit differ.
+    """
+    for point in (points[0], points[-1]):
+        own = point.curve.orbits
+        gap = float(np.linalg.norm(point.z - own.started_near(own.adopt(orbits, z), point.z)))
+        apart = float(np.linalg.norm(asymmetry(own, point.z)))
+        if gap < RULES.same + 2 * apart < RULES.near:
+            return True
+    return False
+
+
+def _runs(points: Sequence[OrbitPoint]) -> Iterator[tuple[LocusEquations, list[OrbitPoint]]]:
+    """Points whose unknowns mean the same, each run with the last point of the one before."""
+    for curve, run in groupby(points, lambda point: point.curve):
+        own = list(run)
+        before = points.index(own[0]) - 1
+        again = curve.converted(points[before]) if before >= 0 else None
+        if again is not None:
+            place = own[0].arclength - arc_between(again, own[0])
+            own.insert(0, replace(again, arclength=place))
+        yield curve, own
+
+
+def _copies(orbits: Orbits, z: Array) -> Iterator[Array]:
+    """The same orbit started in each forcing period, as far as its nodes allow."""
+    if not orbits.model.forced:  # it is aligned with what it is compared with
+        yield z
+        return
+    nodes = z[: orbits.size].reshape(orbits.segments, -1)
+    each, rest = divmod(orbits.segments, orbits.period)
+    for turn in range(orbits.period if rest == 0 else 1):
+        moved = np.roll(nodes, -turn * each, axis=0).ravel()
+        yield np.concatenate([moved, z[orbits.size :]])
+
+
+def _meets(curve: LocusEquations, points: Sequence[OrbitPoint], z: Array) -> bool:
+    where = np.array([point.z for point in points])
+    size = curve.orbits.size
+    tails = np.linalg.norm(where[:, size:] - z[size:], axis=1)
+    z = curve.orbits.started_near(z, where[tails.argmin()])
+    ends = np.linalg.norm(where - z, axis=1)
+    if ends.min() < RULES.same:
+        return True
+    lengths = np.linalg.norm(np.diff(where, axis=0), axis=1)
+    # Between two points the locus stays within a length of them.
+    near = np.flatnonzero(np.minimum(ends[:-1], ends[1:]) < lengths + RULES.near).tolist()
+    return any(_meets_between(curve, points[i], points[i + 1], z) for i in near)
+
+
+def _meets_between(curve: LocusEquations, a: OrbitPoint, b: OrbitPoint, z: Array) -> bool:
+    grid = np.linspace(a.arclength, b.arclength, RULES.samples + 1)
+    distances = [float(np.linalg.norm(hermite([a, b], s)[0] - z)) for s in grid]
+    spacing = float(grid[1] - grid[0])
+    nearest = int(np.argmin(distances))
+    if distances[nearest] > spacing + RULES.near:
+        return False
+    place = float(grid[nearest])
+    for _ in range(4):  # to where z lies abeam
+        guess, row = hermite([a, b], place)
+        place = float(np.clip(place + row @ (z - guess), a.arclength, b.arclength))
+    guess, row = hermite([a, b], place)
+    correction = correct(curve, guess, row, reach=2 * RULES.near)
+    if not correction.converged:
+        return False
+    gap = curve.orbits.started_near(z, correction.z) - correction.z
+    return bool(np.linalg.norm(gap - (gap @ row) * row) < RULES.same + (gap @ row) ** 2)

@@ -1,0 +1,170 @@
+"""Resonances: the interval in which tori are locked to an orbit, and the tori beyond it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from slipfold.arrays import Array
+from slipfold.bifurcations.tori.circles import (
+    RESONANCES,
+    TORUS,
+    CirclePoint,
+    Circles,
+    resampled,
+    slopes,
+    tail,
+    turned,
+)
+from slipfold.continuation.newton import correct
+from slipfold.continuation.traced_curve import TracedCurve
+from slipfold.errors import BREAKDOWNS
+from slipfold.models.angles import wrap_angles
+from slipfold.newton import Rule, find_root
+
+RULE = Rule(close=1e-12, iterations=12)
+
+
+def locked_interval(
+    before: CirclePoint, after: CirclePoint, ratio: Fraction
+) -> tuple[float, float] | None:
+    r"""Return the ends of the interval in which orbits lie on the torus; None if none was found.
+
+    An orbit that closes after q returns is looked for at each phase of the circle, with the
+    parameter free: :math:`P^q(u; \lambda) = u` and u on a line across the circle. As the phase goes
+    round, the parameter goes to and fro: its extremes are the folds of the locked orbits, where
+    the resonance tongue ends.
+    """
+    from scipy.optimize import minimize_scalar
+
+    near = min(before, after, key=lambda each: abs(each.curve.rotation(each.z) - float(ratio)))
+    circles = near.curve
+    if not circles.model.forced:
+        return None
+    orbits = _LockedOrbits(circles, circles.states(near.z), ratio.denominator)
+    turns = [point.curve.rotation(point.z) for point in (before, after)]
+    ends = [point.curve.value(point.z) for point in (before, after)]
+    share = (float(ratio) - turns[0]) / (turns[1] - turns[0])
+    guess, farthest = ends[0] + share * (ends[1] - ends[0]), 2 * abs(ends[1] - ends[0])
+    phases = np.arange(TORUS.phases) / (TORUS.phases * ratio.denominator)
+    values = np.array([orbits.value(phase, guess, farthest) for phase in phases])
+    if np.isnan(values).any():
+        return None
+    result = []
+    for sign in (1.0, -1.0):
+        best = phases[(sign * values).argmin()]
+        around = best - phases[1], best + phases[1]
+        refined = minimize_scalar(
+            lambda phase, sign=sign: np.nan_to_num(
+                sign * orbits.value(phase, guess, farthest), nan=np.inf
+            ),
+            bounds=around,
+            method="bounded",
+            options={"xatol": 1e-5 * phases[1]},
+        )
+        result.append(float(sign * min(refined.fun, (sign * values).min())))
+    return result[0], result[1]
+
+
+@dataclass(frozen=True, eq=False)
+class _LockedOrbits:
+    """Orbits near a circle that close after some returns."""
+
+    circles: Circles
+    states: Array  # of the circle, shape (m, n)
+    returns: int
+
+    def value(self, phase: float, guess: float, farthest: float) -> float:
+        """Return the parameter at which one lies at a phase of the circle; NaN if none is near."""
+        circles = self.circles
+        model, scales = circles.model, circles.model.state_scales()
+        start = turned(self.states, phase)
+        normal = slopes(start)[0] / scales
+        normal /= np.linalg.norm(normal)
+        index = [model.parameter_index(circles.vary)]
+
+        def step(z: Array) -> Array:
+            state, value = z[:-1] * scales, float(z[-1]) * circles.width
+            if not abs(value - guess) <= farthest:
+                return np.full_like(z, np.nan)
+            constants = circles.flow.constants_of(model.replace(**{circles.vary: value}))
+            zero, along = np.zeros(1), constants.rates[:, index]
+            ends, matrices, pulls = circles.flow.linearize(
+                state[None], zero, zero + circles.period * self.returns, constants, along
+            )
+            apart = wrap_angles(ends[0] - state, model.angle_periods) / scales
+            matrix = np.zeros((len(z), len(z)))
+            matrix[:-1, :-1] = matrices[0] * (scales / scales[:, None]) - np.eye(len(state))
+            matrix[:-1, -1] = pulls[0][:, 0] * circles.width / scales
+            matrix[-1, :-1] = normal
+            missed = np.append(apart, normal @ ((state - start[0]) / scales))
+            if not np.isfinite(matrix).all():
+                return np.full_like(z, np.nan)
+            return np.asarray(np.linalg.lstsq(matrix, -missed, rcond=None)[0])
+
+        z = find_root(step, np.append(start[0] / scales, guess / circles.width), RULE)
+        value = np.nan if z is None else float(z[-1]) * circles.width
+        return value if abs(value - guess) <= farthest else np.nan
+
+
+BEYOND = (1.0, 2.0, 0.5)
+"""Times of that distance on the other side where a circle is looked for."""
+
+
+def past_resonance(traced: TracedCurve[CirclePoint]) -> tuple[Circles, CirclePoint] | None:
+    """Return a circle on the other side of the resonance at which tori ended.
+
+    Towards it the states crowd where the locked orbits will be, and harmonics grow; before that the
+    circle knows nothing of it, and is continued by the rotation number, across. A strong one may be
+    passed like this where nothing happens but that the angles of the circle on it are free.
+    """
+    if traced.end is None or traced.end.kind not in ("broken", "failed", "resonance"):
+        return None
+    last = traced.points[-1]
+    away = {ratio: last.curve.rotation(last.z) - float(ratio) for ratio in RESONANCES}
+    ratio = min(away, key=lambda each: abs(away[each]))
+    if abs(away[ratio]) > TORUS.squeezed:
+        return None
+    rotation = float(ratio)
+    # The last circle may lie on it, or to either side by rounding.
+    apart = [point for point in traced.points if abs(point.z[-2] - rotation) > TORUS.squeezed]
+    side = float(np.sign(apart[-1].z[-2] - rotation)) if apart else 0.0
+    known = [point for point in apart if side * (point.z[-2] - rotation) > 0][-TORUS.history :]
+    for times in BEYOND if len(known) > 1 else ():
+        result = _at(known, rotation - side * times * TORUS.squeezed, -side)
+        if result is not None:
+            length = abs(result.z[-1] - last.z[-1]) + abs(result.z[-2] - last.z[-2])
+            return result.curve, replace(result, arclength=last.arclength + length)
+    return None
+
+
+def _at(known: list[CirclePoint], rotation: float, side: float) -> CirclePoint | None:
+    """Return the circle of a rotation number as others let expect it."""
+    last = known[-1].curve
+    circles = last.described_at(known[-1].z, last.count)
+    unknowns = []
+    for point in known:
+        states = resampled(point.curve.states(point.z), circles.count)
+        unknowns.append(circles.join(states, point.z[point.curve.size :]))
+    guess = _extrapolated(np.array(unknowns), rotation)
+    row = np.zeros(len(guess))
+    row[-2] = side
+    try:
+        correction = correct(circles, guess, row)
+    except BREAKDOWNS:
+        return None
+    if not correction.converged or tail(circles.states(correction.z)) > 1e3 * TORUS.tail:
+        return None
+    return circles.point(correction, 0.0)
+
+
+def _extrapolated(known: Array, rotation: float) -> Array:
+    """Return the unknown that others let expect at a rotation number. Shapes: known (k, z)."""
+    places = known[:, -2]
+    weights = [
+        np.prod([(rotation - other) / (place - other) for other in places if other != place])
+        for place in places
+    ]
+    return np.asarray(weights @ known)

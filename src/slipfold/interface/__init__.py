@@ -1,0 +1,1 @@
+"""What users see: the command line, the page in the browser, and the reproduction of the paper."""

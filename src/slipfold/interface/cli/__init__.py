@@ -1,0 +1,24 @@
+"""The command line: ``slipfold response``, ``locus``, ``simulate``, ``paper`` and more."""
+
+from __future__ import annotations
+
+import signal
+import sys
+
+from slipfold.threads import take_one_thread
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line with the arguments of this process, and exit with its status."""
+    # A script that starts a command in the background makes it ignore Ctrl-C; a signal that
+    # comes all the same is meant. Schedulers of clusters end a command by SIGTERM.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    take_one_thread()
+    try:
+        from slipfold.interface.cli.app import app
+    except KeyboardInterrupt:  # while it starts
+        sys.exit(130)
+    app(prog_name="slipfold")

@@ -1,0 +1,121 @@
+"""``slipfold plot``: a figure of a saved result."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from slipfold.declarations import Option
+from slipfold.errors import InputError
+from slipfold.interface.cli.commands import argument, given_text
+from slipfold.interface.cli.running import note
+
+FORMATS = ("png", "pdf", "svg")
+
+READERS = {"result": given_text(argument("RESULT.nc", "A file written by --out.", "result"))}
+Output = Annotated[
+    str | None,
+    Option(
+        "Of a response, simulation or sweep: what to draw, by default the first state.",
+        metavar="NAME",
+    ),
+]
+Measure = Annotated[
+    str | None,
+    Option(
+        "Of a response or sweep: what to show of each solution; stroboscopic of sweeps only.",
+        metavar="max|min|peak_to_peak|modulus|stuck_fraction|stroboscopic",
+    ),
+]
+PlotKind = Annotated[
+    str | None,
+    Option(
+        "What to draw: of a simulation timeseries, spectrum or phase, and of its contacts "
+        "hysteresis, friction, path, track or timeline; of a sweep points, section or waterfall; "
+        "of a response the spectrum of a torus.",
+        metavar="KIND",
+    ),
+]
+Contact = Annotated[
+    str | None, Option("Of a simulation: the contact to draw, by default all.", metavar="NAME")
+]
+Measured = Annotated[
+    str | None,
+    Option("Of a response: readings to draw with it, see slipfold fit --help.", metavar="DATA.csv"),
+]
+At = Annotated[
+    str | None,
+    Option(
+        "Of a section of a sweep, or the spectrum of a torus: the value of the parameter.",
+        metavar="VALUE",
+    ),
+]
+Quantity = Annotated[
+    str | None, Option("Of a study: what to draw, by default the first number.", metavar="NAME")
+]
+Out = Annotated[
+    str | None,
+    Option("Figure to write: .png, .pdf or .svg; by default RESULT.png.", metavar="FILE"),
+]
+
+
+def plot(
+    result: str,
+    output: Output = None,
+    measure: Measure = None,
+    kind: PlotKind = None,
+    contact: Contact = None,
+    measured: Measured = None,
+    at: At = None,
+    quantity: Quantity = None,
+    out: Out = None,
+) -> None:
+    """Draw a saved result."""
+    from slipfold.models.units import parse_quantity
+    from slipfold.results.diagram import Diagram
+    from slipfold.results.result import load
+    from slipfold.results.trajectories import Sweep
+    from slipfold.results.writing import check_writable, write_file
+
+    path = Path(result).with_suffix(".png") if out is None else Path(out)
+    form = path.suffix.lower().lstrip(".")
+    if form not in FORMATS:
+        raise InputError(f"{path} has no ending of a figure; give .png, .pdf or .svg")
+    check_writable(path)
+    saved = load(result)
+    options = {
+        "output": output,
+        "measure": measure,
+        "kind": kind,
+        "contact": contact,
+        "quantity": quantity,
+    }
+    given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
+    if measured is not None:
+        from slipfold.parameter_space.measurement import read_measurement
+
+        given["measured"] = read_measurement(measured, saved.model)
+    if at is not None:
+        vary = saved.vary if isinstance(saved, Diagram | Sweep) else None
+        unit = "" if vary is None else saved.model.parameter(vary).unit
+        given["at"] = parse_quantity(at, unit, vary or "--at")
+    write_file(path, _draw(saved, form, given))
+    note(f"wrote {path}")
+
+
+def _draw(saved: Any, form: str, options: Mapping[str, Any]) -> bytes:
+    # A figure of its own needs no window, whatever the environment says.
+    from matplotlib.figure import Figure
+
+    from slipfold.plots.style import COLUMN, figure_style
+
+    with figure_style():
+        # Bands need no height.
+        height = 0.5 if options.get("kind") == "timeline" else 1.25
+        figure = Figure(figsize=(2 * COLUMN, height * COLUMN), layout="constrained")
+        saved.plot(ax=figure.add_subplot(), **options)
+        content = io.BytesIO()
+        figure.savefig(content, format=form)
+    return content.getvalue()

@@ -1,0 +1,181 @@
+"""Texts of the command line, read as models, numbers, intervals and events."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipfold.errors import InputError
+
+if TYPE_CHECKING:
+    from slipfold.bifurcations.branches.settings import Event
+    from slipfold.models.model import Model
+
+_EVENT = re.compile(r"\s*(?:(\w+)\s*\(\s*(\w+)\s*\)|(\w+))\s*=(.*)", re.DOTALL)
+
+_NUMBER = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*")
+
+Texts = Sequence[str] | None
+"""Values of an option that may be repeated; None if it is not given."""
+
+
+def find_model(given: str, changes: Mapping[str, str], friction: str | None = None) -> Model:
+    """Make the model that a command names.
+
+    >>> find_model("sliding", {"alpha": "30deg"}).alpha
+    0.5235987755982988
+    """
+    from slipfold.models.definitions.source import Source
+    from slipfold.models.friction.record import friction_laws, read_law
+    from slipfold.models.registry import model_named, model_of_file, with_law
+
+    law = None
+    if friction is not None:
+        exact = {law.lower(): law for law in friction_laws()}
+        value = exact.get(friction.lower(), friction)
+        law = Source({}, "--friction").read(read_law, value, ("--friction",))
+    if given.endswith(".toml"):
+        return model_of_file(given, changes, law)
+    return model_named(given, **with_law(given, law), **changes)
+
+
+def equations_file(given: str) -> Path | None:
+    """Return the file that holds the equations of a model that a command names."""
+    from slipfold.models.definitions.source import source_of_file
+    from slipfold.models.registry import CASE_FILE
+
+    if not given.endswith(".toml"):
+        return None
+    tables = source_of_file(Path(given), CASE_FILE).tables
+    if "model" not in tables:
+        return Path(given).absolute()
+    name = tables["model"]
+    return (Path(given).parent / name).absolute() if name.endswith(".toml") else None
+
+
+def parse_assignments(
+    texts: Texts, option: str = "--set", form: str = "NAME=VALUE", example: str = "f=12.5"
+) -> dict[str, str]:
+    """Split every ``NAME=VALUE``.
+
+    >>> parse_assignments(["f=12.5", "alpha=60deg"])
+    {'f': '12.5', 'alpha': '60deg'}
+    """
+    result: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputError(
+                f"{option} {text!r} is not of the form {form}; write e.g. {option} {example}"
+            )
+        if name in result:
+            raise InputError(
+                f"{option} gives {name} twice, {result[name]} and {value}; give it once"
+            )
+        result[name] = value
+    return result
+
+
+def parse_intervals(texts: Texts, option: str) -> dict[str, tuple[str, str]]:
+    """Split every ``NAME=FIRST:LAST``. A unit behind the last value alone is that of both.
+
+    >>> parse_intervals(["f=11:14Hz", "Nd=0:0.5"], "--vary")
+    {'f': ('11Hz', '14Hz'), 'Nd': ('0', '0.5')}
+    """
+    result, form, example = {}, "NAME=FIRST:LAST", "Nd=0:0.98"
+    for name, text in parse_assignments(texts, option, form, example).items():
+        first, colon, last = (part.strip() for part in text.partition(":"))
+        if not (first and colon and last) or ":" in last:
+            raise InputError(
+                f"{option} '{name}={text}' is not of the form {form}; write e.g. {option} {example}"
+            )
+        suffix = _NUMBER.sub("", last, count=1)
+        named = suffix[:1].isalpha() and suffix.lower() not in ("nan", "inf")
+        if (named or suffix in ("°", "%")) and _NUMBER.fullmatch(first):
+            first += suffix
+        result[name] = first, last
+    return result
+
+
+def parse_points(text: str, option: str = "--points", minimum: int = 2) -> tuple[int, int]:
+    """Read the number of points along both axes, or along each.
+
+    >>> parse_points("200"), parse_points("300x200")
+    ((200, 200), (300, 200))
+    """
+    first, times, second = text.partition("x")
+    count = parse_whole(first, option, minimum)
+    return count, parse_whole(second, option, minimum) if times else count
+
+
+def parse_pair(text: str, option: str) -> tuple[str, str]:
+    """Read ``FROM:TO``.
+
+    >>> parse_pair("40mN:60mN", "--outside")
+    ('40mN', '60mN')
+    """
+    first, colon, last = text.partition(":")
+    if not (first and colon and last):
+        raise InputError(f"{option} {text} is not of the form FROM:TO; write e.g. {option} 1:2")
+    return first, last
+
+
+def parse_number(text: str, option: str) -> float:
+    """Read a finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{option} {text} is not a finite number; give e.g. {option} 0.01")
+    return value
+
+
+def parse_whole(text: str, option: str, minimum: int = 1, maximum: int | None = None) -> int:
+    """Read a whole number of at least 1, or within other bounds.
+
+    >>> parse_whole("2000", "--periods")
+    2000
+    """
+    try:
+        value = int(text)
+    except ValueError:
+        value = minimum - 1
+    if value < minimum or (maximum is not None and value > maximum):
+        bounds = f"of at least {minimum}" if maximum is None else f"from {minimum} to {maximum}"
+        raise InputError(f"{option} {text} is not a whole number {bounds}; give e.g. {option} 4")
+    return value
+
+
+def parse_event(text: str, model: Model, vary: str, stop: bool = False) -> Event:
+    """Read ``NAME=VALUE`` or ``MEASURE(NAME)=VALUE``.
+
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
+    >>> parse_event("min(Vrel)=200mm/s", SlidingOscillator(), "Nd")
+    Event(name='Vrel', value=0.2, measure='min', stop=False)
+    """
+    from slipfold.bifurcations.branches.settings import Event
+    from slipfold.errors import suggest
+    from slipfold.models.units import parse_quantity
+
+    match = _EVENT.fullmatch(text)
+    if match is None:
+        raise InputError(
+            f"event {text!r} is not of the form NAME=VALUE or MEASURE(NAME)=VALUE; "
+            'write e.g. "min(Vrel)=0.2"'
+        )
+    measure, name, value = match[1], match[2] or match[3], match[4]
+    if name == vary and measure is None:
+        unit = model.parameter(vary).unit
+        return Event(name, parse_quantity(value, unit, name), "parameter", stop)
+    units = {state.name: state.unit for state in model.states}
+    units |= {output.name: output.unit for output in model.outputs()}
+    if name not in units:
+        raise InputError(
+            f"{model.name} has no output {name!r}; {suggest(name, [*units, vary])}"
+            f"it has {', '.join(units)}"
+        )
+    return Event(name, parse_quantity(value, units[name], name), measure or "max", stop)

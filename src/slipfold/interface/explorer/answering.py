@@ -1,0 +1,226 @@
+"""From a request to its answers; the diagrams computed last are stored."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, cast
+
+from slipfold.bifurcations.branches.draft import draft_branches
+from slipfold.bifurcations.branches.orbit_between import orbit_between
+from slipfold.computations.loci import bifurcation_set
+from slipfold.computations.long_term import simulate
+from slipfold.computations.response import response
+from slipfold.errors import InputError
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.curves import PlaneProgress, diagram_note, diagram_view, plane_view
+from slipfold.interface.explorer.export import python_text, toml_text, written
+from slipfold.interface.explorer.messages import (
+    DiagramRequest,
+    ExportRequest,
+    OnBranch,
+    OrbitRequest,
+    PlaneRequest,
+    SimulationRequest,
+    ViewRequest,
+)
+from slipfold.interface.explorer.pictures import send_basins, send_regimes
+from slipfold.interface.explorer.plain import Check, Emit, axis_of, now_and_then
+from slipfold.interface.explorer.trajectories import (
+    orbit_view,
+    send_exponents,
+    start_of,
+    stream_simulation,
+    timed,
+)
+from slipfold.models.model import Model
+from slipfold.orbits.find import periodic_orbit
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Observer, Progress
+from slipfold.results.diagram import Diagram
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.orbit import SavedOrbit
+from slipfold.results.records import provenance
+from slipfold.results.result import Result
+
+MAX_DIAGRAMS = 16
+"""Diagrams stored, each below a megabyte."""
+
+WARMING = 5.0
+"""Seconds after which the first diagram is not waited for."""
+
+
+class _Warm(Exception):
+    """What takes longer is not needed yet."""
+
+
+class Answering:
+    """Answers requests, one after the other."""
+
+    def __init__(self, catalogue: Catalogue) -> None:
+        self._catalogue = catalogue
+        self._diagrams: OrderedDict[Hashable, Diagram] = OrderedDict()
+        self._nearest: dict[Hashable, Diagram] = {}
+
+    def warm_up(self) -> None:
+        """Compile or load the flows of the first model, so that the first request does not wait.
+
+        A diagram that takes long is left as it is: by then its flows are compiled.
+        """
+        started = perf_counter()
+
+        def check() -> None:
+            if perf_counter() - started > WARMING:
+                raise _Warm
+
+        described = self._catalogue.describe()[0]
+        default = described["default"]
+        request = {
+            "kind": "diagram",
+            "id": 0,
+            "model": described["name"],
+            **{name: default[name] for name in ("parameters", "vary", "span", "show")},
+        }
+        with suppress(_Warm):
+            self.answer(DiagramRequest.model_validate(request), lambda view: None, check)
+
+    def answer(self, request: ViewRequest, emit: Emit, check: Check) -> None:
+        """Compute what a request asks for."""
+        started = perf_counter()
+
+        def send(view: dict[str, Any]) -> None:
+            check()
+            elapsed = round(1e3 * (perf_counter() - started), 1)
+            # No view may rename the request that it answers: the page would not take it.
+            emit({"done": True, **view, **request.head, "elapsed_ms": elapsed})
+
+        try:
+            if request.kind in STREAMS:
+                STREAMS[request.kind](self._catalogue.of(request), request, send, check)
+            else:
+                self._answer(request, send, check)
+        except InputError as error:
+            send({"error": str(error)})
+
+    def _answer(self, request: ViewRequest, send: Emit, check: Check) -> None:
+        if isinstance(request, OrbitRequest):
+            send(orbit_view(self._orbit(request, check), request.vary))
+        elif isinstance(request, PlaneRequest):
+            send(plane_view(self._plane(request, check, PlaneProgress(send))))
+        else:
+            request = cast(DiagramRequest, request)
+            show, statistic = request.show, request.statistic
+            axis_of(self._catalogue.of(request), show)  # before what takes time
+            draft = self._draft(request)
+            if draft is not None:
+                send({"draft": True, **diagram_view(draft, show, statistic), "done": False})
+            watch = now_and_then(send, check, diagram_note)
+            diagram = self._diagram(request, check, watch)
+            send({"draft": False, **diagram_view(diagram, show, statistic)})
+
+    def export(self, request: ExportRequest, check: Check) -> bytes:
+        """Make a file of a view, or the text that makes it."""
+        view, model = request.view, self._catalogue.of(request.view)
+        if request.format == "toml":
+            return toml_text(model, view, self._catalogue.file(model)).encode()
+        result: Result
+        orbit: PeriodicOrbit | None = None
+        if isinstance(view, OrbitRequest):
+            orbit = self._orbit(view, check)
+        if request.format == "python":
+            file = self._catalogue.file(model)
+            return python_text(model, view, orbit, file, request.readings).encode()
+        if orbit is not None:
+            result = SavedOrbit(orbit.model, orbit, provenance(0.0))
+        elif isinstance(view, DiagramRequest):
+            result = self._diagram(view, check)
+        elif isinstance(view, PlaneRequest):
+            result = self._plane(view, check)
+        else:
+            view = cast(SimulationRequest, view)
+            result = simulate(timed(model, view), view.periods, start_of(model, view))
+        return written(result, request.format)
+
+    # -- what is computed ----------------------------------------------------------------------
+
+    def _draft(self, request: DiagramRequest) -> Diagram | None:
+        """Return a diagram from the last one that differs in parameters alone."""
+        model = self._catalogue.of(request)
+        near = self._nearest.get(_family(model, request))
+        if near is None or (model, request.vary, request.span) in self._diagrams:
+            return None
+        changed = model.replace(**{request.vary: request.span[0]})
+        branches = draft_branches(near.branches, changed)
+        if branches is None:
+            return None
+        drawn = replace(near, model=changed, branches=branches, checked=None)
+        self._nearest[_family(model, request)] = drawn
+        return drawn
+
+    def _diagram(
+        self,
+        request: DiagramRequest | OrbitRequest,
+        check: Check,
+        observer: Observer | None = None,
+    ) -> Diagram:
+        """Return the diagram that a request is about."""
+        model = self._catalogue.of(request)
+        key, watch = (model, request.vary, request.span), _checking(check, observer)
+        if key not in self._diagrams:
+            self._diagrams[key] = response(model, request.vary, request.span, on_progress=watch)
+        self._nearest[_family(model, request)] = self._diagrams[key]
+        self._diagrams.move_to_end(key)
+        while len(self._diagrams) > MAX_DIAGRAMS:
+            self._diagrams.popitem(last=False)
+        while len(self._nearest) > MAX_DIAGRAMS:
+            del self._nearest[next(iter(self._nearest))]
+        return self._diagrams[key]
+
+    def _orbit(self, request: OrbitRequest, check: Check) -> PeriodicOrbit:
+        """Return the orbit that a request is about."""
+        at = request.at
+        if not isinstance(at, OnBranch):
+            model = self._catalogue.of(request).replace(**{request.vary: at.value})
+            return periodic_orbit(model, at.period, at.state)
+        branches = self._diagram(request, check).branches
+        if at.branch > len(branches):
+            raise InputError(
+                f"there is no branch {at.branch}; give a number from 1 to {len(branches)}"
+            )
+        return orbit_between(branches[at.branch - 1], at.arclength, at.value)
+
+    def _plane(
+        self, request: PlaneRequest, check: Check, observer: Observer | None = None
+    ) -> LocusDiagram:
+        """Return the bifurcation set that a request is about."""
+        model, plane = self._catalogue.of(request), (request.x.name, request.y.name)
+        window, watch = (request.x.span, request.y.span), _checking(check, observer)
+        return bifurcation_set(model, plane, window, regions=model.forced, on_progress=watch)
+
+
+STREAMS: Mapping[str, Callable[..., None]] = {
+    "simulation": stream_simulation,
+    "exponents": send_exponents,
+    "basins": send_basins,
+    "regimes": send_regimes,
+}
+"""What answers a request by more than one view of its model."""
+
+
+def _checking(check: Check, observer: Observer | None) -> Observer:
+    """Return what stops a computation that is no longer needed, and reports its progress."""
+
+    def watch(progress: Progress) -> None:
+        check()
+        if observer is not None:
+            observer(progress)
+
+    return watch
+
+
+def _family(model: Model, request: DiagramRequest | OrbitRequest) -> Hashable:
+    """Return the key of diagrams that differ in parameters alone."""
+    return model.kind, request.vary, request.span

@@ -1,0 +1,221 @@
+"""The models that a client can ask for, and what the page shows of them at first."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from slipfold.errors import InputError, suggest
+from slipfold.flow.modes import contacts_of
+from slipfold.interface.explorer.messages import MAX_NAME, UNNAMED, ViewRequest
+from slipfold.interface.explorer.plain import axis_of
+from slipfold.models.equilibria import check_followed
+from slipfold.models.model import Model
+from slipfold.models.quantities import Parameter
+from slipfold.models.registry import built_in_models
+from slipfold.models.units import units_of, wanted_text
+
+MARGIN = 1e-3
+"""Distance of a slider from a bound that is excluded, over the value."""
+
+
+class Catalogue:
+    """Models by name; a client names one of them and nothing else is ever opened.
+
+    `given` is a model to offer first, `file` that with its equations, if it has one. Raises
+    `InputError` if it has nothing to vary.
+
+    >>> Catalogue().model("sliding", {"Nd": 0.1})
+    SlidingOscillator(Nd=0.1)
+    """
+
+    def __init__(self, given: Model | None = None, file: Path | None = None) -> None:
+        if given is not None and not given.variable_parameters:
+            raise InputError(
+                f"{given.name} has no parameter that may be varied, so there is no diagram to "
+                "show; give its file a table [parameters]"
+            )
+        self._file = (given, file)
+        built_in = {name: make() for name, make in built_in_models().items()}
+        first = {} if given is None else {_key(given.name): given}
+        self._models: Mapping[str, Model] = {**first, **built_in, **first}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the models, a given one first."""
+        return tuple(self._models)
+
+    def model(self, name: str, values: Mapping[str, float]) -> Model:
+        """Return a model with some values of its own."""
+        if name not in self._models:
+            raise InputError(
+                f"there is no model {name!r}; {suggest(name, self.names)}"
+                f"there are {', '.join(self.names)}"
+            )
+        return self._models[name].replace(**values)
+
+    def refusals(self, name: str, values: Mapping[str, float]) -> dict[str, str]:
+        """Return why a model cannot have these values, by parameter.
+
+        Of values that contradict each other those are named that differ from the model's own and
+        without which the others would do; all of them if there is none.
+
+        >>> Catalogue().refusals("sliding", {"Ns": 2.0, "Vd": -1.0})
+        {'Vd': 'Vd = -1 is outside its bounds; Vd must be >= 0 m/s'}
+        """
+        model = self.model(name, {})
+        alone = {key: _refused(model.parameter(key).check, values[key]) for key in values}
+        result = {key: sentence for key, sentence in alone.items() if sentence}
+        if result:
+            return result
+        sentence = _refused(model.replace, **values)
+        if not sentence:
+            return {}
+        own = model.values
+        blamed = [key for key in values if not _refused(model.replace, **{**values, key: own[key]})]
+        return dict.fromkeys(blamed or values, sentence)
+
+    def of(self, request: ViewRequest) -> Model:
+        """Return the model that a request is about, without values of what it varies.
+
+        A page sends the values of all its sliders; that of a varied parameter is not used, and must
+        not contradict the others.
+        """
+        names = request.varied
+        values = {name: value for name, value in request.parameters.items() if name not in names}
+        return self.model(request.model, values)
+
+    def file(self, model: Model) -> Path | None:
+        """Return the file that holds the equations of a model."""
+        given, file = self._file
+        return file if given is not None and given.kind == model.kind else None
+
+    def describe(self) -> list[dict[str, Any]]:
+        """Return all models as plain data for the page."""
+        return [_described(name, model) for name, model in self._models.items()]
+
+
+def _refused(attempt: Callable[..., object], *values: float, **named: float) -> str:
+    """Return why something is refused; empty if it is not."""
+    try:
+        attempt(*values, **named)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _key(name: str) -> str:
+    """Return a name that requests may have, whatever a file calls its model."""
+    return re.sub(f"[{UNNAMED}]", "_", name)[:MAX_NAME] or "model"
+
+
+def _described(name: str, model: Model) -> dict[str, Any]:
+    first = first_view(model)
+    knobs = model.variable_parameters
+    return {
+        "name": name,
+        "title": model.title,
+        "forced": model.forced,
+        "states": [axis_of(model, item.name) for item in model.states],
+        "contacts": [
+            {"name": item.name, "directions": len(item.slip)} for item in contacts_of(model)
+        ],
+        "outputs": [axis_of(model, item.name) for item in model.outputs()],
+        "parameters": [_parameter(model, item, first) for item in knobs],
+        "vary": [item.name for item in knobs],
+        "default": _default(model, first),
+        "plane": first.get("plane"),
+    }
+
+
+def _default(model: Model, first: Mapping[str, Any]) -> dict[str, Any]:
+    vary = first.get("vary") or model.varied_first or model.variable_parameters[0].name
+    return {
+        "vary": vary,
+        "span": first.get("span") or _span(model, vary),
+        "show": first.get("show") or model.states[0].name,
+        "statistic": "max",
+        "parameters": {},
+    }
+
+
+def _span(model: Model, vary: str) -> list[float]:
+    """Return a span about the value of a parameter, from above zero if nothing slides there."""
+    value = model.values[vary]
+    low, high = _around(model.variable_parameter(vary), value)
+    if _followed(model) and not _followed(model.replace(**{vary: low})):
+        low += MARGIN * (abs(value) or 1.0)
+    return [low, high]
+
+
+def _followed(model: Model) -> bool:
+    try:
+        check_followed(model)
+    except InputError:
+        return False
+    return True
+
+
+def _parameter(model: Model, item: Parameter, first: Mapping[str, Any]) -> dict[str, Any]:
+    value = model.values[item.name]
+    low, high = first["sliders"].get(item.name) or _around(item, value)
+    low, high = min(low, value), max(high, value)
+    return {
+        **axis_of(model, item.name),
+        "value": value,
+        "display_unit": "deg" if item.unit == "rad" else item.unit,
+        "units": units_of(item.unit),
+        "wanted": wanted_text(item.unit),
+        "bounds": item.bounds,
+        "low": low,
+        "high": high,
+    }
+
+
+def _around(item: Parameter, value: float) -> tuple[float, float]:
+    """Ends of a slider: around the value, within the bounds of what is allowed."""
+    size = abs(value) or 1.0
+    low, high = (-math.pi, math.pi) if item.unit == "rad" else (value - size, value + size)
+    margin = MARGIN * min(size, item.upper - item.lower)
+    low = max(low, item.lower + margin if item.lower_open else item.lower)
+    high = min(high, item.upper - margin if item.upper_open else item.upper)
+    return low, high
+
+
+def first_view(model: Model) -> dict[str, Any]:
+    """Return the first view of a model.
+
+    It is declared for built-in models. A user's model may have the same name and other parameters:
+    entries of a parameter that is not the same are left out.
+
+    >>> from slipfold.models.system import System
+    >>> own = System(name="duffing", parameters={"a": 1}, states={"q": "a - q"})
+    >>> first_view(own)
+    {'sliders': {}, 'show': 'q'}
+    """
+    known = _known().get(model.name)
+    if known is None:
+        return {"sliders": {}}
+    named = {item.name: item for item in built_in_models()[model.name]().variable_parameters}
+    same = {item.name for item in model.variable_parameters if named.get(item.name) == item}
+    sliders = known.get("sliders", {})
+    result = {"sliders": {name: ends for name, ends in sliders.items() if name in same}}
+    if known["vary"] in same:
+        result |= {"vary": known["vary"], "span": known["span"]}
+    if known["show"] in {item.name for item in model.states}:
+        result["show"] = known["show"]
+    if "plane" in known and {axis["name"] for axis in known["plane"].values()} <= same:
+        result["plane"] = known["plane"]
+    return result
+
+
+@cache
+def _known() -> Mapping[str, Any]:
+    text = (files("slipfold.interface.explorer") / "first_view.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)

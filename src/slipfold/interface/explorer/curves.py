@@ -1,0 +1,295 @@
+"""Curves as plain data: responses, bifurcation sets, measurements, studies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from slipfold.bifurcations.branches.branch import Branch
+from slipfold.bifurcations.branches.special_point import SpecialPoint
+from slipfold.bifurcations.loci.locus import Locus, LocusPoint, locus_title
+from slipfold.bifurcations.loci.region_map import RegionMap
+from slipfold.bifurcations.loci.window import LocusLine
+from slipfold.errors import InputError
+from slipfold.interface.explorer.plain import BETWEEN, DRAWN, Emit, axis_of, number, short
+from slipfold.lines import branch_segments, locus_segments, measure_of
+from slipfold.orbits.bifurcation_types import BIFURCATION_TYPES
+from slipfold.parameter_space.measurement import Measurement
+from slipfold.progress import Progress
+from slipfold.results.checks.checked import Checked
+from slipfold.results.diagram import Diagram
+from slipfold.results.locus_diagram import LocusDiagram
+from slipfold.results.study import StudyResult
+from slipfold.studies.plan import Grid
+from slipfold.text import certain
+
+
+def checked_view(checked: Checked | None) -> dict[str, Any] | None:
+    """Return what was checked as plain data: a sentence, and whether all agree."""
+    if checked is None or not checked.checks:
+        return None
+    return {"sentence": str(checked), "agree": checked.agree}
+
+
+def diagram_view(diagram: Diagram, show: str, statistic: str) -> dict[str, Any]:
+    """Return a diagram as plain data."""
+    model = diagram.model
+    return {
+        "x": axis_of(model, diagram.vary),
+        "y": {**axis_of(model, show), "statistic": statistic},
+        "branches": [_branch(branch, show, statistic) for branch in diagram.branches],
+        "checked": checked_view(diagram.checked),
+    }
+
+
+def _branch(branch: Branch, show: str, statistic: str) -> dict[str, Any]:
+    x: list[float] = []
+    y: list[float] = []
+    s: list[float] = []
+    segments = []
+    for line in branch_segments(branch, show, statistic):
+        first = max(len(x) - 1, 0)
+        skip = 1 if x else 0  # a segment starts where the one before ends
+        x += line.parameter[skip:].tolist()
+        y += line.value[skip:].tolist()
+        s += line.arclength[skip:].tolist()
+        segments.append({"kind": line.kind, "first": first, "last": len(x) - 1})
+    return {
+        "id": branch.id,
+        "kind": branch.kind,
+        "period": branch.period,
+        "parent": branch.parent,
+        "x": short(x),
+        "y": short(y),
+        "arclength": short(s),
+        "segments": segments,
+        "special": [
+            _special(point, show, statistic)
+            for point in branch.special
+            if point.type in BIFURCATION_TYPES
+        ],
+        "started": _end(branch, "started"),
+        "stopped": _end(branch, "stopped"),
+    }
+
+
+def _special(point: SpecialPoint, show: str, statistic: str) -> dict[str, Any]:
+    y = float(measure_of(point.orbit.extrema_of(show), show, statistic)[0])
+    return {
+        "type": point.type,
+        "name": point.name,
+        "value": certain(point.value, point.uncertainty),
+        "uncertainty": number(point.uncertainty),
+        "y": y,
+        "arclength": point.arclength,
+        "period": point.period,
+        "criticality": point.criticality,
+        "coefficient": number(point.coefficient),
+        "leads_to": point.leads_to,
+        "words": _words(point),
+        "sentence": _sentence(point),
+    }
+
+
+def _words(point: SpecialPoint) -> str:
+    return " ".join(filter(None, [point.criticality, point.name]))
+
+
+def _sentence(point: SpecialPoint) -> str:
+    unit = point.model.parameter(point.vary).unit
+    value = certain(point.value, point.uncertainty)
+    at = f"at {point.vary} = {value:.6g} {unit}".rstrip()
+    lead = "" if point.leads_to is None else f"; branch {point.leads_to} leaves here"
+    period = f" of period {point.period}" if point.model.forced else ""
+    text = f"{_words(point)}{period} {at}{lead}"
+    return text[0].upper() + text[1:]
+
+
+def _end(branch: Branch, which: str) -> dict[str, Any]:
+    end = branch.started if which == "started" else branch.stopped
+    return {"kind": end.kind, "reason": end.reason, "value": number(end.value)}
+
+
+def diagram_note(progress: Progress) -> dict[str, Any]:
+    """Return how far a response is followed: in words, and the parameter at the last point."""
+    values = progress.values
+    words = f"branch {values['branch']}, {values['points']} points"
+    if progress.stage != "branches":
+        words += f", {progress.stage}: {progress.done} done"
+    return {"progress": words, "value": number(values["parameter"])}
+
+
+def plane_view(result: LocusDiagram) -> dict[str, Any]:
+    """Return a bifurcation set as plain data."""
+    first, second = result.vary
+    return {
+        "x": {**axis_of(result.model, first), "span": list(result.window[0])},
+        "y": {**axis_of(result.model, second), "span": list(result.window[1])},
+        "loci": loci_view(result.loci),
+        "checked": checked_view(result.checked),
+        "regions": None if result.regions is None else _regions(result.regions),
+    }
+
+
+def loci_view(loci: Iterable[Locus]) -> list[dict[str, Any]]:
+    """Return loci as plain data."""
+    return [_locus(locus) for locus in loci]
+
+
+def _locus(locus: Locus) -> dict[str, Any]:
+    return {
+        "id": locus.id,
+        "type": locus.type,
+        "period": locus.period,
+        "name": locus_title(locus.type, locus.period, locus.kind),
+        "segments": [
+            {
+                "criticality": line.kind,
+                "x": short(line.points[:, 0]),
+                "y": short(line.points[:, 1]),
+            }
+            for line in locus_segments(locus)
+        ],
+        "special": [_locus_point(locus, point) for point in locus.special],
+        "started": {"kind": locus.started.kind, "reason": locus.started.reason},
+        "stopped": {"kind": locus.stopped.kind, "reason": locus.stopped.reason},
+    }
+
+
+def _locus_point(locus: Locus, point: LocusPoint) -> dict[str, Any]:
+    position = [
+        f"{name} = {value:.6g} {point.model.parameter(name).unit}".rstrip()
+        for name, value in zip(point.vary, point.certain_values, strict=True)
+    ]
+    name = point.name[0].upper() + point.name[1:]
+    return {
+        "type": point.type,
+        "x": number(point.values[0]),
+        "y": number(point.values[1]),
+        "sentence": f"{name} on the {locus.type} of period {locus.period} at {', '.join(position)}",
+    }
+
+
+def _regions(regions: RegionMap) -> dict[str, Any]:
+    return {
+        "x": short(regions.first),
+        "y": short(regions.second),
+        "labels": np.asarray(regions.labels).tolist(),
+        "names": {str(item.id): item.name for item in regions.regions},
+        "stable": {str(item.id): list(item.stable) for item in regions.regions if item.known},
+        "anchors": {str(item.id): list(item.place) for item in regions.regions},
+        "known": {str(item.id): item.known for item in regions.regions},
+        "consistent": {str(item.id): item.consistent for item in regions.regions},
+    }
+
+
+class PlaneProgress:
+    """The progress of a bifurcation set, sent now and then; an observer of its computation.
+
+    `send` takes each note: ``progress``, a sentence; ``lines``, those extended, each with
+    all its points so far, by ``number``; and ``loci`` once all are followed.
+    """
+
+    def __init__(self, send: Emit) -> None:
+        self._send = send
+        self._sent = perf_counter()
+        self._grown: dict[LocusLine, list[tuple[float, float]]] = {}
+        self._last: LocusLine | None = None
+
+    def __call__(self, progress: Progress) -> None:
+        """Take a note of the computation."""
+        self._grow(progress)
+        followed = progress.values.get("loci")
+        if perf_counter() - self._sent < BETWEEN and not followed:
+            return
+        self._sent = perf_counter()
+        total = "" if progress.total is None else f" of {progress.total}"
+        sentence = f"{progress.stage}: {progress.done}{total} done, {progress.text}"
+        lines = [_grown_line(line, points) for line, points in self._grown.items()]
+        loci = {"loci": loci_view(followed)} if followed else {}
+        self._send({"progress": sentence, "lines": lines, **loci, "done": False})
+        self._grown = {key: points for key, points in self._grown.items() if key == self._last}
+
+    def _grow(self, progress: Progress) -> None:
+        line = self._last = progress.values.get("line")
+        if line is not None:
+            self._grown.setdefault(line, [line.start]).append(progress.values["place"])
+
+
+def _grown_line(line: LocusLine, points: list[tuple[float, float]]) -> dict[str, Any]:
+    return {
+        "number": line.number,
+        "type": line.type,
+        "period": line.period,
+        "x": short([first for first, _ in points]),
+        "y": short([second for _, second in points]),
+    }
+
+
+def readings_view(measurement: Measurement) -> dict[str, Any]:
+    """Return measurements by quantity, SI units; None where there is no value or no error."""
+    return {
+        "vary": measurement.vary,
+        "values": measurement.values.tolist(),
+        "sweep": list(measurement.sweep),
+        "quantities": [
+            {
+                "show": item.output,
+                "statistic": item.measure,
+                "readings": [number(value) for value in measurement.readings[:, k]],
+                "errors": [number(value) for value in measurement.errors[:, k]],
+            }
+            for k, item in enumerate(measurement.quantities)
+        ],
+    }
+
+
+def study_view(result: StudyResult, name: str) -> dict[str, Any]:
+    """Return a study of the model with this name on the page; None where there is no value.
+
+    Raises `InputError` if it is too large to be shown.
+    """
+    if len(result) > DRAWN:
+        raise InputError(
+            f"the study has {len(result)} cases and the page shows {DRAWN} at most; open a "
+            "smaller one, or draw it with slipfold plot"
+        )
+    model, cases = result.model, result.cases
+    columns = cases.values(np.arange(len(result))).T
+    varied = result.work.record()
+    return {
+        "model": name,
+        "title": repr(result)[1:-1],
+        "isGrid": isinstance(cases, Grid),
+        "parameters": [
+            {**axis_of(model, parameter), "values": column.tolist()}
+            for parameter, column in zip(cases.names, columns, strict=True)
+        ],
+        "quantities": [_quantity(result, item.name) for item in result.quantities],
+        "reasons": result.reasons.tolist(),
+        "vary": varied.get("vary") if isinstance(varied.get("vary"), str) else None,
+        "span": varied.get("span"),
+    }
+
+
+def _quantity(result: StudyResult, name: str) -> dict[str, Any]:
+    (item,) = (each for each in result.quantities if each.name == name)
+    values = result.values[name]
+    known: list[str | float | None]
+    if item.kind == "text":
+        known = [str(value) or None for value in values]
+    else:
+        known = [number(value) for value in values]
+    return {
+        "name": name,
+        "label": name,
+        "unit": item.unit,
+        "doc": item.meaning,
+        "isText": item.kind == "text",
+        "values": [
+            None if reason else value for value, reason in zip(known, result.reasons, strict=True)
+        ],
+    }

@@ -1,0 +1,253 @@
+"""What is shown, as a file or as the text that makes it."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from slipfold.errors import InputError
+from slipfold.interface.explorer.messages import (
+    DiagramRequest,
+    DrawnRequest,
+    OrbitRequest,
+    PlaneRequest,
+    SimulationRequest,
+)
+from slipfold.interface.explorer.trajectories import start_of, timed
+from slipfold.models.definitions.system_file import toml_value
+from slipfold.models.friction.record import law_record
+from slipfold.models.model import Model
+from slipfold.models.quantities import DURATION
+from slipfold.models.registry import built_in_models
+from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.models.structures.structure import Structure
+from slipfold.models.system import System
+from slipfold.models.unforced import Unforced
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.results.result import Result
+
+MEDIA_TYPES = {
+    "python": "text/x-python; charset=utf-8",
+    "toml": "application/toml; charset=utf-8",
+    "csv": "text/csv; charset=utf-8",
+    "nc": "application/x-netcdf",
+}
+"""What each format is."""
+
+SUFFIXES = {"python": "py", "toml": "toml", "csv": "csv", "nc": "nc"}
+"""Ends of the names of files."""
+
+
+def written(result: Result, form: str) -> bytes:
+    """Return the content of a file that a result writes."""
+    with tempfile.TemporaryDirectory(prefix="slipfold-") as folder:
+        path = Path(folder) / "result"
+        (result.save if form == "nc" else result.to_csv)(path)
+        return path.read_bytes()
+
+
+def changed_values(model: Model, usual: Model | None = None) -> dict[str, float]:
+    """Return the parameter values that differ from the defaults."""
+    before = (
+        {item.name: item.default for item in model.parameters} if usual is None else usual.values
+    )
+    return {name: value for name, value in model.values.items() if value != before[name]}
+
+
+def filed_model(model: Model, file: Path | None) -> Structure:
+    """Return the structure that a file holds, with the values that it has there."""
+    if file is None:
+        raise InputError(
+            f"{model.name} was made in Python and not read from a file, so no text here can make "
+            "it; save the result as netCDF"
+        )
+    result = Structure.from_toml(file)
+    if result.kind != model.kind:
+        raise InputError(
+            f"{file} holds another structure than when the page was opened; open it again"
+        )
+    return result
+
+
+def is_built_in(model: Model) -> bool:
+    """Whether a model of this kind comes with the package under its name.
+
+    >>> from slipfold.models.system import System
+    >>> is_built_in(System(name="duffing", parameters={"k": 1}, states={"q": "-k*q"}))
+    False
+    """
+    make = built_in_models().get(model.name)
+    return make is not None and make().kind == model.kind
+
+
+_CLASS, _PUBLIC = re.compile(r"\b([A-Z]\w*)\("), r"sf.\1("
+"""Names of classes in what a friction law prints, and the same as public names."""
+
+
+def python_text(
+    model: Model,
+    view: DrawnRequest,
+    orbit: PeriodicOrbit | None,
+    file: Path | None = None,
+    readings: str | None = None,
+) -> str:
+    """Return a script that computes and draws what a view shows; a diagram with readings of a file.
+
+    >>> from slipfold.interface.explorer.messages import parse_request
+    >>> view = parse_request(
+    ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
+    ...     ' "show": "x"}'
+    ... )
+    >>> print(python_text(SlidingOscillator(), view, None))
+    import slipfold as sf
+    <BLANKLINE>
+    model = sf.SlidingOscillator()
+    diagram = sf.response(model, vary="Nd", span=(0.0, 0.98))
+    print(diagram.summary())
+    diagram.plot("x", measure="max").figure.savefig("diagram.svg")
+    <BLANKLINE>
+    """
+    shown = model if orbit is None else orbit.model
+    lines = [
+        "import slipfold as sf",
+        "",
+        f"model = {_model(shown, file)}",
+        *_steps(shown, view, orbit, readings),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _steps(
+    model: Model, view: DrawnRequest, orbit: PeriodicOrbit | None, readings: str | None
+) -> list[str]:
+    if isinstance(view, DiagramRequest):
+        span = f"({view.span[0]!r}, {view.span[1]!r})"
+        read = f"measured = sf.read_measurement({readings!r}, model)"
+        return [
+            f'diagram = sf.response(model, vary="{view.vary}", span={span})',
+            "print(diagram.summary())",
+            *([read] if readings else []),
+            f'diagram.plot("{view.show}", measure="{view.statistic}"'
+            f'{", measured=measured" if readings else ""}).figure.savefig("diagram.svg")',
+        ]
+    if isinstance(view, PlaneRequest):
+        window = (
+            f"(({view.x.span[0]!r}, {view.x.span[1]!r}), ({view.y.span[0]!r}, {view.y.span[1]!r}))"
+        )
+        # There are regions of forced models only.
+        regions = "" if model.forced else ", regions=False"
+        plane = f'("{view.x.name}", "{view.y.name}")'
+        return [
+            f"result = sf.bifurcation_set(model, {plane}, {window}{regions})",
+            "print(result.summary())",
+            'result.plot().figure.savefig("plane.svg")',
+        ]
+    if isinstance(view, SimulationRequest):
+        start = start_of(model, view)
+        unit = "" if model.forced else f", duration={timed(model, view).values['duration']!r}"
+        return [
+            f"solution = sf.simulate(model, periods={view.periods}, state={start!r}{unit})",
+            "print(solution.summary())",
+            f'solution.plot("{model.states[0].name}").figure.savefig("solution.svg")',
+        ]
+    assert orbit is not None  # what is left is an orbit
+    names = [item.name for item in model.states]
+    state = dict(zip(names, orbit.state.tolist(), strict=True))
+    return [
+        f"orbit = sf.periodic_orbit(model, period={orbit.period}, state={state!r})",
+        "print(orbit.multipliers, orbit.stable)",
+        "time, states = orbit.sample()",
+    ]
+
+
+def _model(model: Model, file: Path | None) -> str:
+    """Return an expression that makes a model; numbers are exact when read back."""
+    values = _values(model)
+    if isinstance(model, SlidingOscillator):
+        law = model.structure.get("friction")
+        friction = [] if law is None else [f"friction={_CLASS.sub(_PUBLIC, repr(law))}"]
+        return f"sf.SlidingOscillator({', '.join([*friction, *([values] if values else [])])})"
+    if is_built_in(model):
+        return f'sf.built_in_models()["{model.name}"]({values})'
+    if isinstance(model, System):
+        made = f"sf.System.from_toml({_quoted(model.to_toml())})"
+        return f"{made}.replace({values})" if values else made
+    if isinstance(model, Unforced):
+        forced = f"sf.Unforced({_model(model.forced_model, file)})"
+        own = DURATION.name
+        changed = model.values[own] != DURATION.default
+        return f"{forced}.replace({own}={model.values[own]!r})" if changed else forced
+    result = filed_model(model, file)
+    made, values = f"sf.Structure.from_toml({str(file)!r})", _values(model, result)
+    return f"{made}.replace({values})" if values else made
+
+
+def _values(model: Model, usual: Model | None = None) -> str:
+    return ", ".join(f"{name}={value!r}" for name, value in changed_values(model, usual).items())
+
+
+def _quoted(text: str) -> str:
+    """Return a literal of a text of several lines; quotes and backslashes stay what they are."""
+    if "'''" in text or text.endswith("'"):
+        return repr(text)
+    return f"r'''\n{text}'''"
+
+
+def toml_text(model: Model, view: DrawnRequest, file: Path | None = None) -> str:
+    """Return a case file; its first line is the command that computes what the view shows.
+
+    >>> from slipfold.interface.explorer.messages import parse_request
+    >>> from slipfold.models.sliding_oscillator import SlidingOscillator
+    >>> view = parse_request(
+    ...     '{"kind": "diagram", "id": 1, "model": "sliding", "vary": "Nd", "span": [0, 0.98],'
+    ...     ' "show": "x"}'
+    ... )
+    >>> print(toml_text(SlidingOscillator(f=12.2), view))
+    # slipfold response case.toml --vary Nd=0.0:0.98
+    model = "sliding"
+    <BLANKLINE>
+    [parameters]
+    f = 12.2
+    <BLANKLINE>
+    """
+    if isinstance(view, OrbitRequest):
+        raise InputError(
+            "no command computes a single orbit from a case file; copy it as Python instead"
+        )
+    command = _command(model, view)
+    if isinstance(model, System) and not is_built_in(model):
+        # The values of a definition are its own, so the command changes them.
+        changed = changed_values(model)
+        sets = "".join(f" --set {name}={value!r}" for name, value in changed.items())
+        return f"# {command}{sets}\n{model.to_toml()}"
+    head: dict[str, Any]
+    usual: Model | None
+    sliding = model.forced_model if isinstance(model, Unforced) else model
+    if is_built_in(model):
+        head, usual = {"model": model.name}, None
+    elif isinstance(sliding, SlidingOscillator):
+        head, usual = {"model": model.name, "friction": law_record(sliding.friction)}, None
+    else:
+        head, usual = {"model": str(file)}, filed_model(model, file)
+    lines = "".join(f"{key} = {toml_value(value)}\n" for key, value in head.items())
+    changed = changed_values(model, usual)
+    values = "".join(f"{name} = {value!r}\n" for name, value in changed.items())
+    return f"# {command}\n{lines}" + (f"\n[parameters]\n{values}" if values else "")
+
+
+def _command(model: Model, view: DrawnRequest) -> str:
+    if isinstance(view, DiagramRequest):
+        return f"slipfold response case.toml --vary {_ends(view.vary, view.span)}"
+    if isinstance(view, PlaneRequest):
+        axes = " ".join(f"--vary {_ends(axis.name, axis.span)}" for axis in (view.x, view.y))
+        return f"slipfold locus case.toml {axes}{' --regions' if model.forced else ''}"
+    assert isinstance(view, SimulationRequest)  # orbits were refused
+    start = start_of(model, view)
+    states = "".join(f" --state {name}={value!r}" for name, value in start.items())
+    return f"slipfold simulate case.toml --periods {view.periods}{states}"
+
+
+def _ends(name: str, span: tuple[float, float]) -> str:
+    return f"{name}={span[0]!r}:{span[1]!r}"

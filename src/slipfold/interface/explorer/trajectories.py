@@ -1,0 +1,297 @@
+"""Orbits and solutions as plain data: in time, with spectra, contacts and exponents."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slipfold.arrays import Array
+from slipfold.computations.long_term import lyapunov, simulate
+from slipfold.declarations import default_of
+from slipfold.errors import InputError
+from slipfold.flow.contact_trajectory import ContactPhase
+from slipfold.flow.equilibrium import with_duration
+from slipfold.flow.flow import Flow, flow_of
+from slipfold.flow.modes import Status, contacts_of
+from slipfold.flow.simulate import initial_state
+from slipfold.flow.simulate import simulate as integrate
+from slipfold.flow.trajectory import LastRound, Trajectory, last_round
+from slipfold.interface.explorer.messages import (
+    ExponentsRequest,
+    SimulationRequest,
+    TrajectoryRequest,
+)
+from slipfold.interface.explorer.plain import DRAWN, Check, Emit, now_and_then, number, short
+from slipfold.long_term.contacts import ContactRounds, find_contacts
+from slipfold.long_term.spectrum import find_spectrum
+from slipfold.models.angles import REVOLUTION
+from slipfold.models.model import Model, evaluation_of
+from slipfold.models.sliding_oscillator import SlidingOscillator
+from slipfold.orbits.eigenvalues import eigenvalues_of
+from slipfold.orbits.periodic_orbit import PeriodicOrbit
+from slipfold.progress import Progress
+
+
+def start_of(model: Model, request: TrajectoryRequest) -> dict[str, float]:
+    """Return the starting state with its perturbation."""
+    state = model.start if request.start == "rest" else initial_state(model, request.start)
+    initial_state(model, request.perturbation)  # refuses unknown states
+    return {
+        item.name: float(value) + request.perturbation.get(item.name, 0.0)
+        for item, value in zip(model.states, state, strict=True)
+    }
+
+
+def timed(model: Model, request: TrajectoryRequest) -> Model:
+    """Return a model whose periods are forcing periods, or intervals that suit its solution."""
+    if model.forced:
+        return model
+    return with_duration(model, initial_state(model, start_of(model, request)), None)[0]
+
+
+SAMPLES = 64
+"""Samples a forcing period for spectra and extrema; four times as many make smooth curves."""
+
+MAX_SAMPLES = 4096
+"""Maximum number of samples of one orbit."""
+
+ORDERS = 8
+"""Highest frequency contacts, in forcing frequencies."""
+
+
+def orbit_view(orbit: PeriodicOrbit, vary: str) -> dict[str, Any]:
+    """Return an orbit as plain data."""
+    model = orbit.model
+    flow = flow_of(model)
+    time, states = orbit.sample(min(4 * SAMPLES * orbit.period, MAX_SAMPLES))
+    time = np.append(time, orbit.duration)
+    turned = [REVOLUTION * orbit.turns.get(state.name, 0) for state in model.states]
+    states = np.concatenate([states, states[:1] + turned])
+    constants = flow.constants_of(model)
+    phases = time / constants.period
+    values = flow.outputs(states, phases, constants)
+    columns = {name: short(values[:, i]) for i, name in enumerate(flow.output_names)}
+    names = [state.name for state in model.states]
+    return {
+        "t": short(time),
+        "phase": short(phases),
+        "states": {name: columns[name] for name in names},
+        "outputs": {name: column for name, column in columns.items() if name not in names},
+        "spectrum": _spectrum(orbit),
+        "multipliers": _pairs(orbit.multipliers),
+        "eigenvalues": _pairs(_eigenvalues(orbit)) if _rests(orbit) else None,
+        "stable": orbit.stable,
+        "period": orbit.period,
+        "value": number(model.values[vary]),
+        "duration": number(orbit.duration),
+        "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
+    }
+
+
+def _rests(orbit: PeriodicOrbit) -> bool:
+    """Whether it is an equilibrium, which has no period and no multipliers."""
+    return not orbit.model.forced and bool((orbit.nodes == orbit.state).all())
+
+
+def _eigenvalues(orbit: PeriodicOrbit) -> NDArray[np.complex128]:
+    return eigenvalues_of(evaluation_of(orbit.model).jacobian(orbit.model, orbit.state))
+
+
+def _pairs(values: NDArray[np.complex128]) -> list[list[float]]:
+    return [[float(item.real), float(item.imag)] for item in values]
+
+
+def _spectrum(orbit: PeriodicOrbit) -> dict[str, Any]:
+    spectrum = find_spectrum(orbit, per_period=SAMPLES)
+    contacts = spectrum.order <= ORDERS
+    return {
+        "frequency": short(spectrum.frequency[contacts]),
+        "amplitude": {name: short(spectrum.of(name)[contacts]) for name in spectrum.names},
+    }
+
+
+PERIODS = 16
+"""Periods in a piece."""
+
+TOLERANCE = default_of(simulate, "tolerance")
+
+
+def stream_simulation(
+    model: Model, request: SimulationRequest, emit: Emit, check: Check = lambda: None
+) -> None:
+    """Integrate a solution and send it piece by piece."""
+    start = initial_state(model, start_of(model, request))
+    # Autonomous solutions with contacts continue until they are steady, as in `slipfold.simulate`.
+    until_steady = not model.forced and bool(contacts_of(model))
+    result = integrate(
+        model if until_steady else timed(model, request),
+        None if until_steady else request.periods,
+        start,
+        tolerance=TOLERANCE,
+        observer=lambda progress: check(),
+    )
+    every = _step_between_samples(request.periods)
+    for first in range(0, result.periods, PERIODS):
+        emit(_piece(result, first, min(first + PERIODS, result.periods), every))
+    emit({**NOTHING, "done": True, **_classification(result), "contacts": contacts_view(result)})
+
+
+NOTHING: Mapping[str, Any] = {"t": [], "states": {}, "sections": None}
+
+
+def _step_between_samples(periods: int) -> int:
+    """Return how many samples make one drawn instant; a divisor of the samples a period."""
+    samples = max(DRAWN / periods, 4)
+    return next(step for step in (1, 2, 4, 8, 16) if SAMPLES / step <= samples or step == 16)
+
+
+def _piece(trajectory: Trajectory, first: int, last: int, every: int) -> dict[str, Any]:
+    """Return the periods from one to another as a piece."""
+    model, flow = trajectory.model, flow_of(trajectory.model)
+    time, samples = trajectory.sampled(first, last, SAMPLES)
+    values = samples.outputs().reshape(last - first, SAMPLES, -1)  # states first
+    drawn = values[:, ::every].reshape(-1, values.shape[2])
+    return {
+        "t": short(time[::every]),
+        "states": {item.name: short(drawn[:, i]) for i, item in enumerate(model.states)},
+        "sections": {
+            "period": list(range(first, last)),
+            "duration": trajectory.forcing_period,
+            "start": {item.name: short(values[:, 0, i]) for i, item in enumerate(model.states)},
+            **_extrema(flow, values),
+        },
+        "done": False,
+    }
+
+
+def _extrema(flow: Flow, values: Array) -> dict[str, dict[str, list[float]]]:
+    """Return extrema of outputs, without undefined ones, such as slip over the speed of a wall."""
+    text = [i for i in range(values.shape[2]) if np.isfinite(values[..., i]).all()]
+    low, high = values.min(axis=1), values.max(axis=1)
+    return {
+        "max": {flow.output_names[i]: short(high[:, i]) for i in text},
+        "min": {flow.output_names[i]: short(low[:, i]) for i in text},
+    }
+
+
+def _classification(trajectory: Trajectory) -> dict[str, Any]:
+    judged, stop = trajectory.settlement, trajectory.stopped
+    return {
+        "verdict": judged.message if stop is None else stop.reason,
+        "settled": judged.settled,
+        "period": judged.period,
+        "duration": judged.duration,
+    }
+
+
+WORDS = {Status.STICK: "stick", Status.FORTH: "forth", Status.BACK: "back", Status.OPEN: "open"}
+
+
+def contacts_view(trajectory: Trajectory) -> dict[str, Any] | None:
+    """Return what contacts do in the last rounds; None if there are none, or no round."""
+    if not contacts_of(trajectory.model) or trajectory.periods == 0:
+        return None
+    try:
+        contacts = find_contacts(trajectory, per_period=2 * SAMPLES)
+    except InputError:
+        return None
+    model, flow = contacts.model, flow_of(trajectory.model)
+    length = contacts.contacts[0].end
+    count = max(round(length), 1)
+    each = min(4 * SAMPLES, MAX_SAMPLES // count)
+    values = trajectory.steady_outputs(count, each)
+    last = values[:1] if contacts.repeats else values[-1:]
+    values = np.concatenate([values, last])
+    columns = {
+        name: short(values[:, i])
+        for i, name in enumerate(flow.output_names)
+        if np.isfinite(values[:, i]).all()
+    }
+    names = [state.name for state in model.states]
+    period = flow.constants_of(model).period
+    return {
+        "t": short(np.linspace(0.0, length * period, len(values))),
+        "states": {name: columns[name] for name in names},
+        "outputs": {name: column for name, column in columns.items() if name not in names},
+        "period": count,
+        "mechanism": {"kind": "sliding"} if isinstance(model, SlidingOscillator) else None,
+        "contacts": [
+            {
+                "name": contact.name,
+                "plate": contact.pieces[0].plate[0].tolist(),
+                "units": list(contacts.units),
+                "pieces": [_contact_piece(contacts, piece) for piece in contact.pieces],
+            }
+            for contact in contacts.contacts
+        ],
+        "words": _words(trajectory, contacts, last_round(trajectory)),
+    }
+
+
+def _contact_piece(contacts: ContactRounds, piece: ContactPhase) -> dict[str, Any]:
+    known = not np.isnan(piece.displacement).any()
+    return {
+        "state": WORDS[piece.status],
+        "t": (contacts.unit * piece.phase).tolist(),
+        "slip": [short(column) for column in piece.slip.T],
+        "friction": [short(column) for column in piece.friction.T],
+        "displacement": [short(column) for column in piece.displacement.T] if known else None,
+    }
+
+
+def _words(trajectory: Trajectory, contacts: ContactRounds, last: LastRound | None) -> str:
+    """Return in a sentence what contacts do in a round."""
+    if last is None:
+        return ""
+    if last.stuck and trajectory.sticking is not None:
+        return "It is stuck: all contacts stick all the time."
+    round_name = "round" if contacts.repeats else "period"
+    if not last.sticking:
+        return f"It always slips in its last {round_name}."
+    counts = {item.contact: 0 for item in last.sticking}
+    for item in last.sticking:
+        counts[item.contact] += 1
+    text = " and ".join(f"{name} sticks {_times(count)}" for name, count in counts.items())
+    fraction = f"{100 * last.fraction:.3g}\u202f% of the time"
+    return f"In its last {round_name} {text}, {fraction}."
+
+
+def _times(count: int) -> str:
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+EXPONENT_TOLERANCE = 1e-6
+"""Error of exponents at which a computation ends: more digits than the page shows."""
+
+
+def send_exponents(
+    model: Model,
+    request: ExponentsRequest,
+    send: Emit,
+    check: Check,
+) -> None:
+    """Compute the exponents of a solution and send progress; None is minus infinity."""
+
+    def note(progress: Progress) -> dict[str, Any]:
+        # Of an autonomous model they are per interval, which means nothing to the reader.
+        known = map(number, progress.values["exponents"] if model.forced else ())
+        return {"periods": progress.done, "total": progress.total, "exponents": list(known)}
+
+    watch = now_and_then(send, check, note)
+    start = start_of(model, request)
+    result = lyapunov(model, state=start, tolerance=EXPONENT_TOLERANCE, on_progress=watch)
+    classification = result.classification
+    send(
+        {
+            "kind_of_motion": classification.kind,
+            "period": classification.period,
+            "message": classification.message,
+            "exponents": [number(value) for value in result.exponents],
+            "errors": [number(value) for value in result.errors],
+            "per": result.per,
+            "done": True,
+        }
+    )

@@ -1,0 +1,429 @@
+"""Worker processes: what each does with a request, and which of them computes what and when."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import json
+import logging
+import multiprocessing
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from slipfold.errors import InputError
+from slipfold.interface.explorer.answering import Answering
+from slipfold.interface.explorer.catalogue import Catalogue
+from slipfold.interface.explorer.messages import DiagramRequest, ExportRequest, ViewRequest
+from slipfold.interface.explorer.security import ServerLimits
+from slipfold.models.model import Model
+
+READY = 0
+"""Number of the reply that says that the worker is ready."""
+
+DATA_BYTES = 2 * 2**30
+"""Maximum data memory of a worker in bytes: a larger request fails, not the machine."""
+
+
+class WorkerTask(NamedTuple):
+    """What a worker is given."""
+
+    number: int  # number of the job
+    request: ViewRequest | ExportRequest  # the request
+
+
+class Reply(NamedTuple):
+    """What a worker gives back."""
+
+    number: int  # number of the job
+    body: bytes  # JSON, or the file of an export
+    last: bool = True  # whether it is the last one
+    refused: bool = False  # whether the body of an export is a sentence that says why there is none
+
+
+class Superseded(Exception):
+    """The request is superseded."""
+
+
+def run_worker(
+    connection: Connection, current: Any, given: Model | None, file: Path | None
+) -> None:
+    """Compute until it is stopped; the main function of a worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the server says when to stop
+    _bound_memory()
+    answering = Answering(Catalogue(given, file))
+    _warm_up(answering)
+    connection.send(Reply(READY, b""))
+    while True:
+        try:
+            task: WorkerTask | None = connection.recv()
+        except EOFError:
+            return  # the server is gone
+        if task is None:
+            return
+        try:
+            connection.send(_reply(answering, task, connection, current))
+        except (BrokenPipeError, ConnectionResetError):
+            return
+
+
+def _warm_up(answering: Answering) -> None:
+    """Prepare for the first request; what fails here will fail there, and is said to who asks."""
+    try:
+        answering.warm_up()
+    except Exception:
+        logging.getLogger("slipfold.interface.explorer").exception(
+            "the first view cannot be computed"
+        )
+
+
+def _reply(answering: Answering, task: WorkerTask, connection: Connection, current: Any) -> Reply:
+    """Compute one task; return its last reply."""
+    number, request = task
+    held = b""
+
+    def check() -> None:
+        if current.value != number:
+            raise Superseded
+
+    def emit(view: dict[str, Any]) -> None:
+        nonlocal held
+        body = json.dumps(view, allow_nan=False, separators=(",", ":")).encode()
+        if view["done"]:
+            held = body
+        else:
+            connection.send(Reply(number, body, last=False))
+
+    try:
+        if isinstance(request, ExportRequest):
+            return Reply(number, answering.export(request, check))
+        answering.answer(request, emit, check)
+        return Reply(number, held)
+    except Superseded:
+        return Reply(number, b"")
+    except InputError as error:
+        return _failure(task, str(error))
+    except MemoryError:
+        return _failure(task, "the computation needs more memory than a worker may take")
+    except Exception as error:
+        logging.getLogger("slipfold.interface.explorer").exception("a request failed: %r", request)
+        return _failure(
+            task,
+            f"this is a defect of slipfold ({type(error).__name__}: {error}); the terminal in "
+            "which slipfold explore runs says more",
+        )
+
+
+def _failure(task: WorkerTask, sentence: str) -> Reply:
+    request = task.request
+    if isinstance(request, ExportRequest):
+        return Reply(task.number, sentence.encode(), refused=True)
+    answer = {**request.head, "done": True, "error": sentence}
+    return Reply(task.number, json.dumps(answer).encode())
+
+
+def _bound_memory() -> None:
+    if sys.platform == "win32":
+        return
+    import resource
+
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    bound = DATA_BYTES if hard == resource.RLIM_INFINITY else min(hard, DATA_BYTES)
+    resource.setrlimit(resource.RLIMIT_DATA, (bound, hard))
+
+
+# -- the server's side --------------------------------------------------------------------------
+
+
+OVERTAKEN = 40
+"""Later jobs that may go before one of the next rank, so that no job waits forever."""
+
+
+class Failing(Protocol):
+    """Takes a sentence, and whether the same request may succeed if it is made again."""
+
+    def __call__(self, sentence: str, again: bool = False) -> None:
+        """Tell that a job ends without a last reply."""
+
+
+@dataclass(eq=False)
+class Job:
+    """A request on its way."""
+
+    request: ViewRequest | ExportRequest  # the request
+    # Number of the client, whose jobs go to one worker where possible: it remembers its diagrams
+    home: int
+    # Takes the replies, and last of all one that is marked so, unless the job is cancelled
+    deliver: Callable[[Reply], None]
+    fail: Failing  # called if the job ends without a last reply
+    number: int = 0
+    position: int = 0
+    cancelled: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Kind of the request."""
+        return "export" if isinstance(self.request, ExportRequest) else self.request.kind
+
+    @property
+    def order(self) -> int:
+        """Position in the queue: quick answers first."""
+        pinned = isinstance(self.request, DiagramRequest) and self.request.slot != "live"
+        return self.position + OVERTAKEN * (self.request.rank + pinned)
+
+
+GRACE = 2.0
+"""Seconds that a worker has to drop what has taken too long, before it is ended."""
+
+
+@dataclass(eq=False)
+class WorkerProcess:
+    """One worker process as the server sees it."""
+
+    index: int  # its index among the workers
+    context: Any  # makes processes
+    given: Model | None  # a model in addition to the built-in ones
+    file: Path | None  # the file that holds its equations, if it has one
+    received: Callable[[WorkerProcess, Reply], None]  # called in the event loop with every reply
+    ended: Callable[[WorkerProcess], None]  # called in the event loop when the process has ended
+    job: Job | None = None  # what it computes now
+    ready: bool = False  # whether it has started up
+    dropping: bool = False  # whether it is to drop its job
+    timer: asyncio.TimerHandle | None = None  # fires when the job takes too long
+    current: Any = field(init=False)
+    process: Any = field(init=False)
+    connection: Connection = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Start the process, and a thread that listens to it."""
+        self.connection, theirs = self.context.Pipe()
+        self.current = self.context.Value("q", 0, lock=False)
+        self.process = self.context.Process(
+            target=run_worker, args=(theirs, self.current, self.given, self.file), daemon=True
+        )
+        self.process.start()
+        theirs.close()
+        loop = asyncio.get_running_loop()
+        threading.Thread(target=self._listen, args=(loop,), daemon=True).start()
+
+    @property
+    def idle(self) -> bool:
+        """Whether it waits for a job."""
+        return self.ready and self.job is None
+
+    def give(self, job: Job) -> None:
+        """Let it compute a job."""
+        self.job = job
+        self.current.value = job.number
+        with suppress(OSError):  # it may just have ended: the listener will say so
+            self.connection.send(WorkerTask(job.number, job.request))
+
+    def drop(self) -> None:
+        """Let it drop its job at the next point of a branch."""
+        self.dropping = True
+        self.current.value = 0
+
+    def finish(self) -> None:
+        """Note that it has no job any more."""
+        self.job, self.dropping = None, False
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer = None
+
+    def kill(self) -> None:
+        """End it at once."""
+        self.process.kill()
+
+    def ask_to_stop(self) -> None:
+        """Let it end when it has dropped its job."""
+        self.current.value = 0
+        with suppress(OSError):
+            self.connection.send(None)
+
+    def end(self) -> None:
+        """Wait until it has ended; end it if it does not."""
+        self.process.join(GRACE)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+
+    def resident_bytes(self) -> int:
+        """Memory in use; 0 where it is unknown."""
+        try:
+            pages = Path(f"/proc/{self.process.pid}/statm").read_text().split()[1]
+        except OSError:
+            return 0
+        return int(pages) * 4096
+
+    def _listen(self, loop: asyncio.AbstractEventLoop) -> None:
+        with suppress(EOFError, OSError):
+            while True:
+                reply = self.connection.recv()
+                loop.call_soon_threadsafe(self.received, self, reply)
+        with suppress(RuntimeError):  # the event loop may have ended
+            loop.call_soon_threadsafe(self.ended, self)
+
+
+KILLED = (
+    "the worker process that computed this was ended from outside ({code}), perhaps for lack of "
+    "memory; a fresh one takes its place, so ask again"
+)
+
+
+class Workers:
+    """A few processes that compute jobs; to be used from one event loop.
+
+    `given` is a model in addition to the built-in ones, `file` the file of its equations.
+    """
+
+    def __init__(
+        self, given: Model | None, count: int, limits: ServerLimits, file: Path | None = None
+    ) -> None:
+        self._given, self._file = given, file
+        self._count = count
+        self._limits = limits
+        self._context = multiprocessing.get_context("spawn")
+        self._numbers = itertools.count(READY + 1)
+        self._pending: list[Job] = []
+        self._workers: list[WorkerProcess] = []
+        self._failed_starts = 0
+        self._stopping = False
+
+    @property
+    def processes(self) -> list[int]:
+        """Process ids of the workers."""
+        return [worker.process.pid or 0 for worker in self._workers]
+
+    async def start(self) -> None:
+        """Start the processes; jobs may be submitted at once."""
+        for index in range(self._count):
+            self._workers.append(self._started(index))
+
+    async def stop(self) -> None:
+        """End the processes."""
+        self._stopping = True
+        self._pending.clear()
+        for worker in self._workers:
+            worker.ask_to_stop()
+        await asyncio.gather(*(asyncio.to_thread(worker.end) for worker in self._workers))
+
+    def submit(self, job: Job, instead_of: Job | None = None) -> None:
+        """Queue a job."""
+        job.number = next(self._numbers)
+        waiting = instead_of is not None and instead_of in self._pending
+        job.position = instead_of.position if waiting and instead_of is not None else job.number
+        if instead_of is not None:
+            self.cancel(instead_of)
+        if self._failed_starts >= self._limits.failed_starts:
+            job.fail("no worker process can be started; the terminal of slipfold explore says why")
+            return
+        self._pending.append(job)
+        self._dispatch()
+
+    def cancel(self, job: Job) -> None:
+        """End a job without any further reply."""
+        job.cancelled = True
+        if job in self._pending:
+            self._pending.remove(job)
+        for worker in self._workers:
+            if worker.job is job:
+                worker.drop()
+
+    # -- who computes what ---------------------------------------------------------------------
+
+    def _dispatch(self) -> None:
+        for job in sorted(self._pending, key=lambda item: item.order):
+            worker = self._choose(job)
+            if worker is not None:
+                self._pending.remove(job)
+                self._hand_over(job, worker)
+
+    def _choose(self, job: Job) -> WorkerProcess | None:
+        """Return a free worker for a job: that of its client, or any that is not."""
+        home = self._workers[job.home % self._count]
+        idle = [worker for worker in self._workers if worker.idle]
+        if job.request.slow:
+            # Such jobs take seconds: the client's own worker, and one of all, stay free of them.
+            others = [worker for worker in idle if worker is not home]
+            slow = sum(
+                worker.job is not None and worker.job.request.slow for worker in self._workers
+            )
+            if self._count > 1:
+                return others[0] if others and slow < self._count - 1 else None
+        if home.idle or home.dropping:
+            return home if home.idle else None
+        return idle[0] if idle else None
+
+    def _hand_over(self, job: Job, worker: WorkerProcess) -> None:
+        loop = asyncio.get_running_loop()
+        seconds = self._limits.seconds.get(job.kind, job.request.seconds)
+        worker.timer = loop.call_later(seconds, self._too_long, worker, job, seconds)
+        worker.give(job)
+
+    def _too_long(self, worker: WorkerProcess, job: Job, seconds: float) -> None:
+        if worker.job is not job:
+            return
+        if not job.cancelled:
+            job.cancelled = True
+            job.fail(
+                f"this took more than {seconds:g} s and was given up; ask for less, e.g. a "
+                "narrower span"
+            )
+        worker.drop()
+        loop = asyncio.get_running_loop()
+        loop.call_later(GRACE, lambda: worker.kill() if worker.job is job else None)
+
+    # -- what workers say ----------------------------------------------------------------------
+
+    def _received(self, worker: WorkerProcess, reply: Reply) -> None:
+        if reply.number == READY:
+            worker.ready = True
+            self._failed_starts = 0
+        elif worker.job is not None and worker.job.number == reply.number:
+            job = worker.job
+            if reply.last:
+                worker.finish()
+                self._replace_if_large(worker)
+            if not job.cancelled:
+                job.deliver(reply)
+        if worker.idle:
+            self._dispatch()
+
+    def _ended(self, worker: WorkerProcess) -> None:
+        """Replace a worker that has ended."""
+        if self._stopping or worker not in self._workers:
+            return
+        worker.end()
+        job, code = worker.job, worker.process.exitcode
+        worker.finish()
+        self._failed_starts += not worker.ready
+        lasting = self._failed_starts >= self._limits.failed_starts
+        if not lasting:
+            self._workers[worker.index] = self._started(worker.index)
+        if job is not None and not job.cancelled:
+            job.cancelled = True
+            how = f"signal {-code}" if code is not None and code < 0 else f"exit status {code}"
+            job.fail(KILLED.format(code=how), again=True)
+        if lasting:
+            self._give_up()
+
+    def _give_up(self) -> None:
+        waiting, self._pending = self._pending, []
+        for job in waiting:
+            job.fail("no worker process can be started; the terminal of slipfold explore says why")
+
+    def _replace_if_large(self, worker: WorkerProcess) -> None:
+        if worker.resident_bytes() > self._limits.worker_bytes:
+            self._workers[worker.index] = self._started(worker.index)
+            worker.ask_to_stop()
+
+    def _started(self, index: int) -> WorkerProcess:
+        return WorkerProcess(
+            index, self._context, self._given, self._file, self._received, self._ended
+        )
