@@ -51,34 +51,6 @@ def test_each_part_is_measured_alone_by_scripts_that_exist(run, asked):
     assert peers <= everything
 
 
-def test_who_fails_or_takes_too_long_is_reported_and_the_others_go_on(run, monkeypatch):
-    budgets = {}
-
-    def ask(script, *arguments, seconds, **_):
-        budgets[script] = seconds
-        if "cycles" in script:
-            return run.Absent("not finished in 40 s.")
-        if "auto07p" in script:
-            return run.Absent("AUTO-07p is not installed.")
-        return {"seconds": {"branch": [1.0]}}
-
-    monkeypatch.setattr(run.processes, "ask", ask)
-    measured = run.measure(["beam", "vanderpol"], 1)
-    assert measured.failed == {"beam": "ours_cycles.py did not run: not finished in 40 s."}
-    assert set(measured.of("vanderpol")) == {
-        "slipfold", "XPPAUT, usual", "XPPAUT, large", "XPPAUT, fine"
-    }  # fmt: skip
-    why = {("vanderpol", f"AUTO-07p, {name}"): "AUTO-07p is not installed."
-           for name in ("usual", "large", "fine")}  # fmt: skip
-    assert measured.absent == why
-    assert budgets["peers/xppaut_systems.py"] < budgets["ours_systems.py"]
-    report = importlib.import_module("report")
-    told = report.left_out(measured)
-    assert told[0].startswith("Left out, AUTO-07p, usual (vanderpol), AUTO-07p, large (vander")
-    assert told[0].endswith(": AUTO-07p is not installed.")
-    assert told[1] == f"slipfold failed (beam): {measured.failed['beam']}"
-
-
 SMALLEST = {
     "responses": ("ours.py", "--repeat", "1"),
     "locus": ("ours_locus.py", "--repeat", "1"),

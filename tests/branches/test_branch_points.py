@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import slipfold as sf
-from helpers.textbook_models import Pitchfork
 from slipfold.models.registry import model_named
 
 ALONE = sf.Settings(largest_period=1)
@@ -105,24 +104,18 @@ def test_lorenz_convection_and_its_hopf_points():
     assert still.states[:, 0] ** 2 == pytest.approx(b * (rho - 1), abs=1e-8)
 
 
-def test_symmetry_breaking_of_a_forced_pendulum_like_oscillator():
-    # q'' + d q' + (k + b cos(w t)) q + q^3: from rest to two motions that are mirror images.
-    rest, other = sf.response(Pitchfork(), vary="k", span=(1.0, -1.0)).branches
-    assert (kinds(rest), kinds(other)) == (["BP"], ["BP"])
-    assert other.states[0] == pytest.approx(-other.states[-1], abs=1e-8)
-    assert np.all(other.stable[np.abs(other.arclength) > 1e-6])
+HARDENING = sf.System(
+    name="hardening",
+    parameters={"F": 1.0},
+    states={"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"},
+    forcing={"period": "2*pi"},
+)
 
 
 def test_symmetry_breaking_of_the_forced_duffing_oscillator():
     # The symmetric orbit, q(t + T/2) = -q(t), loses its symmetry and regains it; the branch of
     # those without it is closed, and its halves are images under that symmetry.
-    model = sf.System(
-        name="hardening",
-        parameters={"F": 1.0},
-        states={"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"},
-        forcing={"period": "2*pi"},
-    )
-    main, other = sf.response(model, vary="F", span=(0, 12), settings=ALONE).branches
+    main, other = sf.response(HARDENING, vary="F", span=(0, 12), settings=ALONE).branches
     assert [(item.type, item.leads_to) for item in main.special] == [("BP", 2), ("BP", 2)]
     assert kinds(other) == ["BP", "BP"]
     assert other.stopped.kind == "closed"
@@ -138,13 +131,7 @@ def test_symmetry_breaking_of_the_forced_duffing_oscillator():
 
 def test_multipliers_at_a_branch_point_are_as_uncertain_as_its_place_makes_them():
     # Two computations may agree by chance; what rounding can do to the place remains.
-    model = sf.System(
-        name="hardening",
-        parameters={"F": 1.0},
-        states={"q": "v", "v": "F*cos(t) - 0.2*v - q - q^3"},
-        forcing={"period": "2*pi"},
-    )
-    main, _ = sf.response(model, vary="F", span=(0, 12), settings=ALONE).branches
+    main, _ = sf.response(HARDENING, vary="F", span=(0, 12), settings=ALONE).branches
     for point in main.special:
         after = int(np.searchsorted(main.parameter, point.value))
         ends = slice(after - 1, after + 1)

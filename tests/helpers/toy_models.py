@@ -5,6 +5,7 @@ import math
 import heyoka as hy
 import numpy as np
 
+import slipfold as sf
 from slipfold import Limit, Model, Output, Parameter, State
 
 
@@ -100,3 +101,14 @@ class Falling(Model):
 
     def outputs(self):
         return (Output("distance", lambda q, c, phase: -q["x"]),)
+
+
+FLOOR = sf.System(
+    name="floor",
+    parameters={"F": 1.0, "W": 2.0},
+    states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
+    forcing={"period": "2*pi/W"},
+    outputs={"room": "x + 1"},
+    limits={"floor": {"output": "room", "bound": 0.0}},
+)
+"""A mass that is driven against a floor, where it stops."""

@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 FOLDERS = ("src", "tests", "docs", "bench")
 WRITTEN = {".py", ".js", ".css", ".html", ".md"}
 
-TOTAL = {"src": 72_900, "tests": 33_800}
+TOTAL = {"src": 70_700, "tests": 33_800}
 """Lines of Python. A budget that falls: lower it whenever code is deleted, never raise it."""
 
 FILE_LINES = 600

@@ -77,15 +77,20 @@ def special(loci, kind, name):
     return [p for item in loci if item.type == kind for p in item.special if p.type == name]
 
 
-def test_torus_of_the_van_der_pol_oscillator_ends_in_strong_resonances(tongue):
-    items = sorted(special(tongue, "LP", "R1"), key=lambda p: p.values)
-    expected = [(0.94934198, 0.19240059), (1.04940458, 0.20741108)]
-    assert len(items) == 2
+def assert_on_folds(tongue, name, equations, expected):
+    """The points of a type on the loci of folds are those found by hand and published."""
+    items = sorted(special(tongue, "LP", name), key=lambda p: p.values)
     for item, known in zip(items, expected, strict=True):
-        by_hand = solve(resonance_equations, van_der_pol, nudged(item))
+        by_hand = solve(equations, van_der_pol, nudged(item))
         assert item.values == pytest.approx(by_hand[2:], abs=1e-8)
         assert item.values == pytest.approx(known, abs=1e-8)
         assert item.state == pytest.approx(by_hand[:2], abs=1e-6)
+    return items
+
+
+def test_torus_of_the_van_der_pol_oscillator_ends_in_strong_resonances(tongue):
+    expected = [(0.94934198, 0.19240059), (1.04940458, 0.20741108)]
+    items = assert_on_folds(tongue, "R1", resonance_equations, expected)
     ends = [
         end for item in tongue if item.type == "NS"
         for end in (item.started, item.stopped) if end.kind == "codimension-2"
@@ -96,13 +101,8 @@ def test_torus_of_the_van_der_pol_oscillator_ends_in_strong_resonances(tongue):
 
 
 def test_cusps_of_the_van_der_pol_oscillator(tongue):
-    items = sorted(special(tongue, "LP", "CPC"), key=lambda p: p.values)
     expected = [(0.94043917, 0.21146913), (1.05620733, 0.22404823)]
-    assert len(items) == 2
-    for item, known in zip(items, expected, strict=True):
-        by_hand = solve(cusp_equations, van_der_pol, nudged(item))
-        assert item.values == pytest.approx(by_hand[2:], abs=1e-9)
-        assert item.values == pytest.approx(known, abs=1e-8)
+    assert_on_folds(tongue, "CPC", cusp_equations, expected)
 
 
 # -- Mathieu -----------------------------------------------------------------------------------

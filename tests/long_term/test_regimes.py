@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import slipfold as sf
+from helpers.toy_models import FLOOR
 from slipfold import InputError
 from slipfold.flow.ensembles import models_with
 from slipfold.long_term.classification import classify_open
@@ -145,15 +146,7 @@ def test_motions_that_stick_or_stop_say_so():
     assert "sticks" in found.summary()
     # It was followed no further, so that nothing is known of its period.
     assert found.periods[0, 0].tolist() == [1, 0]
-    floor = sf.System(
-        name="floor",
-        parameters={"F": 1.0, "W": 2.0},
-        states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
-        forcing={"period": "2*pi/W"},
-        outputs={"room": "x + 1"},
-        limits={"floor": {"output": "room", "bound": 0.0}},
-    )
-    found = sf.regimes(floor, {"W": (2.0, 2.5), "F": (1.0, 4.0)}, points=(2, 2), transient=100)
+    found = sf.regimes(FLOOR, {"W": (2.0, 2.5), "F": (1.0, 4.0)}, points=(2, 2), transient=100)
     assert found.names("up").tolist() == [["period 1", "stopped"]] * 2
     assert np.isnan(found.states[1, :, 1]).all()
 

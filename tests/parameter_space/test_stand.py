@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.toy_models import FLOOR
 
 DUFFING = sf.built_in_models()["duffing"]()
 
@@ -49,16 +50,6 @@ def test_interrupted_it_keeps_what_was_read():
 
     seen = sf.measure(DUFFING, "W", [0.8, 0.85, 0.9], ["max q"], on_progress=observe)
     assert seen.values.tolist() == [0.8, 0.85]
-
-
-FLOOR = sf.System(
-    name="floor",
-    parameters={"F": 1.0, "W": 2.0},
-    states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
-    forcing={"period": "2*pi/W"},
-    outputs={"room": "x + 1"},
-    limits={"floor": {"output": "room", "bound": 0.0}},
-)
 
 
 def test_where_the_motion_ends_it_keeps_what_was_read():

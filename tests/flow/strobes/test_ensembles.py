@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import slipfold as sf
+from helpers.toy_models import FLOOR
 from slipfold import InputError
 from slipfold.flow.ensembles import stroboscopic_samples
 from slipfold.flow.simulate import simulate
@@ -67,18 +68,10 @@ def test_a_narrow_hill_is_not_missed():
 
 
 def test_a_motion_that_meets_a_limit_stops_and_the_others_go_on():
-    floor = sf.System(
-        name="floor",
-        parameters={"F": 1.0, "W": 2.0},
-        states={"x": "v", "v": "F*cos(W*t) - x - 0.1*v"},
-        forcing={"period": "2*pi/W"},
-        outputs={"room": "x + 1"},
-        limits={"floor": {"output": "room", "bound": 0.0}},
-    )
-    points = stroboscopic_samples(floor, np.zeros((3, 2)), {"F": [1.0, 4.0, 1.0]}, 8)
+    points = stroboscopic_samples(FLOOR, np.zeros((3, 2)), {"F": [1.0, 4.0, 1.0]}, 8)
     stops = [stop and stop.kind for stop in points.stopped]
     assert stops == [None, "floor", None]
-    alone = simulate(floor.replace(F=4.0), 8)
+    alone = simulate(FLOOR.replace(F=4.0), 8)
     assert points.stopped[1].time == pytest.approx(alone.stopped.time, rel=1e-9)
     whole = len(alone.strobe)
     assert np.isfinite(points.states[1, :whole]).all()
