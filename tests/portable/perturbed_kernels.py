@@ -102,7 +102,7 @@ class Perturbed:
         paired = np.isrealobj(matrix) and np.iscomplexobj(values)
         first = [i for i in range(len(values)) if not (paired and values[i].imag < 0)]
         first = random.permutation(first).astype(int)
-        near = EQUAL * len(matrix) * EPS * np.linalg.norm(matrix)
+        near = EQUAL * len(matrix) * EPS * np.linalg.norm(matrix, 1)
         left = list(first)
         while left:
             real = paired and values[left[0]].imag == 0
