@@ -82,7 +82,7 @@ def test_style_ends_with_its_context():
 
 
 def test_the_page_draws_special_points_as_figures_do():
-    page = Path(slipfold.__file__).parent / "explorer" / "page" / "diagram_data.js"
+    page = Path(slipfold.__file__).parent / "interface/explorer/page" / "diagram_data.js"
     table = re.search(r"export const MARKERS = \{(.*?)\}", page.read_text(), re.DOTALL).group(1)
     drawn = dict(re.findall(r'(\w+): "([\w-]+)"', table))
     shapes = {"o": "circle", "s": "square", "^": "triangle-up", "D": "diamond", "p": "pentagon"}

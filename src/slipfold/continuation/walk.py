@@ -130,18 +130,24 @@ class Front:
         self._directions = np.tile([-1.0, 1.0], len(bounds))
         self._held = np.full(k, -1)  # the wall that the next step leads to, -1 if to none
         self._holds = np.zeros(k, int)
+        self._alone = k == 1
+
+    def _at(self, rows: Indices) -> Any:
+        """Return what selects some curves: of one alone a slice, which copies nothing."""
+        return slice(None) if self._alone and len(rows) else rows
 
     def take(self, rows: Indices) -> Trial:
         """Try a step of each of some curves; where it does not fit, the next one is shorter."""
-        smallest, step = self._settings.steps.smallest, self.step[rows]
-        target = self.arclengths[rows, -1] + step
+        at, smallest = self._at(rows), self._settings.steps.smallest
+        step = self.step[at]
+        target = self.arclengths[at, -1] + step
         guesses, normals = self._predicted(rows, target)
         result = self._equations.correct(rows, guesses, normals, target)
         beyond = self._first_wall(rows, result.z, target, 0.0)
         # In a corner of the window, a point on one wall may lie beyond another.
-        beyond[self._holds[rows] >= len(self._walls) // 2] = -1
+        beyond[self._holds[at] >= len(self._walls) // 2] = -1
         found, beyond_any = result.found, beyond >= 0
-        difference, last = result.z - self.z[rows, -1], self.tangents[rows, -1]
+        difference, last = result.z - self.z[at, -1], self.tangents[at, -1]
         length, turn = arcs(difference, last, result.tangents)
         measures = self._measured(rows, result, lengths_of(result.z - guesses), length, turn)
         # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
@@ -155,8 +161,8 @@ class Front:
                 shortened_after_failure(result.moved),
             )
             self.shorten(rows[rejected], ratio[rejected])
-        self._held[rows] = beyond
-        self._holds[rows] += beyond_any
+        self._held[at] = beyond
+        self._holds[at] += beyond_any
         return Trial(rows, result, length, measures, fits)
 
     def shorten(self, rows: Indices, ratio: Array | float) -> None:
@@ -166,7 +172,8 @@ class Front:
 
     def accept(self, trial: Trial, which: Indices) -> None:
         """Add points of a trial, by their numbers in it."""
-        rows, result = trial.rows[which], trial.result
+        result, which = trial.result, self._at(which)
+        rows = self._at(trial.rows[which])
         factor = np.minimum(trial.measures.factor[which], self._growth[rows])
         large = np.maximum(1.0, lengths_of(self.z[rows, -1]) / STEP.large)
         self.step[rows] = np.minimum(self.step[rows] * factor, self._settings.steps.largest * large)
@@ -213,7 +220,7 @@ class Front:
     def _extrapolated(self, rows: Indices, target: Array) -> tuple[Array, Array]:
         guesses, normals = np.empty((2, len(rows), self.z.shape[2]))
         for count, which in self.by_count(rows):
-            here, last = rows[which], slice(-count, None)
+            here, last = self._at(rows[which]), slice(-count, None)
             given = self.arclengths[here, last], self.z[here, last], self.tangents[here, last]
             guesses[which], normals[which] = hermite_each(*given, target[which])
         return guesses, normals
@@ -265,7 +272,8 @@ class Front:
     ) -> Array:
         """Return the errors of extrapolated test functions, as far as they limit the steps."""
         noise, coarse = self._equations.noise, self._settings.coarse
-        values, known = self.tests[rows, -count:], self.arclengths[rows, -count:]
+        at = self._at(rows)
+        values, known = self.tests[at, -count:], self.arclengths[at, -count:]
         weights = polynomial_weights(known, (known[:, -1] + length)[:, None])
         errors = np.abs(actual - (weights @ values)[:, 0])
         drifted = drift(errors, values, actual, noise, coarse)

@@ -325,7 +325,7 @@ class Flow(Evaluated):
         if size > n:
             scales = np.concatenate([scales, scales], axis=-1)
             units = np.concatenate([units, units], axis=-2)
-        changes = np.moveaxis(directions, -1, -2)
+        changes = directions.swapaxes(-1, -2)
         # Columns by the start, columns along changes, and in how many groups they are integrated.
         groups = [(n, k, 1)] if n <= MAX_TOGETHER else [(COLUMNS, 0, -(-n // COLUMNS)), (0, 1, k)]
         ends, parts = states, list[Array]()
