@@ -66,6 +66,9 @@ class LocusRules:
     resolved: float = 0.1  # fraction of the first step that a second computation may differ by
     parent: float = 4.0  # parents lie within so many distances between the halves of an orbit
     parent_points: int = 16  # points of their locus on either side
+    # Rounding times the square of the growth in a period: above it cubic coefficients differ by
+    # more than some per cent between two computations
+    no_digits: float = 1e-4
 
 
 RULES = LocusRules()
@@ -200,7 +203,7 @@ class LocusEquations(Critical):
         if not self.orbits.by.smooth:
             return np.nan
         # Perturbations that grow enter derivatives of higher order with the square of their growth.
-        if np.abs(linearization.monodromy).max() ** 2 * np.finfo(float).eps > 1:
+        if np.abs(linearization.monodromy).max() ** 2 * np.finfo(float).eps > RULES.no_digits:
             return np.nan
         try:
             return self.forms.coefficient(self, z, linearization)
