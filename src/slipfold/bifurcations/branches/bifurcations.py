@@ -475,7 +475,7 @@ def _is_seen(found: Found, a: OrbitPoint, b: OrbitPoint) -> bool:
         return found.other is not None
     if found.type == "PD":
         first, last = (point.multipliers[0] for point in (a, b))
-        changes = min(abs(first), abs(last)) > 1 and bool(first.real * last.real < 0)
+        changes = min(abs(first), abs(last)) > 1 and bool((first.real < 0) != (last.real < 0))
         return changes and all(map(_is_known, (a, b)))
     steepest = max(abs(a.tests["LP"]), abs(b.tests["LP"]))
     vanished = abs(found.point.tests["LP"]) < BIFURCATION.vanished * steepest
