@@ -1,4 +1,4 @@
-"""The version of the package that is running."""
+"""The version of the installed package."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import cache
 
 @cache
 def package_version() -> str:
-    """Return the version of slipfold; ``"unknown"`` if it runs from a folder, not installed."""
+    """Return the version of slipfold, ``"unknown"`` if it is not installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

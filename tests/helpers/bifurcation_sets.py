@@ -116,7 +116,7 @@ def crossings(loci, axis, value):
     return [item for locus in loci for item in locus_crossings(locus, axis, value)]
 
 
-def _carried(problem, z, index, target, row):
+def _propagated(problem, z, index, target, row):
     """Bring a point of a locus to another value of a parameter, in steps."""
     for place in np.linspace(z[index], target, 17)[1:]:
         guess = z.copy()
@@ -153,7 +153,7 @@ def locus_crossings(locus, axis, value):
         found = correct(problem, guess, row, iterations=20)
         if not found.converged:  # points are as sparse as their tangents allow, a spline has none
             near = z[np.abs(s - grid[i]).argmin()]
-            found = _carried(problem, near, axis - 2, guess[axis - 2], row)
+            found = _propagated(problem, near, axis - 2, guess[axis - 2], row)
         assert found.converged, f"{locus.type} at {locus.vary[axis]} = {value}: {found.failure}"
         yield Crossing(locus, problem, problem.point(found, 0.0))
 

@@ -116,7 +116,7 @@ class Point:
                 return [*(equations.rates(0.0, x) / sizes), self._critical_rest(matrix)]
             ratio = duration if equations.period is None else round(duration / equations.period)
             lasts = z[-1] if free else ratio * equations.period
-            end, matrix = self._carried(equations, x, lasts / (2 if self._half else 1))
+            end, matrix = self._propagated(equations, x, lasts / (2 if self._half else 1))
             sign = -1.0 if self._half else 1.0
             phase = [] if flow is None else [flow @ (x - state) / (flow @ flow)]
             ahead = sign * end - x
@@ -131,7 +131,7 @@ class Point:
     def _equations(self, value):
         return Equations(self._model, {**self._fixed, self._vary: value})
 
-    def _carried(self, equations, x, lasts):
+    def _propagated(self, equations, x, lasts):
         n = len(x)
 
         def rates(t, y):

@@ -70,7 +70,7 @@ def simulate(
     on_progress: Observer | None = None,
     **parameters: float | str,
 ) -> Simulation:
-    """Integrate a model, and find out whether and on what its solution has become steady.
+    """Integrate a model, and report the steady state if the solution reaches one.
 
     Returns
     -------

@@ -280,7 +280,7 @@ def design(
     state: DesignState = None,
     on_progress: Observer | None = None,
 ) -> Design:
-    """Choose parameters for a threshold where it is needed, at the lowest vibration.
+    """Choose parameters that minimize the vibration while a threshold meets a bound.
 
     The vibration is that of the response of period 1 under a load, a value of the parameter that
     was followed: root mean square of a state about its mean. Thresholds and vibration have exact

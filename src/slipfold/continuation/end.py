@@ -21,8 +21,8 @@ class End:
         One word for programs: ``"span"``, ``"window"``, ``"limit"``, ``"closed"``, ``"event"``,
         ``"failed"``, ``"unresolved"``, ``"points"``, ``"interrupted"``, ``"born"``,
         ``"codimension-2"``, ``"homoclinic"``, ``"duration"``, ``"family"``,
-        ``"contradiction"`` where a parameter turns on the way and nothing was located there; of
-        tori also ``"birth"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
+        ``"contradiction"`` where the parameter has an extremum but no fold was located; of
+        tori also ``"settled"``, ``"birth"``, ``"resonance"``, ``"broken"``, ``"contacts"``.
     reason
         A sentence that says what happened and what can be done.
     values

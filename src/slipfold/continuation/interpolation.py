@@ -1,6 +1,6 @@
 """Interpolation and extrapolation of curves: polynomials through values and tangents.
 
-Arclengths are numbers of one curve, or arrays with one of each of many curves.
+An arclength is a number for one curve, or an array with one number for each of many curves.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from slipfold.continuation.curve import Curve, P, Point
 from slipfold.continuation.newton import Linearized, length_of
 
 POINTS = 3
-"""Points from which a curve is extrapolated: more gain little and overshoot if steps change."""
+"""Number of points from which a curve is extrapolated. More points gain little in accuracy and
+overshoot where step lengths change."""
 
 
 SPACING = 0.2
@@ -51,14 +52,14 @@ def angle_between(a: Array, b: Array) -> float:
 
 
 def well_spaced(history: Sequence[P], low: float, high: float, count: int) -> list[P]:
-    """Choose points near an interval for interpolation, none too close to another."""
+    """Choose points near an interval for interpolation, with a minimum spacing."""
 
     def distance(point: P) -> float:
         return max(abs(point.arclength - low), abs(point.arclength - high))
 
     chosen: list[P] = []
     for point in sorted(history, key=distance):
-        # Interpolation magnifies rounding by the ratio of distance to spacing, to some power.
+        # Interpolation magnifies rounding by a power of the ratio of distance to spacing.
         gap = SPACING * distance(point)
         if all(abs(point.arclength - other.arclength) > gap for other in chosen):
             chosen.append(point)
@@ -78,27 +79,27 @@ def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
 
 
 def hermite_each(where: Array, values: Array, slopes: Array, target: Array) -> tuple[Array, Array]:
-    """Evaluate these polynomials of many curves, and the unit vectors along them.
+    """Evaluate the polynomials of many curves as `hermite` does, with their unit tangents.
 
     Shapes: where (k, c); values, slopes (k, c, u); target (k,); returns (k, u), (k, u).
     """
-    if len(target) == 1:  # of one curve in plain floats: a sixth of the time
-        alone = _hermite_weights(where[0].tolist(), float(target[0]))
-        weights = np.array(alone)[..., None]
+    if len(target) == 1:  # plain floats take a sixth of the time
+        single = _hermite_weights(where[0].tolist(), float(target[0]))
+        weights = np.array(single)[..., None]
     else:
         weights = np.array(_hermite_weights(list(where.T), target))
-    # In order: how products are summed depends on it, and must not on how many curves there are.
+    # Memory order determines the order of summation, which must not depend on the number of curves.
     ordered = np.ascontiguousarray(weights.transpose(0, 2, 1))
-    found, along = (ordered[:, :, None] @ np.concatenate([values, slopes], axis=1))[:, :, 0]
-    return found, along / lengths_of(along)[:, None]
+    results, along = (ordered[:, :, None] @ np.concatenate([values, slopes], axis=1))[:, :, 0]
+    return results, along / lengths_of(along)[:, None]
 
 
 def _hermite_weights(where: Sequence[Any], target: Any) -> tuple[list[Any], list[Any]]:
-    """Weights of values and slopes that give the polynomial's value and slope at the target.
+    """Return the weights of values and slopes in the polynomial's value and slope at the target.
 
     With Lagrange's polynomials l_i, the weight of a value is (1 - 2 (x - x_i) l_i'(x_i)) l_i(x)^2
-    and that of a slope (x - x_i) l_i(x)^2. Plain floats of one curve: there are three points at
-    most.
+    and that of a slope (x - x_i) l_i(x)^2. One curve has plain floats, which are faster than
+    arrays for three points.
     """
     of_values, of_slopes, d_values, d_slopes = [], [], [], []
     zero = 0.0 * target
@@ -119,18 +120,18 @@ def _hermite_weights(where: Sequence[Any], target: Any) -> tuple[list[Any], list
 
 
 def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linearized | None:
-    """Interpolate or extrapolate the derivatives at points."""
-    known = [point for point in points if point.linearization is not None]
-    if not known:
+    """Interpolate or extrapolate derivatives; return None if no point stores any."""
+    stored = [point for point in points if point.linearization is not None]
+    if not stored:
         return None
-    weights = lagrange([point.arclength for point in known], arclength)
-    return curve.blended([point.linearization for point in known], weights)
+    weights = lagrange([point.arclength for point in stored], arclength)
+    return curve.blended([point.linearization for point in stored], weights)
 
 
 def lagrange(where: Sequence[float], target: float) -> Array:
-    """Weights of values that give the polynomial through them at one target, shape (k,).
+    """Return the weights of values in their interpolation polynomial at one target, shape (k,).
 
-    Plain floats, as above.
+    Plain floats are faster than arrays for a few points.
     """
     weights = []
     for i, x_i in enumerate(where):
@@ -151,9 +152,9 @@ def polynomial(where: Array, values: Array, targets: Array) -> Array:
 
 
 def polynomial_weights(where: Array, targets: Array) -> Array:
-    """Weights of values that give the polynomial through them at many targets.
+    """Return the weights of values in their interpolation polynomial at many targets.
 
-    Shapes: where (c,), targets (t,), returns (t, c); or, of many curves, (k, c), (k, t), (k, t, c).
+    Shapes: where (c,), targets (t,), returns (t, c); of many curves (k, c), (k, t), (k, t, c).
     """
     itself = np.eye(where.shape[-1], dtype=bool)
     apart = np.where(itself, 1.0, where[..., :, None] - where[..., None, :])

@@ -1,4 +1,4 @@
-"""A flow that watches the model's limits and stops where one is met."""
+"""A flow that monitors the model's limits and stops where one is reached."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from slipfold.models.angles import wrap_angles
 from slipfold.models.model import Model
 
 CHUNK = 16
-"""Forcing periods per call: enough to hide its cost, and phases stay small, hence exact."""
+"""Forcing periods per call of the integrator. More would not make the overhead of calls smaller by
+much, and phases would lose digits."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class GuardStop:
     Parameters
     ----------
     kind
-        Name of the limit met, e.g. ``"stick"``, ``"singular"`` or ``"stiff"``.
+        Name of the limit that was reached, e.g. ``"stick"``; or ``"singular"`` or ``"stiff"``.
     reason
         A sentence that says what happened and what can be done.
     time
@@ -41,20 +42,17 @@ class GuardStop:
 
 
 class Chunk(NamedTuple):
-    """States after some forcing periods, shape (m, n), why the trajectory ended, if it did.
+    """A part of a trajectory."""
 
-    And how many periods took implicit steps.
-    """
-
-    states: Array
-    stop: GuardStop | None = None
-    implicit: int = 0
+    states: Array  # states after each forcing period, shape (m, n)
+    stop: GuardStop | None = None  # why the trajectory ended; None if it did not
+    implicit: int = 0  # number of periods that took implicit steps
 
 
 class GuardedFlow:
-    """The flow of a model from one forcing period to the next, ended where a limit is met.
+    """The stroboscopic map of a model along one trajectory, which ends where a limit is reached.
 
-    It is that of one trajectory, from whose start what is watched has scales. Shapes: start (n,).
+    The scales of the monitored outputs follow from the start of the trajectory. Shapes: start (n,).
 
     >>> from slipfold.models.sliding_oscillator import SlidingOscillator
     >>> model = SlidingOscillator(f=12.2, Nd=0.05)
@@ -66,7 +64,7 @@ class GuardedFlow:
     def __init__(self, model: Model, constants: Constants, start: Array) -> None:
         self._model, self._limits = model, model.limits
         self._flow, self._constants = flow_of(model), constants
-        # The more turns an angle has made, the larger the errors of steps: begin each period again.
+        # Errors of steps grow with the revolutions of an angle: wrap angles after each period.
         self._angle_periods = model.angle_periods
         self._together = 1 if self._angle_periods.any() else CHUNK
         self._watched = [self._flow.output_index(limit.output) for limit in self._limits]
@@ -74,15 +72,15 @@ class GuardedFlow:
         self._parameters = np.concatenate([constants.known, self._weights(start)])
 
     def strobe(self, state: Array, periods: int) -> Array:
-        """Return the states after each of some forcing periods, as far as the trajectory comes.
+        """Return the start and the states after each forcing period, up to the trajectory's end.
 
-        Shapes: state (n,); returns (periods + 1, n).
+        Shapes: state (n,); returns (periods + 1, n), or fewer rows if the trajectory ends early.
         """
         pieces = self.pieces(state, periods)
         return np.concatenate([state[None], *(piece.states for piece in pieces)])
 
     def pieces(self, state: Array, periods: int, before: int = 0) -> Iterator[Chunk]:
-        """Propagate a state over forcing periods, a few at a time; the phase restarts with them.
+        """Propagate a state over forcing periods, in parts that each begin at phase zero.
 
         Shapes: state (n,).
         """
@@ -114,7 +112,7 @@ class GuardedFlow:
             events = len(integrator.t_events)
         grid = np.arange(count + 1.0)
         grid[0] = phase
-        # A stop cuts the grid short, a singularity fills it with what is no number.
+        # After a stop the grid is shorter; after a singularity it contains NaN.
         result = integrator.propagate_grid(grid, max_steps=min(BUDGET.call * count, BUDGET.steep))
         outcome, states = int(result[0]), result[-1][1:] * constants.scales
         finite = np.isfinite(states).all(axis=1)
@@ -132,7 +130,7 @@ class GuardedFlow:
         if -len(self._limits) <= outcome < 0:
             met, phase = integrator.state * constants.scales, float(integrator.time)
             return Chunk(states, self._limit_stop(-1 - outcome, met, phase, done))
-        # A last step that is not short is no step before a singularity.
+        # Steps become short before a singularity. If the last one is not, the motion is stiff.
         stiff = (
             BUDGET.trajectory if outcome == STEP_LIMIT and abs(integrator.last_h) > 1e-9 else None
         )
@@ -161,11 +159,11 @@ class GuardedFlow:
         return np.asarray(values[:, self._watched] - self._bounds)
 
     def _failed(self, steps: int | None, done: float, periods: int, phase: float) -> GuardStop:
-        """Return that a trajectory takes too many steps, or became singular."""
+        """Return the stop of a trajectory that takes too many steps or became singular."""
         forced, period = self._model.forced, self._constants.period
         time = (done + phase) * period
         known = np.isfinite(time)
-        if not known:  # an overflow left nothing but what is no number
+        if not known:  # after an overflow
             time = (done + periods) * period
         where = f"{'' if known else 'more than '}{time:.6g} s after the start"
         if forced:
@@ -175,8 +173,8 @@ class GuardedFlow:
             return GuardStop("singular", f"the trajectory became singular {where}; {advice}", time)
         piece = "a forcing period" if forced else f"{period:g} s"
         reason = (
-            f"the trajectory would need more than {steps} steps in {piece} {where}; make what is "
-            "steep or fast in the model less so"
+            f"the trajectory would need more than {steps} steps in {piece} {where}; make the steep "
+            "or fast terms of the model less so"
         )
         return GuardStop("stiff", reason, time)
 
@@ -188,12 +186,12 @@ class GuardedFlow:
 
     def _stop_at_start(self, state: Array, phase: float, before: int) -> GuardStop | None:
         margins = self._margins(np.full(1, phase), state[None] / self._constants.scales)[0]
-        # An event fires where the output crosses its bound, so not if it begins below.
+        # An event occurs where the output crosses its bound, so none occurs if it starts below.
         (below,) = np.nonzero(~(margins > 0))
         return self._limit_stop(int(below[0]), state, phase, before - phase) if len(below) else None
 
     def _weights(self, state: Array) -> Array:
-        """Return one over the scales of what is watched, which counts in the length of a step."""
+        """Return one over the scales of the monitored outputs, which limit the step length."""
         around = np.diag(self._constants.scales)
         states = np.concatenate([state[None], state + around, state - around])
         phases = np.repeat(np.arange(4) / 4, len(states))

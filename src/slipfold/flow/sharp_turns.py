@@ -201,7 +201,7 @@ EDGES = {
 """Arguments beyond which functions or their reciprocals are flat."""
 
 
-VERSION = f"turns of powers, unfed apart, no corners={TURNS}"
+VERSION = f"turns of powers, decoupled apart, no corners={TURNS}"
 """Version of the events, part of the keys of stored code."""
 
 # heyoka warns on the terminal if a trajectory with events ends in NaN, which is data here.

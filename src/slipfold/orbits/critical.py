@@ -148,10 +148,10 @@ class Critical(OrbitCurve):
             slope = self.orbits.log_multiplier_slope(z)
             return Conditions(np.array([logarithm]), slope[None])
         found = self._degeneracy(plain)
-        gradient, carried, bent = np.full(len(z), np.nan), None, None
+        gradient, propagated, bent = np.full(len(z), np.nan), None, None
         if np.isfinite(found.value):
-            gradient, carried, bent = self.orbits.slope(found, plain, z)
-        return Conditions(np.array([found.value]), gradient[None], carried, bent)
+            gradient, propagated, bent = self.orbits.slope(found, plain, z)
+        return Conditions(np.array([found.value]), gradient[None], propagated, bent)
 
     def _log_multiplier(self, z: Array) -> float | None:
         """Return what is zero at a fold of cycles in a plane, if it is known directly."""

@@ -37,7 +37,7 @@ class Eigenvalues(Multipliers):
     of_product = False
 
     def factors(self, part: Linearization) -> Array:
-        """Return the matrix itself: nothing is carried from one phase to another."""
+        """Return the matrix itself: nothing is propagated from one phase to another."""
         return part.monodromy[None]
 
     tells_unit = False

@@ -201,13 +201,13 @@ class Cycles(Orbits):
         else:
             lifted, weights = self.spectrum.lifted(found, part)
             forward, backward = lifted.propagated(part.blocks)
-        gradient, carried, bent = self.by.changed(forward, backward, nodes, constants)
+        gradient, propagated, bent = self.by.changed(forward, backward, nodes, constants)
         rates, slopes, pulls = self.by.changing_rates(nodes[: len(weights)], constants)
         turned = weights / np.linalg.norm(rates, axis=1)[:, None]
         by_nodes = np.einsum("ja,jab->jb", turned, slopes).ravel() * np.sqrt(self.segments)
         gradient[: len(by_nodes)] -= by_nodes
         gradient[self.size :] -= np.einsum("ja,jak->k", turned, pulls)
-        return gradient, carried, bent
+        return gradient, propagated, bent
 
     def aligned(self, guess: Array, known: Array) -> Array:
         """Return a guess whose phase is that of a cycle nearby.

@@ -146,7 +146,7 @@ class Conditions:
     # Their derivatives with respect to the unknown, shape (d, m n + k)
     gradients: Array | None = None
     # Perturbations along which second derivatives of the segments are known, shape (r, m, n)
-    carried: Array | None = None
+    propagated: Array | None = None
     # Those second derivatives, ``D^2 phi_j [v_j, .]``, shape (r, m, n, n)
     bent: Array | None = None
 

@@ -101,9 +101,9 @@ def product_eigenvalues(matrices: Array) -> Complex:
 def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
     """Return the multiplier of a cycle's own direction and the others.
 
-    The direction of the flow is carried around the cycle. In bases that begin with it the matrices
-    are block triangular; the others are eigenvalues of what is left. So a fold, where
-    another multiplier meets this one, does not cost half of the digits.
+    The direction of the flow is propagated around the cycle. In bases that begin with it the
+    matrices are block triangular, and the other multipliers are eigenvalues of the remaining block.
+    So a fold, where another multiplier meets this one, does not cost half of the digits.
 
     Shapes: matrices (N, n, n); rates (N, n); returns others (n - 1,).
     """
@@ -114,9 +114,9 @@ def cycle_multipliers(matrices: Array, rates: Array) -> tuple[complex, Complex]:
 def without_motion(matrices: Array, rates: Array) -> tuple[Array, Array]:
     """Return what each matrix does along the flow, (N,), and across it, (N, n - 1, n - 1).
 
-    The direction of the flow is carried into itself but for errors, which are eliminated: where all
-    else decays by orders of magnitude they would decide. The arguments are those of
-    `cycle_multipliers`.
+    Each matrix maps the direction of the flow onto that at the next node, except for errors. These
+    are eliminated: where all else decays by orders of magnitude, they would dominate. The arguments
+    are those of `cycle_multipliers`.
     """
     bases = motion_bases(rates)
     turned = np.roll(bases, -1, axis=0).transpose(0, 2, 1) @ matrices @ bases

@@ -299,18 +299,18 @@ class OrbitBatch:
         """Return by how much nodes are missed, with derivatives. Shapes: z (k, u)."""
         k, m, n = len(some), self.nodes, self.scales.shape[1]
         nodes, scales = self.states(some, z), self.scales[some]
-        carried = self._carried(nodes, self.values(some, z), scales, tolerance)
+        propagated = self._propagated(nodes, self.values(some, z), scales, tolerance)
         wide, root = scales[:, None, :], np.sqrt(m)
-        gaps = carried.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
+        gaps = propagated.ends.reshape(k, m, n) - np.roll(nodes, -1, axis=1)
         watched = (k, m, self._limits)
         return Part(
             wrap_angles(gaps, self.model.angle_periods) / wide / root,
-            carried.matrices.reshape(k, m, n, n) * (wide[..., None, :] / wide[..., :, None]),
-            carried.vectors.reshape(k, m, n) * (self.width / root) / wide,
+            propagated.matrices.reshape(k, m, n, n) * (wide[..., None, :] / wide[..., :, None]),
+            propagated.vectors.reshape(k, m, n) * (self.width / root) / wide,
             Seen(
-                carried.lowest.reshape(watched).min(axis=1),
-                carried.highest.reshape(watched).max(axis=1),
-                carried.above.reshape(watched).min(axis=1),
+                propagated.lowest.reshape(watched).min(axis=1),
+                propagated.highest.reshape(watched).max(axis=1),
+                propagated.above.reshape(watched).min(axis=1),
             ),
         )
 
@@ -318,7 +318,7 @@ class OrbitBatch:
     def _limits(self) -> int:
         return len(self.model.limits)
 
-    def _carried(
+    def _propagated(
         self, nodes: Array, parameters: Array, scales: Array, tolerance: float
     ) -> PropagatedStates:
         """Carry all segments to their ends: in explicit steps, or by the flow."""

@@ -1,7 +1,7 @@
 """Thresholds of many parameter sets, with a proof that responses are stable below them.
 
-The unknown of an orbit is its state at phase zero (single shooting). The orbits are stable, or
-about to lose their stability, so that no perturbation grows over a period.
+The unknown of an orbit is its state at phase zero. Single shooting suffices: orbits are stable up
+to the threshold, so perturbations do not grow over a period.
 """
 
 from __future__ import annotations
@@ -26,18 +26,19 @@ from slipfold.orbits.test_functions import floquet_multipliers
 
 @dataclass(frozen=True)
 class ThresholdRules:
-    """Accuracies of thresholds that are found in batches."""
+    """Accuracies of thresholds that are computed in batches."""
 
-    # Errors of multipliers over those of the orbit, with a reserve
+    # Upper bound of the errors of multipliers over the error of the orbit
     margin: float = 100.0
-    # Error of a time step where a doubling is approached. A correction by the flow itself follows
+    # Error of a time step during the approach to a doubling. The flow corrects the result
     nearly: float = 1e-10
     # Distance in scaled states of the finite differences of monodromy matrices. The relative error
     # of the Newton matrix, 1e-4, costs less than an iteration; the residual has no such error
     perturbation: float = 1e-5
     # Length of a correction that changes multipliers by less than 1e-7
     same: float = 1e-9
-    # An orbit this far from its guess, in scaled states and spans, may belong to another branch
+    # Distance of an orbit from its guess, in scaled states and spans, beyond which it may belong to
+    # another branch
     another_branch: float = 0.1
 
 
@@ -45,24 +46,25 @@ RULES = ThresholdRules()
 
 
 FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Fractions of the way at which the response is known; the last is its end."""
+"""Fractions of a path at which the response is known; the last is its end."""
 
 
 @dataclass(frozen=True, eq=False)
 class Paths:
-    """Responses from the first value of a parameter to where their stable part ends."""
+    """Responses from the first value of a parameter to the end of their stable part."""
 
-    ends: Array  # values of the parameter there, shape (m,)
-    states: Array  # states at phase zero at `FRACTIONS` of the way, shape (m, len(FRACTIONS), n)
-    doubles: Mask  # whether it ends at a period doubling, or at the end of the span; shape (m,)
+    ends: Array  # values of the parameter at the end, shape (m,)
+    states: Array  # states at phase zero at `FRACTIONS` of the path, shape (m, len(FRACTIONS), n)
+    # Whether a path ends at a period doubling, shape (m,); otherwise it ends at the end of the span
+    doubles: Mask
 
     def rows(self, rows: Indices) -> Paths:
-        """Return a subset of them."""
+        """Return a subset of the paths."""
         return Paths(self.ends[rows], self.states[rows], self.doubles[rows])
 
     @classmethod
     def joined(cls, parts: Sequence[Paths]) -> Paths:
-        """Return several in one."""
+        """Join several sets of paths."""
         return cls(
             np.concatenate([part.ends for part in parts]),
             np.concatenate([part.states for part in parts]),
@@ -75,13 +77,13 @@ def find_doubts(
 ) -> NDArray[np.str_]:
     r"""Return why each response might be unstable before its end; empty where it is stable.
 
-    All multipliers must be inside the unit circle, except for the one at -1 where a response ends
-    at its period doubling. Between the known orbits the test functions
+    All multipliers must be inside the unit circle, except the one at -1 where a response ends at
+    its period doubling. The test functions
 
     .. math:: \prod (1 + \mu_i), \quad \prod (1 - \mu_i), \quad \prod_{i<j} (1 - \mu_i \mu_j)
 
-    are interpolated: two zeros on the way show as a dip. The first, zero at a period doubling, is
-    divided by the distance from the end.
+    are interpolated between the known orbits. A minimum near zero indicates two zeros. The first
+    function vanishes at a period doubling; it is divided by the distance from the end.
 
     Shapes: multipliers (m, len(FRACTIONS), n); moved (m, len(FRACTIONS)); doubles (m,).
     """
@@ -105,25 +107,26 @@ def find_doubts(
 
 
 def _dips(values: Array) -> Mask:
-    """Return where the polynomial through values at the first fractions dips, (m, k) to (m,)."""
+    """Return where polynomials through the values have a minimum near zero, (m, k) to (m,)."""
     known, grid = np.array(FRACTIONS[: values.shape[1]]), np.linspace(0.0, 1.0, 41)
     curve = values @ polynomial_weights(known, grid).T
     return np.asarray(curve.min(axis=1) < ZERO.dip * values[:, [0, -1]].min(axis=1))
 
 
 APPROACH = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=RULES.nearly)
-"""Steps with a larger error lead to within about ten times that error."""
+"""Newton's method with less accurate time steps: it ends within about ten times their error."""
 
 DOUBLING = Rule(close=1e-6, longest=1.0, growth=2.0, remaining=1e-12)
-"""The last correction is short, so that the estimate of the remainder is reliable."""
+"""Newton's method with the flow. The last correction is short, which makes its error estimate
+reliable."""
 
 
 @dataclass(frozen=True, eq=False)
 class StableParts:
     """Stable parts of responses, one row each."""
 
-    # Whether a response is proved to be stable up to the end of its path, shape (m,). Elsewhere
-    # the other values have no meaning.
+    # Whether a response is proved to be stable up to the end of its path, shape (m,). Where it is
+    # not, the other values have no meaning.
     proved: Mask
     paths: Paths
     multipliers: NDArray[np.complex128]  # Floquet multipliers at the end, shape (m, n)
@@ -144,9 +147,9 @@ class BatchedThresholds:
         return OrbitBatch(self.model, parameters, scales, self._vary, nodes=1, steps=self._steps)
 
     def find(self, parameters: Array, scales: Array, guess: Paths) -> StableParts:
-        """Find the stable parts of responses from guesses, and prove them.
+        """Find the stable parts of responses from guesses, and prove their stability.
 
-        A response whose doubling lies beyond the span is stable to its end.
+        A response whose doubling lies beyond the span is stable up to the end of the span.
         Shapes: parameters (m, n_p); scales (m, n).
         """
         orbits, doubles = self.orbits(parameters, scales), guess.doubles.copy()
@@ -156,23 +159,23 @@ class BatchedThresholds:
         moved = np.full(len(scales), np.inf)
         rows = np.flatnonzero(doubles)
         if len(rows):
-            own = _Doubling(orbits.rows(rows), states[rows, -1], ends[rows])
-            fraction = (own.values - self.span[0]) / (self.span[1] - self.span[0])
+            located = _Doubling(orbits.rows(rows), states[rows, -1], ends[rows])
+            fraction = (located.values - self.span[0]) / (self.span[1] - self.span[0])
             with np.errstate(invalid="ignore"):
-                off = np.abs(own.values - ends[rows]) / orbits.width
+                off = np.abs(located.values - ends[rows]) / orbits.width
                 near = (
-                    (own.distance < RULES.another_branch)
+                    (located.distance < RULES.another_branch)
                     & (off < RULES.another_branch)
                     & (fraction > 0)
                 )
                 beyond = near & (fraction > 1)
-            ends[rows], moved[rows] = own.values, np.where(near, 0.0, np.inf)
-            states[rows, -1], clear[rows] = own.states, own.clear
-            multipliers[rows], residuals[rows] = own.multipliers, own.residuals
+            ends[rows], moved[rows] = located.values, np.where(near, 0.0, np.inf)
+            states[rows, -1], clear[rows] = located.states, located.clear
+            multipliers[rows], residuals[rows] = located.multipliers, located.residuals
             later = rows[beyond]
             doubles[later], ends[later] = False, self.span[1]
-            places = np.array(FRACTIONS) / fraction[beyond, None]
-            weights = polynomial_weights(np.array(FRACTIONS), places.ravel())
+            fractions = np.array(FRACTIONS) / fraction[beyond, None]
+            weights = polynomial_weights(np.array(FRACTIONS), fractions.ravel())
             states[later] = weights.reshape(-1, *weights.shape[1:] * 2) @ guess.states[later]
         rows = np.flatnonzero(~doubles)
         if len(rows):
@@ -197,7 +200,7 @@ class BatchedThresholds:
         inner = np.array(FRACTIONS[:-1])
         values = self.span[0] + np.multiply.outer(inner, paths.ends - self.span[0])
         guesses = paths.states[:, :-1].swapaxes(0, 1).reshape(-1, n)
-        # Orbits at the same fraction are neighbors: lanes of the flow take about as many steps.
+        # Orbits at the same fraction are neighbors, so that all lanes take about as many steps.
         batch = orbits.rows(np.tile(np.arange(m), len(inner)))
         result = find_orbits(batch, guesses, values.ravel())
         states = batch.states(np.arange(len(guesses)), result.z)[:, 0]
@@ -213,9 +216,9 @@ class BatchedThresholds:
         moved[~np.isfinite(paths.states).all(axis=2)] = np.inf
         proved = find_doubts(multipliers, moved, paths.doubles) == ""
         clear = np.column_stack([self._clear(result).reshape(shape).T, clear_last])
-        case, place = np.nonzero(~clear & proved[:, None])
-        values = self.span[0] + np.array(FRACTIONS)[place] * (paths.ends[case] - self.span[0])
-        z = orbits.join(case, paths.states[case, place][:, None], values)
+        case, column = np.nonzero(~clear & proved[:, None])
+        values = self.span[0] + np.array(FRACTIONS)[column] * (paths.ends[case] - self.span[0])
+        z = orbits.join(case, paths.states[case, column][:, None], values)
         proved[case[~(orbits.margins(case, z) > 0).all(axis=1)]] = False
         return np.asarray(proved)
 
@@ -231,14 +234,14 @@ def find_orbits(orbits: OrbitBatch, states: Array, values: Array) -> Corrected:
 class _Doubling:
     r"""Period doublings in one parameter, from guesses.
 
-    The unknowns are the state x at phase zero and the parameter p, the equations
+    The unknowns are the state x at phase zero and the parameter p. The equations are
 
     .. math:: \phi(x, p) - x = 0, \quad g(x, p) = 0
 
-    with the smallest singular value g of M + I, signed as its determinant is, and the monodromy
-    matrix M (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, section 4). With
-    the singular vectors q and w the derivative of g is that of :math:`w^T M q`: one more monodromy
-    matrix, at a state perturbed along q.
+    where g is the smallest singular value of M + I, with the sign of its determinant, and M is the
+    monodromy matrix (Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria,
+    section 4). With the singular vectors q and w the derivative of g is that of :math:`w^T M q`. It
+    takes one more monodromy matrix, at a state perturbed along q.
     """
 
     def __init__(self, orbits: OrbitBatch, states: Array, values: Array) -> None:
@@ -275,7 +278,7 @@ class _Doubling:
         return self._step(rows, z, self._orbits.linearize(rows, z, EXACTLY), EXACTLY)
 
     def _step(self, rows: Indices, z: Array, part: Part, tolerance: float) -> Array:
-        """Return Newton's steps."""
+        """Return the steps of Newton's method."""
         n = self._orbits.size
         matrices = self._matrices[rows] = part.blocks[:, 0]
         left, values, right = _smallest_singular(matrices + np.eye(n))
@@ -300,17 +303,16 @@ class _Doubling:
 
 
 def _smallest_singular(matrices: Array) -> tuple[Array, Array, Array]:
-    """Return left vectors, signed values and right vectors: matrix times right is value times left.
+    """Return left singular vectors, smallest singular values and right singular vectors.
 
-    The vectors are signed so that the value has the sign of the determinant. NaN where a matrix is
-    not finite.
+    Signs are such that a value has the sign of its determinant. NaN where a matrix is not finite.
     """
     m, n, _ = matrices.shape
-    found = np.full((m, n), np.nan), np.full(m, np.nan), np.full((m, n), np.nan)
+    result = np.full((m, n), np.nan), np.full(m, np.nan), np.full((m, n), np.nan)
     finite = np.isfinite(matrices).all(axis=(1, 2))
     if finite.any():
         left, values, right = np.linalg.svd(matrices[finite])
         signs = np.sign(np.linalg.det(left) * np.linalg.det(right))
-        found[0][finite] = signs[:, None] * left[:, :, -1]
-        found[1][finite], found[2][finite] = signs * values[:, -1], right[:, -1]
-    return found
+        result[0][finite] = signs[:, None] * left[:, :, -1]
+        result[1][finite], result[2][finite] = signs * values[:, -1], right[:, -1]
+    return result

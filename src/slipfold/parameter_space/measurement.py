@@ -49,11 +49,6 @@ class Quantity:
         return f"{self.measure} {self.output}"
 
 
-def headed_quantities(quantities: Sequence[Quantity]) -> list[str]:
-    """Return the heads of columns, with units, e.g. ``"max y (mm)"``."""
-    return [f"{item} ({item.unit})" if item.unit else str(item) for item in quantities]
-
-
 def parse_measured(text: str, model: Model) -> Quantity:
     """Read ``MEASURE OUTPUT``.
 

@@ -83,7 +83,7 @@ COLORS = {
     "not done": "#ffffff",
     "none": "#ffffff",
 }
-"""Color of each regime: lightness tells them apart in gray as well."""
+"""Color of each regime. Their lightness differs, so that they are distinct in gray."""
 
 
 def grouped(names: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Measurements planned and fitted, as results."""
+"""The results of a planned measurement and of a fit."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from slipfold.results.result import Result
 from slipfold.text import PrintedTable, capitalized, headed, listed, number_text, with_unit
 
 QUANTITIES = Items("quantity", (
-    Column("text", TEXT, "what is measured of which output", name="quantity", label=True, get=str,
+    Column("text", TEXT, "measured quantity", name="quantity", label=True, get=str,
            derived=True),
-    Column("measure", TEXT, "what is measured"),
-    Column("output", TEXT, "output of which it is measured"),
+    Column("measure", TEXT, "measure of the output, such as max"),
+    Column("output", TEXT, "measured output"),
     Column("unit", TEXT, "its unit, empty for a number", name="quantity_units", label=True),
-), "quantity_", Quantity, doc="What would be measured.")  # fmt: skip
+), "quantity_", Quantity, doc="The measured quantities.")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasurementPlan(Result):
-    """Expected errors of parameters from planned readings; frozen.
+    """Expected errors of parameters from planned measurements; frozen.
 
     Made by `slipfold.plan_measurement` and `slipfold.load`.
 
     Notes
     -----
-    `plot` draws the information of each reading: a change of each parameter by its own size, in
-    errors.
+    `plot` draws the sensitivity of each measurement: its derivative with respect to each parameter,
+    times the parameter's value, over the measurement's error.
 
     Examples
     --------
@@ -56,7 +56,7 @@ class MeasurementPlan(Result):
     schema = "slipfold.measurement-plan/1"
     row = "a value of `vary`"
 
-    title = "what a measurement of {0.model.name} over {0.vary} would show"
+    title = "planned measurement of {0.model.name} over {0.vary}"
     rows = "row"
     recorded = (
         "vary", "quantities", "errors", "fitted", "errors_expected", "correlation", "values",
@@ -89,16 +89,17 @@ class MeasurementPlan(Result):
         ),
     ]
     read: Annotated[
-        Array, Entry("row quantity", "what would be read", more="NaN where no response is stable")
+        Array, Entry("row quantity", "expected measurement", more="NaN where no response is stable")
     ]
     slopes: Annotated[
         Array,
-        Entry("row quantity fitted", "derivative of what would be read by each parameter, in units "
-              "of quantities over units of parameters", "see quantity_units, fitted_units",
+        Entry("row quantity fitted", "derivative of the expected measurement with respect to each "
+              "parameter, in units of quantities over units of parameters",
+              "see quantity_units, fitted_units",
               head="slope of"),
     ]  # fmt: skip
     errors: Annotated[
-        Array, Entry("quantity", "standard deviation of readings", name="quantity_error")
+        Array, Entry("quantity", "standard deviation of measurements", name="quantity_error")
     ]
     provenance: Provenance
 
@@ -127,44 +128,44 @@ class MeasurementPlan(Result):
         return np.asarray(result)
 
     def best(self, count: int) -> list[int]:
-        """Return the numbers of the rows that determine all parameters best together.
+        """Return the numbers of the rows that together determine the parameters best.
 
         Parameters
         ----------
         count
-            How many.
+            Number of rows.
 
         Returns
         -------
         list of int
-            Their numbers from 0: those with the largest determinant of the information matrix (a
-            D-optimal design), found by taking one after the other and then exchanging.
+            Their numbers from 0. They maximize the determinant of the information matrix (a
+            D-optimal design); rows are added one by one and then exchanged.
 
         Raises
         ------
         InputError
-            If there are not as many, or too few to determine the parameters.
+            If there are fewer rows, or if so few rows do not determine the parameters.
         """
-        there = int(np.isfinite(self.slopes).all(axis=(1, 2)).sum())
-        least = -(-len(self.fitted) // len(self.quantities))
-        if not least <= count <= there:
+        usable = int(np.isfinite(self.slopes).all(axis=(1, 2)).sum())
+        needed = -(-len(self.fitted) // len(self.quantities))
+        if not needed <= count <= usable:
             raise InputError(
-                f"count = {count} rows cannot be chosen; give {least}, the fewest that determine "
-                f"{len(self.fitted)} parameters, to {there}"
+                f"count = {count} rows cannot be chosen; give {needed}, the fewest that determine "
+                f"{len(self.fitted)} parameters, to {usable}"
             )
         return best_rows(self.slopes / self.errors[:, None] * self._sizes, count)
 
     def some(self, rows: Sequence[int]) -> MeasurementPlan:
-        """Return the plan with some of its rows.
+        """Return the plan with a subset of its rows.
 
         Parameters
         ----------
         rows
             Their numbers from 0.
         """
-        kept = list(rows)
+        chosen = list(rows)
         return replace(
-            self, values=self.values[kept], read=self.read[kept], slopes=self.slopes[kept]
+            self, values=self.values[chosen], read=self.read[chosen], slopes=self.slopes[chosen]
         )
 
     def _head(self) -> str:
@@ -180,7 +181,7 @@ class MeasurementPlan(Result):
     def _line(self) -> str:
         pairs = zip(self.fitted, self.errors_expected, strict=True)
         accuracies = listed(f"{name} to {error:.2g}" for name, error in pairs)
-        return f"Plan of {len(self.values)} readings of {self.model.name}: {accuracies}"
+        return f"Plan of {len(self.values)} measurements of {self.model.name}: {accuracies}"
 
     def _rows(self) -> PrintedTable:
         rows = []
@@ -206,23 +207,23 @@ ESTIMATES = Items("fitted", (
                record=True),
         Column("value", REAL, "fitted value, in fitted_units", name="fitted_value", record=True),
         Column("error", REAL, "standard error, in fitted_units", name="fitted_error", record=True),
-        Column("low", REAL, "lower end of the interval of 95 % confidence", name="fitted_low",
+        Column("low", REAL, "lower end of the 95 % confidence interval", name="fitted_low",
                record=True),
         Column("high", REAL, "upper end of that interval", name="fitted_high", record=True),
-        Column("least", REAL, "lower bound that was given", name="fitted_least", record=True),
-        Column("most", REAL, "upper bound that was given", name="fitted_most", record=True),
+        Column("least", REAL, "given lower bound", name="fitted_least", record=True),
+        Column("most", REAL, "given upper bound", name="fitted_most", record=True),
         Column("correlation", REAL, "with each of the other parameters", "",
                ("other",), name="fitted_correlation", record=True),
 ), kind=Estimate, doc="The fitted parameters: ``name``, ``unit``, ``value``, ``error`` (standard "
-   "error), ``low`` and ``high`` (interval of 95 % confidence), ``least`` and ``most`` (bounds "
-   "that were given), ``correlation`` with each of the parameters.")  # fmt: skip
+   "error), ``low`` and ``high`` (95 % confidence interval), ``least`` and ``most`` (given "
+   "bounds), ``correlation`` with each of the parameters.")  # fmt: skip
 
 
 class MeasuredRows(Nested):
-    """A measurement as an attribute."""
+    """A declaration of a measurement that is an attribute of a result."""
 
     def attributes(self, result: Any, key: str) -> dict[str, Any]:
-        """Return the parameter that was varied, and why the measurement ended."""
+        """Return the varied parameter and why the measurement ended."""
         measured: Measurement = getattr(result, key)
         return {"vary": measured.vary, "measurement_stopped": json.dumps(measured.stopped)}
 
@@ -231,10 +232,10 @@ MEASUREMENT = MeasuredRows(Measurement, {
     "quantities": QUANTITIES,
     "values": Entry("row", "value of the parameter", "{vary}", name="value", label=True,
                     head="{vary}"),
-    "readings": Entry("row quantity", "what was measured", head="read"),
-    "errors": Entry("row quantity", "standard deviations of the readings", head="error of"),
-    "sweep": Entry("row", "how the parameter reached its value"),
-}, "What was measured.", {
+    "readings": Entry("row quantity", "measured value", head="read"),
+    "errors": Entry("row quantity", "standard deviation of the measurement", head="error of"),
+    "sweep": Entry("row", "direction in which the parameter was swept"),
+}, "The measurement.", {
     "vary": lambda saved, _: str(saved.attributes["vary"]),
     "unit": lambda saved, result: result.model.parameter(str(saved.attributes["vary"])).unit,
     "stopped": lambda saved, _: json.loads(saved.attributes["measurement_stopped"]),
@@ -243,13 +244,13 @@ MEASUREMENT = MeasuredRows(Measurement, {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fit(Result):
-    """Parameters with which stable responses fit a measurement best; frozen.
+    """Parameters whose stable responses fit a measurement best; frozen.
 
     Made by `slipfold.fit` and `slipfold.load`.
 
     Notes
     -----
-    `plot` draws readings of a ``quantity="max y"`` and what is predicted for them.
+    `plot` draws the measurements and predictions of one quantity, e.g. ``quantity="max y"``.
 
     Examples
     --------
@@ -262,7 +263,7 @@ class Fit(Result):
     """
 
     schema = "slipfold.fit/1"
-    row = "a reading"
+    row = "a measurement"
 
     title = "parameters of {0.model.name} fitted to a measured response"
     rows = "row"
@@ -272,7 +273,7 @@ class Fit(Result):
     measurement: Annotated[Measurement, MEASUREMENT]
     estimates: Annotated[tuple[Estimate, ...], ESTIMATES]
     predicted: Annotated[
-        Array, Entry("row quantity", "what the fitted model predicts", more="NaN if not used")
+        Array, Entry("row quantity", "prediction of the fitted model", more="NaN if not used")
     ]
     period: Annotated[
         NDArray[np.int64], Entry("row", "of the stable response, in forcing periods, 0: none")
@@ -280,13 +281,13 @@ class Fit(Result):
     used: Annotated[NDArray[np.bool_], Entry("row", "whether the row was used")]
     scatter: Annotated[
         float,
-        "Root mean square of the weighted residuals over degrees of freedom: 1 is expected where "
-        "errors are given, else it is in fractions of each quantity's range.",
+        "Root of the sum of squared weighted residuals over the degrees of freedom. It is about 1 "
+        "if errors are given; otherwise residuals are fractions of each quantity's range.",
     ]
     converged: Annotated[
-        bool, "Whether the same responses explain the same readings at the end as in the last fit."
+        bool, "Whether the assignment of measurements to responses stayed the same in the last fit."
     ]
-    message: Annotated[str, "What there is to know besides; empty if nothing."]
+    message: Annotated[str, "Warnings about the fit; empty if there are none."]
     provenance: Provenance
 
     def __getitem__(self, name: str) -> Estimate:
@@ -302,16 +303,16 @@ class Fit(Result):
     def _notes(self) -> list[str]:
         errors_given = np.isfinite(self.measurement.errors).any()
         used = f"{int(self.used.sum())} of {len(self.measurement)} rows used"
-        expected = ", 1 expected" if errors_given else " of the readings' range"
+        expected = ", 1 expected" if errors_given else " of the measurements' range"
         message = capitalized(self.message, self.model.parameters)
         return [f"{used}; scatter {self.scatter:.3g}{expected}", *([message] if message else [])]
 
     def _line(self) -> str:
-        found = listed(
+        values = listed(
             f"{item.name} = {with_unit(f'{item.value:.6g} +- {item.error:.1g}', item.unit)}"
             for item in self.estimates
         )
-        return f"Fit of {self.model.name}: {found}"
+        return f"Fit of {self.model.name}: {values}"
 
     def _rows(self) -> PrintedTable:
         rows = [
@@ -328,19 +329,19 @@ class Fit(Result):
         return PrintedTable(heads, rows, ("parameter",))
 
     def _record(self) -> dict[str, Any]:
-        seen = self.measurement
+        measured = self.measurement
         return {
-            "vary": seen.vary,
-            "quantities": [str(item) for item in seen.quantities],
+            "vary": measured.vary,
+            "quantities": [str(item) for item in measured.quantities],
             "fitted": ESTIMATES.record(self, "estimates"),
-            "values": seen.values,
-            "readings": seen.readings,
+            "values": measured.values,
+            "readings": measured.readings,
             **super()._record(),
         }
 
 
 def _open(item: Estimate) -> str:
-    """Say at which bounds an interval is open."""
+    """Return at which given bounds an interval ends, in words."""
     bounds = {"lower": item.low == item.least, "upper": item.high == item.most}
     met = [side for side, meets in bounds.items() if meets]
     return f", at its {' and '.join(met)} bound" if met else ""

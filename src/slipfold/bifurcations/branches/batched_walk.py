@@ -100,12 +100,6 @@ class BatchedBranch:
     stopped: End | None = None
 
     @property
-    def loses_stability(self) -> bool:
-        """Whether it is stable before the last bifurcation that was bracketed, but not after it."""
-        before, after = self.brackets[-1].unstable if self.brackets else (0, 0)
-        return before == 0 < after
-
-    @property
     def ordinary(self) -> bool:
         """Whether it ended in a way that a batch can describe."""
         return self.end in ("span", "limit", "loss")

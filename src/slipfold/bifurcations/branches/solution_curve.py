@@ -1,4 +1,4 @@
-"""Curves of orbits as data, and located points of them: what branches, loci and tori share."""
+"""Base classes of branches, loci and tori, and of their special points."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from slipfold.orbits.periodic_orbit import PeriodicOrbit, StickSlipOrbit
 from slipfold.read_only import ReadOnly
 from slipfold.text import OneLine, PrintedTable, certain, headed, number_text, parameter_text
 
-MULTIPLIERS = "Floquet multipliers, complex, shape ({}n_states,), largest modulus first; of an "
+MULTIPLIERS = "Floquet multipliers, complex, shape ({}n_states,), largest modulus first; for an "
 MULTIPLIERS += "equilibrium, those of the flow over the model's ``duration``."
-STUCK = "Fraction of the period in which a contact sticks; NaN of an orbit along which contacts "
-STUCK += "slip in one direction all the time{}."
+STUCK = "Fraction of the period in which a contact sticks; NaN for an orbit along which every "
+STUCK += "contact slips in one direction{}."
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -30,7 +30,7 @@ class LocatedPoint(OneLine, ReadOnly):
     type: str
     name: str
     model: Annotated[
-        Model, "The model with the parameter values of the point; of a cycle also its duration."
+        Model, "The model with the parameter values of the point and the duration of its cycle."
     ]
     vary: str | tuple[str, str]
     uncertainty: float | tuple[float, float]
@@ -40,7 +40,7 @@ class LocatedPoint(OneLine, ReadOnly):
     residual: Annotated[float, "How far the orbit fails to close, in scaled states."]
     arclength: Annotated[float, "Position on the curve."]
     criticality: Annotated[
-        str | None, '``"supercritical"``, ``"subcritical"`` or None where it has no meaning.'
+        str | None, '``"supercritical"``, ``"subcritical"``, or None where neither applies.'
     ] = None
     stuck_fraction: Annotated[float, STUCK.format("")] = np.nan
 
@@ -50,32 +50,32 @@ class LocatedPoint(OneLine, ReadOnly):
         return ", ".join(part for part in (f"{self.type} at {at}", self.outcome) if part)
 
     def _rows(self) -> PrintedTable:
-        result = [[name, number_text(value)] for name, value in self._numbers().items()]
-        return PrintedTable(["", ""], [*result, *self.orbit._rows().lines])
+        numbers = [[name, number_text(value)] for name, value in self._numbers().items()]
+        return PrintedTable(["", ""], [*numbers, *self.orbit._rows().lines])
 
     def _numbers(self) -> Mapping[str, float | None]:
-        """Return the numbers that belong to the point, by name."""
+        """Return the numbers of the point, by name."""
         raise NotImplementedError
 
     @property
     def _values(self) -> tuple[float, ...]:
-        """Values of the parameters followed."""
+        """Values of the varied parameters."""
         raise NotImplementedError
 
     @property
     def certain_values(self) -> tuple[float, ...]:
-        """Values of the parameters, zero where they are within their uncertainty of zero."""
+        """Values of the varied parameters; zero where zero is within the uncertainty."""
         uncertain = np.atleast_1d(self.uncertainty).tolist()
         return tuple(map(certain, self._values, uncertain))
 
     @property
     def outcome(self) -> str:
-        """What it is in words, and which curves were started here."""
+        """The type of the point in words, and the curves that start here."""
         raise NotImplementedError
 
     @property
     def interrupted(self) -> bool:
-        """Whether the computation was interrupted before its normal form and uncertainty."""
+        """Whether an interruption left the point without normal form and uncertainty."""
         return bool(np.isnan(self.uncertainty).any())
 
     @property
@@ -97,19 +97,19 @@ class SolutionCurve(OneLine, ReadOnly):
     id: Annotated[int, "Number within the result, from 1."]
     period: Annotated[int, "Period in forcing periods; of an autonomous model, in revolutions."]
     parent: int | None
-    model: Annotated[Model, "The model; its values of `vary` are those of the points instead."]
+    model: Annotated[Model, "The model; each point has its own values of `vary`."]
     vary: str | tuple[str, str]
-    stopped: Annotated[End, "Why it ends where it ends."]
+    stopped: Annotated[End, "Why the curve ends where it does."]
     durations: Annotated[
         Array | None,
-        "Durations of one revolution of each cycle of an autonomous model, in seconds, shape "
-        "(n_points,); of equilibria the unit of time that their multipliers are over. None where "
-        "the model's parameters give the period.",
+        "Durations of the cycles of an autonomous model in seconds, shape (n_points,); for "
+        "equilibria the time over which their multipliers are taken. None for a forced model, "
+        "whose parameters give the period.",
     ] = None
 
     @property
     def _values(self) -> Array:
-        """Values of the parameters followed, shape (n_points, 1 or 2)."""
+        """Values of the varied parameters, shape (n_points, 1 or 2)."""
         raise NotImplementedError
 
     def __len__(self) -> int:
@@ -144,36 +144,36 @@ class OrbitSeries(SolutionCurve):
         Array, "Arclength along the curve in scaled variables, shape (n_points,), from its start."
     ]
     special: Annotated[tuple[Any, ...], "Special points, in the order of the curve."]
-    started: Annotated[End, "Why it begins where it begins."]
+    started: Annotated[End, "Why the curve begins where it does."]
     stuck_fraction: Annotated[
-        Array | None, STUCK.format(", shape (n_points,). None where that is all of them")
+        Array | None, STUCK.format(", shape (n_points,). None if all orbits do that")
     ] = None
 
     def _rows(self) -> PrintedTable:
         started, stopped = (
             [end.kind, *map(number_text, end.values), end.reason] for end in self.ends
         )
-        result = [
+        points = [
             [point.type, *(number_text(value, 10) for value in point._values), point.outcome]
             for point in self.special
         ]
         heads = ["", *(headed(self.model.parameter(name)) for name in _names(self.vary)), "what"]
-        return PrintedTable(heads, [started, *result, stopped], ("", "what"))
+        return PrintedTable(heads, [started, *points, stopped], ("", "what"))
 
     @property
     def ends(self) -> tuple[End, End]:
-        """Why it begins and ends where it does: it may have been followed both ways."""
+        """Why the curve begins and ends where it does. It may have been followed both ways."""
         return self.started, self.stopped
 
     @property
     def interrupted(self) -> bool:
-        """Whether it was interrupted, or before its special points had normal forms."""
+        """Whether the curve, or the computation of its normal forms, was interrupted."""
         stopped = any(end.kind == "interrupted" for end in self.ends)
         return stopped or any(point.interrupted for point in self.special)
 
     @property
     def failed(self) -> bool:
-        """Whether the continuation failed before the curve reached an end of its own."""
+        """Whether continuation failed before the end of the span or another regular end."""
         return any(end.early for end in self.ends)
 
     @property

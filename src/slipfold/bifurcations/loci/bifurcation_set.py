@@ -30,7 +30,7 @@ from slipfold.orbits.bifurcation_types import LOCUS_TYPES
 from slipfold.progress import Observer
 
 LINES = (11, 5)
-"""Responses across the window in either direction from which loci are started."""
+"""Numbers of lines across the window in each direction; loci start on the responses there."""
 
 PERIODS = (1, 2)
 
@@ -40,10 +40,10 @@ class BifurcationSet:
     """Loci and regions of a window; frozen."""
 
     loci: tuple[Locus, ...]
-    # The regions, None if they were not asked for or the computation was interrupted
+    # The regions; None if they were not requested or the computation was interrupted
     regions: RegionMap | None
     interrupted: bool  # whether the computation was interrupted
-    missing: tuple[str, ...] = ()  # sentences on what was found and could not be followed
+    missing: tuple[str, ...] = ()  # sentences on special points that could not be followed
 
 
 def find_bifurcation_set(
@@ -57,25 +57,25 @@ def find_bifurcation_set(
     settings: Settings | None = None,
     observer: Observer | None = None,
 ) -> BifurcationSet:
-    """Find the loci of all bifurcations in a window, and which stable responses exist where.
+    """Find the loci of all bifurcations in a window, and the stable responses between them.
 
-    Responses are followed across the window in both directions; from each of their special points
-    its locus is, unless it is known; from points of codimension two those that start there. Where a
-    response ends since a contact begins to stick, the locus of that starts.
+    Responses are followed across the window in both directions. The locus of each special point is
+    followed unless it is known, and so are loci that start at points of codimension two. Where a
+    response ends because a contact begins to stick, the grazing locus is followed.
     """
     window = check_window(model, plane, window)
     types, periods = check_asked(model, types, periods)
     if regions and not model.forced:
         raise InputError(
-            f"regions are found for forced models only, and {model.name} is autonomous; ask for "
-            "its loci alone, regions=False"
+            f"regions exist for forced models only, and {model.name} is autonomous; compute its "
+            "loci alone with regions=False"
         )
     if regions and not (types == possible_types(model) and periods == PERIODS):
         raise InputError(
             f"regions need the loci of all types ({', '.join(possible_types(model))}) and both "
-            "periods (1, 2); ask for all of them or for no regions"
+            "periods (1, 2); give all of them, or regions=False"
         )
-    # Of Hopf points alone no cycles are needed.
+    # Hopf loci need no cycles.
     followed = (0,) if types == ("HB",) else periods
     settings = replace(settings or Settings(), largest_period=max(followed))
     if model.estimated_scales is None:
@@ -92,7 +92,7 @@ def find_bifurcation_set(
 
 
 class _Search:
-    """The search for the loci of a window: what was found so far."""
+    """The state of a search for the loci in a window."""
 
     def __init__(self, plane: Plane, types: Sequence[str], periods: Sequence[int]) -> None:
         self._plane, self._types, self._periods = plane, types, periods
@@ -102,7 +102,7 @@ class _Search:
         self.interrupted = False
 
     def follow_loci(self) -> tuple[Locus, ...]:
-        """Follow a locus as soon as a response shows it: the observer sees it at once."""
+        """Follow each locus as soon as a response has a point of it, and report it at once."""
         plane, stops = self._plane, list[KeyboardInterrupt]()
         points = (
             point
@@ -131,9 +131,9 @@ class _Search:
         """Yield the special points of responses, and the grazing points near their ends."""
         plane, lines = self._plane, self.lines
         if not plane.model.forced and max(self._periods) > 0:
-            # Loci of equilibria take seconds; cycles near homoclinic orbits may take minutes.
-            still = replace(plane, settings=replace(plane.settings, largest_period=0))
-            for line in follow_fan(still, LINES):
+            # Equilibria come first: they take seconds, cycles near homoclinic orbits minutes.
+            equilibria = replace(plane, settings=replace(plane.settings, largest_period=0))
+            for line in follow_fan(equilibria, LINES):
                 yield from self._on(line.branches)
         for line in self._across():
             lines.append(line)
@@ -158,7 +158,7 @@ class _Search:
             yield from follow_settled(self._plane)
 
     def map_regions(self, loci: Sequence[Locus]) -> RegionMap | None:
-        """Label the regions between loci; None where that is interrupted."""
+        """Label the regions between loci; return None if that is interrupted."""
         try:
             middle = np.mean(self._plane.window, axis=1)
             text = f"between {len(loci)} loci"
@@ -169,7 +169,7 @@ class _Search:
             return None
 
     def missing(self, loci: Sequence[Locus]) -> tuple[str, ...]:
-        """Say what was found and could not be followed, each once."""
+        """Return a sentence for each point or response that could not be followed."""
         failures = [line.failure for line in self.lines[sum(LINES) :] if line.failure]
         ends = [text for line in self.lines for text in unfinished(self._plane, line, loci)]
         return tuple(dict.fromkeys([*self._remarks, *failures, *ends]))
@@ -186,9 +186,10 @@ def until_interrupted(
 
 
 def possible_types(model: Model) -> tuple[str, ...]:
-    """Return the types of loci in a set of a model.
+    """Return the types of loci that a model can have.
 
-    Only an autonomous one has equilibria, only one whose contacts may stick begins to.
+    Autonomous models alone have HB; models with contacts that can stick alone have GRAZE, LIFT and
+    STICK.
 
     >>> from slipfold.models.registry import model_named
     >>> possible_types(model_named("lure"))
@@ -204,7 +205,7 @@ def possible_types(model: Model) -> tuple[str, ...]:
 def check_asked(
     model: Model, types: Sequence[str] | None, periods: Sequence[int]
 ) -> tuple[tuple[str, ...], tuple[int, ...]]:
-    """Return the types and periods of a set that is requested, each once, in their order."""
+    """Return the requested types and periods without duplicates, in the standard order."""
     possible = possible_types(model)
     types = possible if types is None else types
     for kind in types:
@@ -219,10 +220,10 @@ def check_asked(
     for period in periods:
         if period not in PERIODS:
             raise InputError(
-                f"period = {period!r} is neither 1 nor 2; loci of longer periods start from their "
-                "special points, see slipfold.locus"
+                f"period = {period!r} is neither 1 nor 2; follow loci of longer periods from their "
+                "special points with slipfold.locus"
             )
     if not types or not periods:
         raise InputError("no type or no period of loci is given; give e.g. PD and 1")
-    kept = tuple(kind for kind in possible if kind in types)
-    return kept, tuple(period for period in PERIODS if period in periods)
+    chosen = tuple(kind for kind in possible if kind in types)
+    return chosen, tuple(period for period in PERIODS if period in periods)

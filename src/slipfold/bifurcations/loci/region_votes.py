@@ -163,7 +163,7 @@ def agree(plane: Plane, votes: Sequence[Vote]) -> bool:
     """Whether responses across one piece agree.
 
     A response does not reach every orbit there is. One that lacks what another has does not
-    contradict it if the orbit can be carried to its place, and is stable all the way.
+    contradict it if the orbit can be continued to its location, and is stable all the way.
     """
     for period in {period for vote in votes for period in vote.nodes}:
         wanted = max(vote.count(period) for vote in votes)
@@ -178,7 +178,7 @@ def agree(plane: Plane, votes: Sequence[Vote]) -> bool:
 def orbits_continued_to(
     plane: Plane, votes: Sequence[Vote], place: tuple[float, float], period: int
 ) -> list[Array]:
-    """Return the stable orbits of a period at a place, carried there from the nearest votes.
+    """Return the stable orbits of a period at a location, continued from the nearest votes.
 
     Returns shape (m, n_states).
     """

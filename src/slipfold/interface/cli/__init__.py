@@ -12,8 +12,8 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line with the arguments of this process, and exit with its status."""
-    # A script that starts a command in the background makes it ignore Ctrl-C; a signal that
-    # comes all the same is meant. Schedulers of clusters end a command by SIGTERM.
+    # A shell makes a command in the background ignore SIGINT. Somebody who sends it anyway wants
+    # the command to stop. Schedulers of clusters stop a command by SIGTERM.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     take_one_thread()

@@ -14,7 +14,7 @@ from slipfold.interface.cli import explore, locus, measured, models, plot, study
 from slipfold.interface.cli.commands import LOCUS_SETTINGS, PLANE, VALUES, Command
 from slipfold.interface.cli.running import BAD_INPUT, DONE, INTERRUPTED, note, say
 
-# The base of typer's own errors about arguments; where it lives depends on the version of typer.
+# The base class of typer's errors about arguments; its module depends on the version of typer.
 UsageError: Any = typer.BadParameter.__mro__[1]
 
 
@@ -31,15 +31,15 @@ COMMANDS = {
     ),
     "locus": Command(
         "slipfold.interface.cli.locus:locus",
-        "Find all bifurcations in a window of two parameters, and follow them through it.\n\n"
-        "With a saved response, follow those that pass its special points, and what starts on "
-        "them.",
+        "Find all bifurcations in a window of two parameters, and follow their loci.\n\n"
+        "With a saved response, follow the loci through its special points, and those that start "
+        "on these loci.",
         {"given": locus.GIVEN, "settings": LOCUS_SETTINGS},
     ),
     "simulate": Command(
         f"{LONG_TERM}:simulate",
-        "Integrate from the model's own or a given state; say whether and on what the solution "
-        "becomes steady.",
+        "Integrate from the model's start or a given state; report the steady state, if one is "
+        "reached.",
     ),
     "lyapunov": Command(
         f"{LONG_TERM}:lyapunov",
@@ -47,16 +47,16 @@ COMMANDS = {
     ),
     "attractors": Command(
         f"{LONG_TERM}:attractors",
-        "Find all responses, cycles, equilibria, tori and chaos that a box of starts leads to.",
+        "Find the attractors that starts in a box converge to: responses, cycles, equilibria, "
+        "tori and chaos.",
     ),
     "basins": Command(
         f"{LONG_TERM}:basins",
-        "Compute which response, cycle, equilibrium, torus or chaos each start leads to.",
+        "Compute the attractor that each start in a plane converges to.",
     ),
     "basin-fractions": Command(
         f"{LONG_TERM}:basin_fractions",
-        "Compute the fraction of starts that each response, torus or chaos attracts over a "
-        "parameter.",
+        "Compute the fraction of starts that converge to each attractor, over a parameter.",
     ),
     "sweep": Command(
         f"{LONG_TERM}:sweep",
@@ -64,14 +64,14 @@ COMMANDS = {
     ),
     "regimes": Command(
         f"{LONG_TERM}:regimes",
-        "Map where solutions repeat and how soon, are tori or chaotic, or stick.",
+        "Map the regimes over two parameters: periods, tori, chaos and stick-slip.",
         {"vary": PLANE},
     ),
     "study": Command(
         "slipfold.interface.cli.study:study",
-        "Compute the same thing for many cases, on all cores or a cluster; lose none.\n\n"
-        "Each finished case is stored at once: after Ctrl-C, a crash or a full disk, --resume "
-        "continues. A case that fails is stored with its reason and stops no others.",
+        "Compute the same quantities for many cases, on all cores or on a cluster.\n\n"
+        "Each finished case is stored at once. After Ctrl-C, a crash or a full disk --resume "
+        "continues. A case that fails is stored with its reason; the others continue.",
         study.READERS,
     ),
     "uncertainty": Command(
@@ -81,24 +81,24 @@ COMMANDS = {
     ),
     "design": Command(
         f"{THRESHOLDS}:design",
-        "Choose parameters for a threshold where it is needed, at the lowest vibration.",
+        "Choose parameters that minimize the vibration while a threshold meets a bound.",
         thresholds.KEPT,
     ),
     "measure": Command(
         f"{MEASURED}:measure",
-        "Measure a response as a test stand would: sweep a parameter, with jumps and with noise.",
+        "Simulate a test rig: sweep a parameter and measure the response, with jumps and noise.",
         {"vary": VALUES, "outputs": measured.MEASUREMENT_FILE},
         {"seed": 1},
     ),
     "fit": Command(
         f"{MEASURED}:fit",
-        "Fit parameters to a measured response, with intervals of confidence.",
+        "Fit parameters to a measured response, with confidence intervals.",
         {"measurement": measured.MEASUREMENT},
     ),
     "plan": Command(
         f"{MEASURED}:plan_measurement",
-        "Compute how accurately a planned measurement determines parameters, and the best "
-        "readings.",
+        "Compute how accurately planned measurements determine parameters, and which of them are "
+        "best.",
         {"vary": VALUES, "outputs": measured.PLAN_FILES},
     ),
     "paper": Command(
@@ -113,7 +113,7 @@ COMMANDS = {
     "plot": Command("slipfold.interface.cli.plot:plot", "Draw a saved result.", plot.READERS),
     "explore": Command(
         "slipfold.interface.cli.explore:explore",
-        "Open a page on which the analysis is live, for this machine alone; Ctrl-C ends it.",
+        "Open the explorer in the browser, for this machine only; Ctrl-C ends it.",
         explore.READERS,
     ),
 }
@@ -124,7 +124,7 @@ HELP = {"help_option_names": ["-h", "--help"]}
 
 
 class Commands(TyperGroup):
-    """Commands with errors as sentences; a defect of the program still shows its traceback."""
+    """Commands that report errors in a sentence; a bug still shows its traceback."""
 
     def main(
         self,
@@ -155,13 +155,13 @@ class Commands(TyperGroup):
         sys.exit(status if isinstance(status, int) else DONE)
 
     def _asked_for(self, program: str | None, args: Sequence[str] | None) -> str:
-        """Return the program with the requested command, if there is one."""
+        """Return the name of the program and of the requested command, if there is one."""
         given = sys.argv[1:] if args is None else list(args)
         named = [program or "slipfold", *(name for name in given[:1] if name in self.commands)]
         return " ".join(named)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """Return the command that is run, with its options: others are not imported."""
+        """Return the requested command with its options; import no other command."""
         name, listed, others = super().resolve_command(ctx, args)
         if name is None or listed is None:
             return name, listed, others
@@ -173,7 +173,7 @@ class Commands(TyperGroup):
         """Run the command."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:  # typer would exit without a word
+        except KeyboardInterrupt:  # typer would exit without a message
             note("interrupted; nothing was written")
             raise typer.Exit(INTERRUPTED) from None
 

@@ -53,7 +53,7 @@ def explore(
     workers: Workers = None,
     public_bind: Public = None,
 ) -> None:
-    """Open a page on which the analysis is live, for this machine alone; Ctrl-C ends it."""
+    """Open the explorer in the browser, for this machine only; Ctrl-C ends it."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         raise InputError(

@@ -31,8 +31,8 @@ GIVEN = Reader(
         argument(
             "MODEL|RESPONSE.nc",
             "Name of a built-in model (see slipfold models), or a case file, e.g. case.toml: all "
-            "bifurcations in the window. Or a file that slipfold response --out wrote: those that "
-            "pass its special points.",
+            "bifurcations in the window. Or a file that slipfold response --out wrote: loci "
+            "through its special points.",
         ),
         SET,
         FRICTION,

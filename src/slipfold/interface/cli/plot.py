@@ -43,7 +43,9 @@ Contact = Annotated[
 ]
 Measured = Annotated[
     str | None,
-    Option("Of a response: readings to draw with it, see slipfold fit --help.", metavar="DATA.csv"),
+    Option(
+        "Of a response: measurements to draw with it, see slipfold fit --help.", metavar="DATA.csv"
+    ),
 ]
 At = Annotated[
     str | None,

@@ -32,7 +32,7 @@ class ServerLimits:
 class Allowance:
     """Number of requests a client has left; it grows with time.
 
-    By `per_second`, up to `maximum`; `clock` tells the time in s.
+    By `per_second`, up to `maximum`; `clock` returns the time in s.
 
     >>> allowance = Allowance(1.0, 2, clock=lambda: 0.0)
     >>> [allowance.take() for _ in range(3)]

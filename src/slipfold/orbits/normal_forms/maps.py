@@ -119,7 +119,7 @@ class SegmentMap:
     .. math:: b_j = D^2\phi_j[v_j, v_j] + A_j b_{j-1}, \quad
               c_j = D^3\phi_j[v_j, v_j, v_j] + 3 D^2\phi_j[v_j, b_{j-1}] + A_j c_{j-1}
 
-    where v_j is v carried to segment j.
+    where v_j is v propagated to segment j.
 
     Directions and results are in the given scales of the states; those of the unknown if None.
     """
@@ -137,8 +137,8 @@ class SegmentMap:
         self._constants = constants
         self._blocks = linearization.blocks
         self.rescaling = orbits.scales / (orbits.scales if scales is None else scales)
-        known, bent = linearization.conditions.carried, linearization.conditions.bent
-        self._carried = np.empty((0, *self._nodes.shape)) if known is None else known
+        known, bent = linearization.conditions.propagated, linearization.conditions.bent
+        self._propagated = np.empty((0, *self._nodes.shape)) if known is None else known
         self._bent = np.empty((0, *self._blocks.shape)) if bent is None else bent
 
     def rescaled(self, monodromy: Array) -> Array:
@@ -159,7 +159,7 @@ class SegmentMap:
         return second[:, -1] * self.rescaling, third[:, -1] * self.rescaling
 
     def _summed(self, terms: Vector) -> Vector:
-        """Return what the segments' terms come to at each node, carried on from node to node.
+        """Return what the segments' terms come to at each node, propagated from node to node.
 
         Shapes: terms (r, m, n); returns (r, m + 1, n).
         """
@@ -179,30 +179,30 @@ class SegmentMap:
         if not u.any():
             return np.zeros(len(v), dtype=complex)
         bent = self._curvatures((u / self.rescaling)[None])[1][0]
-        carried = [v / self.rescaling]
+        propagated = [v / self.rescaling]
         for block in self._blocks[:-1]:
-            carried.append(block @ carried[-1])
-        terms = np.einsum("mab,mb->ma", bent, np.array(carried))
+            propagated.append(block @ propagated[-1])
+        terms = np.einsum("mab,mb->ma", bent, np.array(propagated))
         return np.asarray(self._summed(terms[None])[0, -1] * self.rescaling)
 
     def _curvatures(self, along: Array) -> tuple[Array, Array]:
-        """Directions carried along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
+        """Directions propagated along the orbit, (r, m, n), and D^2 phi_j along each, (r, m, n, n).
 
         Both are linear in the direction: no more than n of them are ever integrated.
         """
         for direction in along:
-            rest = direction - self._shares(direction[None])[0] @ self._carried[:, 0]
+            rest = direction - self._shares(direction[None])[0] @ self._propagated[:, 0]
             if np.linalg.norm(rest) > FORMS.spanned * np.linalg.norm(direction):
                 self._integrate(rest / np.linalg.norm(rest))
         shares = self._shares(along)
         return (
-            np.einsum("rk,kmn->rmn", shares, self._carried),
+            np.einsum("rk,kmn->rmn", shares, self._propagated),
             np.einsum("rk,kmab->rmab", shares, self._bent),
         )
 
     def _shares(self, along: Array) -> Array:
         """Return directions as sums of those that are known, nearly. Shapes: (r, n) to (r, k)."""
-        known = self._carried[:, 0]
+        known = self._propagated[:, 0]
         if len(known) == 1:  # as for most; a fifth of the time
             return np.asarray(along @ known.T / (known @ known.T))
         return np.asarray(np.linalg.lstsq(known.T, along.T, rcond=None)[0].T)
@@ -212,9 +212,9 @@ class SegmentMap:
         forward = [direction]
         for block in self._blocks[:-1]:
             forward.append(block @ forward[-1])
-        carried = np.array(forward)[None]
-        bent, _ = self._by.curvatures(self._nodes, self._constants, carried)
-        self._carried = np.concatenate([self._carried, carried])
+        propagated = np.array(forward)[None]
+        bent, _ = self._by.curvatures(self._nodes, self._constants, propagated)
+        self._propagated = np.concatenate([self._propagated, propagated])
         self._bent = np.concatenate([self._bent, bent])
 
 

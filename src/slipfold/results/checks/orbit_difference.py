@@ -200,10 +200,6 @@ def _allowed_by_meshes(orbit: PeriodicOrbit) -> float:
     return error / size if error < CHECKS.loosest * size else 0.0
 
 
-def _excess(differences: tuple[Difference, Difference]) -> float:
-    return max(difference.excess for difference in differences)
-
-
 def retraced_difference(orbit: PeriodicOrbit) -> Difference:
     """Return how far an orbit fails to satisfy its equations, which takes no derivatives.
 
