@@ -28,15 +28,10 @@ class PieceRules:
     # Steps onto the next piece, which show in which direction of its tangent it lies
     looks: tuple[float, ...] = (1e-6, 1e-5, 1e-4, 1e-3)
     longest_look: float = 1e-2  # such a step where the next piece is straight ahead
-    # Steps towards a fold between two pieces, and the fraction of the distance that each leaves
-    hops: int = 4
-    left: float = 1e-3
     # Distance above which the end of a piece and the beginning of the next are not connected
     apart: float = 1e-4
     # Maximum distance of the next piece from the tangent of this one, over the step
     straight: float = 0.1
-    # Maximum distance of the other piece, in steps
-    reach: float = 100.0
     # Arclength backward over which the first rate of the function is estimated
     probe: float = 1e-4
     # Maximum number of steps to the zero, the smallest fraction of the distance that each leaves,
@@ -180,66 +175,6 @@ def _halfway(curve: Curve[P], own: list[P], a: P, b: P) -> P:
         return point
 
 
-def locate_fold(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
-    """Return where a piece and the next meet if the curve turns back there.
-
-    There is no solution beyond, so the curve ends shortly before. The other piece has a point at
-    the same value of the parameter, which shows where they meet.
-    """
-    other = next(filter(None, (_opposite(curve, last, step) for step in PIECE.looks)), None)
-    if other is None:
-        return None
-    for _ in range(PIECE.hops):
-        left, beyond = _distances(last, other)
-        if not PIECE.close < left < 1:
-            break
-        row, hop = last.tangent, (1 - PIECE.left) * left
-        nearer = _solution(curve, last.z + hop * row, row, last.arclength + hop, last.z, np.inf)
-        if nearer is None or nearer.piece != last.piece:
-            break
-        across = _opposite(curve, nearer, 2 * PIECE.left * left)
-        if across is None:
-            break
-        last, other = nearer, across
-    left, beyond = _distances(last, other)
-    other = other if beyond > 0 else curve.turned(other)
-    apart = max(float(np.linalg.norm(other.z - last.z)), PIECE.close)
-    straight = 0 < left < math.sqrt(PIECE.close)  # a tangent errs by the square of the distance
-    met = replace(last, z=last.z + left * last.tangent) if straight else last
-    return PieceBoundary(last, replace(other, arclength=last.arclength + apart), met)
-
-
-def locate_ahead(curve: Curve[P], last: P) -> PieceBoundary[P] | None:
-    """Return where a piece ends whose next one continues in the parameter, but back in the states.
-
-    No step along the tangent leads onto the next piece. None if no first point of it is found.
-    """
-    row = _parameter_row(last, last.tangent[-1])
-    for step in PIECE.looks:
-        guess = last.z + step * abs(last.tangent[-1]) * row
-        point = _solution(curve, guess, row, last.arclength + step, last.z, PIECE.reach * step)
-        if point is not None and point.piece != last.piece:
-            boundary = _bisected(curve, [last], last, point, row)
-            return boundary if boundary.apart < PIECE.apart else None
-    return None
-
-
-def _opposite(curve: Curve[P], last: P, step: float) -> P | None:
-    """Return a point of another piece with the same value of the parameter."""
-    guess = last.z + step * last.tangent
-    guess[-1] = last.z[-1]
-    row = _parameter_row(last)
-    point = _solution(curve, guess, row, last.arclength, last.z, PIECE.reach * step)
-    return None if point is None or point.piece == last.piece else point
-
-
-def _distances(last: P, other: P) -> tuple[float, float]:
-    """Return the distances of two points along their tangents from where their pieces meet."""
-    sides = np.column_stack([last.tangent, other.tangent])
-    distances = np.linalg.lstsq(sides, other.z - last.z, rcond=None)[0]
-    return float(distances[0]), float(distances[1])
-
-
 def ahead_of(curve: Curve[P], before: P, after: P) -> P | None:
     """Return the first point of the next piece, with its tangent in the direction of that piece.
 
@@ -374,22 +309,28 @@ def _expanded(computed: Sequence[tuple[P, float] | None]) -> Vanishing[P] | None
     )
 
 
-def beyond_vanishing(curve: Curve[P], zero: Vanishing[P]) -> P | None:
-    """Return a first point of the next piece, with its tangent away from a zero; None if none.
+def beyond_end(curve: Curve[P], last: P, z: Array, reach: float) -> P | None:
+    """Return a first point of the next piece, with its tangent away from where one ends; or None.
 
-    It lies ahead, or at the same values of the parameter if the curve turns back.
+    `z` is where the piece of a point ends, `reach` the scale of distances to try. The next piece
+    lies ahead along the tangent, or the curve turns back in the parameter, or in the states alone,
+    or the tangent is that of the next piece.
     """
-    nearest = zero.nearest
-    for distance in zero.reach * DISTANCES:
-        ahead = zero.z + distance * nearest.tangent
-        back = ahead.copy()
-        back[-1] = zero.z[-1] - distance * nearest.tangent[-1]
-        for guess, row in ((ahead, nearest.tangent), (back, _parameter_row(nearest))):
-            point = _solution(curve, guess, row, 0.0, zero.z, PIECE.astray * distance)
-            if point is None or point.piece == nearest.piece:
+    along, across = last.tangent, _parameter_row(last)
+    for distance in reach * DISTANCES:
+        ahead = distance * along
+        turned = np.append(ahead[:-1], -ahead[-1])
+        for step, row in (
+            (ahead, along),
+            (turned, across),
+            (ahead * across, across),
+            (-ahead, along),
+        ):
+            point = _solution(curve, z + step, row, 0.0, z, PIECE.astray * distance)
+            if point is None or point.piece == last.piece:
                 continue
-            away = point.z - zero.z
+            away = point.z - z
             apart = float(np.linalg.norm(away))
-            turned = curve.turned(point) if float(point.tangent @ away) < 0 else point
-            return replace(turned, arclength=nearest.arclength + apart + zero.reach)
+            point = curve.turned(point) if float(point.tangent @ away) < 0 else point
+            return replace(point, arclength=last.arclength + apart + reach)
     return None

@@ -12,6 +12,7 @@ from slipfold.arrays import Array, Complex
 from slipfold.continuation.newton import correct
 from slipfold.continuation.settings import Stepping, Steps
 from slipfold.continuation.walk import Failure, walk
+from slipfold.errors import BREAKDOWNS
 from slipfold.flow.modes import contacts_of
 from slipfold.newton import Rule, find_root
 from slipfold.orbits.collocation import Collocation
@@ -86,24 +87,21 @@ def locate_marginal_stops(orbits: Orbits, point: OrbitPoint) -> OrbitPoint | Non
     stops = MarginalShooting.stops_of(by, nodes, constants, kind)
     found = [stop for near, stop in stops if near < 1e-3]  # of what friction can hold
     for some in (found, found[:1]) if len(found) > 1 else (found,):
-        met = _meet(orbits, point, some) if some else None
+        met = solve_marginal(orbits, point, some) if some else None
         if met is not None:
             return met
     return None
 
 
-def _meet(
+def solve_marginal(
     orbits: Orbits, point: OrbitPoint, stops: Sequence[MarginalShooting]
 ) -> OrbitPoint | None:
+    """Return the orbit near another that only just meets changes of contacts, None if none is.
+
+    The equations are smooth on both sides of it, and the parameter is an unknown.
+    """
     curve = orbits.described_by(stops[0])
-    nodes, along = orbits.by.moved_to(
-        stops[0],
-        orbits.nodes(point.z),
-        orbits.constants(point.z),
-        orbits.nodes(point.tangent),
-        orbits.free_values(point.tangent),
-    )
-    tangent = curve.join(along, orbits.free_values(point.tangent))
+    guess, row = curve.moved(point)
 
     def linearized(z: Array) -> tuple[Linearization, Array, Array]:
         part, nodes, constants = curve.linearize(z), curve.nodes(z), curve.constants(z)
@@ -118,14 +116,17 @@ def _meet(
             return np.full(len(z), np.nan)
         return np.asarray(-np.linalg.lstsq(jacobian, defect, rcond=None)[0])
 
-    z = find_root(step, curve.join(nodes, orbits.free_values(point.z)), MEETING)
+    z = find_root(step, guess, MEETING)
     if z is None:
         return None
     part, defect, _ = linearized(z)
     residual = float(np.abs(defect).max())
     if not residual <= MEETING.close:  # stops that are met at different places, or nowhere
         return None
-    tangent /= np.linalg.norm(tangent)
+    try:  # the tangent at a point this near may be that of the other side
+        tangent = part.bordered(row).tangent()
+    except BREAKDOWNS:
+        return None
     return curve.derived_point(z, tangent, point.arclength, part.monodromy, residual)
 
 

@@ -38,6 +38,7 @@ class EventWindow:
     clear: float = 0.5  # fraction of the way to the next change, or turn of the function, left free
     level: float = 1e-4  # fraction of its size that slip in the plane keeps at a grazing
     exact: float = 1e-9  # step of secants that ends them: the error is of the next one
+    alike: float = 1.01  # ratio of margins of what may be the same event a period later
     instant: float = 1e-7  # phases of stick that count as none, as of a symmetric orbit
 
 
@@ -236,8 +237,12 @@ class MarginalShooting(SwitchedShooting):
                 # Its own window is no room to judge by: a narrower one would follow, and so on.
                 start, passed = passed[0][0].state, passed[1:]
             found = _grazings(by.switched, start, passed, constants, kind)
-        best = min(found, key=lambda item: item[0], default=None)
-        return None if best is None else cls(by.model, by.free, by.period, best[1])
+        known = list(found)
+        nearest = WINDOW.alike * min((near for near, _ in known), default=0.0)
+        # The same event of either period: beside the end of what is known there is less room.
+        events = (met for near, met in known if near <= nearest)
+        best = max(events, key=lambda met: met.reach, default=None)
+        return None if best is None else cls(by.model, by.free, by.period, best)
 
     @classmethod
     def stops_of(

@@ -117,6 +117,14 @@ class OrbitCurve(Curve[OrbitPoint]):
 
     def converted(self, point: OrbitPoint) -> OrbitPoint | None:
         """Return a point of a curve that describes its orbits otherwise, None if it fails."""
+        try:
+            correction = correct(self, *self.moved(point))
+        except BREAKDOWNS:
+            return None
+        return self.point(correction, point.arclength) if correction.converged else None
+
+    def moved(self, point: OrbitPoint) -> tuple[Array, Array]:
+        """Return the unknown and the tangent of a point of such a curve; nothing is corrected."""
         orbits, known = self.orbits, point.curve.orbits
         nodes, along = known.by.moved_to(
             orbits.by,
@@ -125,13 +133,8 @@ class OrbitCurve(Curve[OrbitPoint]):
             known.nodes(point.tangent),
             known.free_values(point.tangent),
         )
-        z = orbits.join(nodes, known.free_values(point.z))
         row = orbits.join(along, known.free_values(point.tangent))
-        try:
-            correction = correct(self, z, row / np.linalg.norm(row))
-        except BREAKDOWNS:
-            return None
-        return self.point(correction, point.arclength) if correction.converged else None
+        return orbits.join(nodes, known.free_values(point.z)), row / np.linalg.norm(row)
 
     def growth(self, linearization: Linearization) -> float:
         """Return an upper bound of the logarithms of the multipliers' moduli."""

@@ -11,25 +11,22 @@ import numpy as np
 
 from slipfold.continuation.end import End
 from slipfold.continuation.locate import LostCurveError
-from slipfold.continuation.newton import correct
 from slipfold.continuation.pieces import (
     PIECE,
     PieceBoundary,
     Vanishing,
     across_gap,
     ahead_of,
-    beyond_vanishing,
-    locate_ahead,
+    beyond_end,
     locate_boundary,
-    locate_fold,
     locate_loss,
     locate_vanishing,
 )
 from slipfold.continuation.traced_curve import Found, MonitorResult, StepInterval, Stop, TracedCurve
 from slipfold.errors import BREAKDOWNS
-from slipfold.flow.modes import Mode, Status
+from slipfold.flow.modes import GRAZED, Mode, Status
 from slipfold.orbits.bifurcation_types import CONTACT_TYPES
-from slipfold.orbits.continued import locate_marginal_stops
+from slipfold.orbits.continued import locate_marginal_stops, solve_marginal
 from slipfold.orbits.marginal import MarginalShooting
 from slipfold.orbits.orbit_curve import OrbitCurve, OrbitPoint, Orbits
 from slipfold.orbits.switched_shooting import SwitchedShooting
@@ -47,8 +44,9 @@ class BoundaryRules:
     smallest: tuple[float, ...] = (1e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5)
     # Arclength beyond the last orbit within which an event explains why there is no other
     nearly: float = 1e-6
-    # Maximum number of extrapolations to a change of contacts
-    approaches: int = 8
+    # Arclength by which a point may lie beyond a change of contacts that it is taken to precede:
+    # residuals of 1e-10 move orbits by more
+    passed: float = -1e-8
     # Arclength within which a grazing is searched
     ahead: float = 0.02
     # Distance in the scaled parameter of two points that are one: each is known to a tenth of it
@@ -173,7 +171,7 @@ class SwitchingBoundaries:
         place = self._vanishing(orbits, start, ahead)
         if place is None:
             return None
-        last, beyond = place.nearest, beyond_vanishing(orbits, place)
+        last, beyond = place.nearest, beyond_end(orbits, place.nearest, place.z, place.reach)
         if beyond is not None:
             left, sides = orbits.grazing_margin(beyond), (last.piece, beyond.piece)
             stops = [_counts(modes)[Status.STICK] for modes in sides]
@@ -212,94 +210,57 @@ def _is_known(found: Found[OrbitPoint], traced: TracedCurve[OrbitPoint]) -> bool
     )
 
 
-def _fold(traced: TracedCurve[OrbitPoint]) -> None:
-    """Note where the branch turns back on another piece, if that is why it could not continue.
-
-    Or where it continues, but back in the states.
-    """
-    last = traced.points[-1]
-    try:
-        boundary = locate_fold(last.curve, last) or locate_ahead(last.curve, last)
-    except BREAKDOWNS:
-        boundary = None
-    if boundary is None:
-        with suppress(*BREAKDOWNS):
-            _last_change(traced)
-        return
-    kind = _kind(boundary.before.piece, boundary.after.piece)
-    traced.found.append(Found(kind, boundary.met, float("inf")))
-    traced.points += (
-        [boundary.before, boundary.after] if boundary.before is not last else [boundary.after]
-    )
-    traced.end = _end(kind, last.curve, boundary.before)
-
-
 def _last_change(traced: TracedCurve[OrbitPoint]) -> None:
-    """Note a change of contacts after which no orbit is near: static friction is more than kinetic.
+    """Note a change of contacts next to the last point, and where the branch continues beyond.
 
-    Slip that touches zero, or stops where friction only just holds it, is then caught, or not, for
-    good. Where it is not, the next piece lies where the tangent of this one leads.
+    The orbit that only just meets the change solves equations that are smooth on both sides of it,
+    and each side begins there: to which side an orbit nearer than rounding belongs is not defined.
     """
     last = traced.points[-1]
     orbits = last.curve.orbits
-    if not isinstance(orbits.by, SwitchedShooting) or isinstance(orbits.by, MarginalShooting):
+    by = orbits.by
+    if not isinstance(by, SwitchedShooting) or isinstance(by, MarginalShooting):
         return
     change = _change_ahead(last, RULES.nearly)
     if change is not None:
-        traced.found.append(change)
-        traced.end = _end(change.type, orbits, change.point)
-        beyond = across_gap(last.curve, last)
-        if beyond is not None:
-            traced.points.append(beyond)
+        _note(traced, change)
         return
-    release = orbits.by.slowest_release(orbits.nodes(last.z), orbits.constants(last.z))
+    release = by.slowest_release(orbits.nodes(last.z), orbits.constants(last.z))
     if release is not None and release < RULES.barely:
         traced.end = End("limit", RELEASED, last.curve.place(last.z))
 
 
+def _note(traced: TracedCurve[OrbitPoint], change: Found[OrbitPoint]) -> None:
+    """Note a change of contacts, and the first orbit beyond it."""
+    last, met = traced.points[-1], change.point
+    while len(traced.points) > 1 and traced.points[-1].arclength > met.arclength:
+        traced.points.pop()  # rounding let it pass
+    traced.found.append(change)
+    traced.end = _end(change.type, met.curve.orbits, met)
+    z, tangent = last.curve.moved(met)
+    side = replace(met, tangent=tangent, piece=last.piece)
+    beyond = beyond_end(last.curve, side, z, RULES.nearly) or across_gap(last.curve, last)
+    if beyond is not None:
+        traced.points.append(beyond)
+
+
 def _change_ahead(point: OrbitPoint, farthest: float) -> Found[OrbitPoint] | None:
-    """Return the change of contacts at which a piece ends within a distance ahead of a point."""
-    ahead = farthest
-    for _ in range(RULES.approaches):
-        change = _extrapolated_change(point)
-        if change is None or not 0 <= change[1] <= ahead:
-            return None
-        found, left = change
-        if left <= RULES.nearly:
-            return found
-        # Nearer to it the extrapolation is more accurate.
-        curve, ahead = point.curve, RULES.nearly + left / 2
-        nearer = correct(curve, point.z + 0.999 * left * point.tangent, point.tangent)
-        if not nearer.converged:
-            return None
-        point = curve.point(nearer, point.arclength + 0.999 * left)
-    return None
-
-
-def _extrapolated_change(last: OrbitPoint) -> tuple[Found[OrbitPoint], float] | None:
-    """Return the change of contacts to which the tangent at a point leads, and its distance."""
-    orbits = last.curve.orbits
-    by, nodes, constants = orbits.by, orbits.nodes(last.z), orbits.constants(last.z)
-    changes: list[tuple[str, MarginalShooting | None]] = [
-        ("GRAZE", MarginalShooting.at(by, nodes, constants, "GRAZE")),
-        *(("STICK", stop) for _, stop in MarginalShooting.stops_of(by, nodes, constants)[:1]),
-    ]
-    nearest: tuple[Found[OrbitPoint], float] | None = None
+    """Return the nearest change of contacts within a distance of a point at which a piece ends."""
+    orbits, nearest = point.curve.orbits, None
+    by, at = orbits.by, (orbits.nodes(point.z), orbits.constants(point.z))
+    changes = [(kind, MarginalShooting.at(by, *at, kind)) for kind in GRAZED]
+    changes += [("STICK", stop) for _, stop in MarginalShooting.stops_of(by, *at)[:1]]
     for kind, change in changes:
         if change is None or change.met.level:  # slip in the plane vanishes in its own way
             continue
-        curve = last.curve.described_by(change)
-        again = curve.converted(last)
-        if again is None:
+        again = point.curve.described_by(change).converted(point)
+        met = None if again is None else solve_marginal(again.curve, again, [change])
+        if again is None or met is None:
             continue
-        at = curve.orbits.nodes(again.z), curve.orbits.constants(again.z)
-        value, *slopes = change.condition(*at)
-        left = -value / float(np.concatenate(slopes) @ again.tangent)
-        if left >= 0 and (nearest is None or left < nearest[1]):
-            z = again.z + left * again.tangent
-            point = replace(again, z=z, arclength=last.arclength + left)
-            nearest = Found(kind, point, float("inf")), left
-    return nearest
+        left = float(again.tangent @ (met.z - again.z))
+        if RULES.passed <= left <= farthest and (nearest is None or left < nearest[0]):
+            nearest = left, Found(kind, replace(met, arclength=point.arclength + left), np.inf)
+    return None if nearest is None else nearest[1]
 
 
 def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
@@ -314,7 +275,8 @@ def _end(kind: str, curve: OrbitCurve, point: OrbitPoint) -> End:
 def beyond_boundary(traced: TracedCurve[OrbitPoint]) -> tuple[OrbitCurve, OrbitPoint] | None:
     """Return how a branch continues beyond the end of a piece, None where no orbit does."""
     if traced.end is not None and traced.end.kind == "failed" and len(traced.points) > 1:
-        _fold(traced)
+        with suppress(*BREAKDOWNS):
+            _last_change(traced)
     if traced.end is None or traced.end.kind != BOUNDARY:
         return None
     beyond = _next_piece(traced)
