@@ -35,15 +35,16 @@ def arcs(difference: Array, before: Array, after: Array) -> tuple[Array, Array]:
 
     Shapes: differences and unit tangents (k, u); returns (k,), (k,).
     """
-    chord = lengths_of(difference)
-    turn = np.arccos(np.clip((before * after).sum(axis=1), -1.0, 1.0))
-    bent = np.where(turn < 1e-4, 1.0, turn)
-    return np.where(turn < 1e-4, chord, chord * 0.5 * bent / np.sin(0.5 * bent)), turn
+    cosine = np.add.reduce(before * after, axis=1)
+    turn = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
+    half = 0.5 * turn
+    bent = np.divide(half, np.sin(half), out=np.ones_like(half), where=~(turn < 1e-4))
+    return lengths_of(difference) * bent, turn
 
 
 def lengths_of(vectors: Array) -> Array:
     """Return the Euclidean length of each row."""
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
+    return np.sqrt(np.add.reduce(vectors * vectors, axis=1))
 
 
 def angle_between(a: Array, b: Array) -> float:
@@ -53,53 +54,52 @@ def angle_between(a: Array, b: Array) -> float:
 
 def well_spaced(history: Sequence[P], low: float, high: float, count: int) -> list[P]:
     """Choose points near an interval for interpolation, with a minimum spacing."""
-
-    def distance(point: P) -> float:
-        return max(abs(point.arclength - low), abs(point.arclength - high))
-
-    chosen: list[P] = []
-    for point in sorted(history, key=distance):
+    where = [point.arclength for point in history]
+    away = [max(abs(s - low), abs(s - high)) for s in where]
+    chosen: list[int] = []
+    for i in sorted(range(len(away)), key=away.__getitem__):
         # Interpolation magnifies rounding by a power of the ratio of distance to spacing.
-        gap = SPACING * distance(point)
-        if all(abs(point.arclength - other.arclength) > gap for other in chosen):
-            chosen.append(point)
+        gap = SPACING * away[i]
+        if all(abs(where[i] - where[j]) > gap for j in chosen):
+            chosen.append(i)
         if len(chosen) == count:
             break
-    return chosen
+    return [history[i] for i in chosen]
 
 
 def hermite(points: Sequence[Point], arclength: float) -> tuple[Array, Array]:
-    """Evaluate the polynomial through points and tangents, and its derivative."""
-    values, slopes = map(
-        np.array, _hermite_weights([point.arclength for point in points], arclength)
-    )
-    data = np.array([point.z for point in points] + [point.tangent for point in points])
-    slope = slopes @ data
-    return values @ data, slope / length_of(slope)
+    """Evaluate the polynomial through points and tangents, and its unit tangent."""
+    parts = zip(*((point.arclength, point.z, point.tangent) for point in points), strict=True)
+    where, values, slopes = (np.array([part]) for part in parts)
+    (value,), (slope,) = hermite_each(where, values, slopes, np.array([arclength]))
+    return value, slope
 
 
 def hermite_each(where: Array, values: Array, slopes: Array, target: Array) -> tuple[Array, Array]:
-    """Evaluate the polynomials of many curves as `hermite` does, with their unit tangents.
-
-    Shapes: where (k, c); values, slopes (k, c, u); target (k,); returns (k, u), (k, u).
-    """
-    if len(target) == 1:  # plain floats take a sixth of the time
-        single = _hermite_weights(where[0].tolist(), float(target[0]))
-        weights = np.array(single)[..., None]
-    else:
-        weights = np.array(_hermite_weights(list(where.T), target))
+    """Evaluate such polynomials of k curves: where (k, c), slopes (k, c, u) to (k, u), (k, u)."""
+    weights = np.array(_hermite_weights(*_by_point(where, target)))
     # Memory order determines the order of summation, which must not depend on the number of curves.
-    ordered = np.ascontiguousarray(weights.transpose(0, 2, 1))
+    ordered = np.ascontiguousarray(weights.reshape(2, -1, len(target)).transpose(0, 2, 1))
     results, along = (ordered[:, :, None] @ np.concatenate([values, slopes], axis=1))[:, :, 0]
     return results, along / lengths_of(along)[:, None]
+
+
+def lagrange_each(where: Array, values: Array, target: Array) -> tuple[Array, Array]:
+    """Evaluate polynomials through values (k, c, f), and return the values' weights (k, c)."""
+    weights = lagrange(*_by_point(where, target)).reshape(-1, len(target)).T.copy()
+    return (weights[:, None] @ values)[:, 0], weights
+
+
+def _by_point(where: Array, target: Array) -> tuple[list[Any], Any]:
+    """Return arclengths by point. One curve has plain floats: they take a sixth of the time."""
+    return (where[0].tolist(), float(target[0])) if len(target) == 1 else (list(where.T), target)
 
 
 def _hermite_weights(where: Sequence[Any], target: Any) -> tuple[list[Any], list[Any]]:
     """Return the weights of values and slopes in the polynomial's value and slope at the target.
 
     With Lagrange's polynomials l_i, the weight of a value is (1 - 2 (x - x_i) l_i'(x_i)) l_i(x)^2
-    and that of a slope (x - x_i) l_i(x)^2. One curve has plain floats, which are faster than
-    arrays for three points.
+    and that of a slope (x - x_i) l_i(x)^2.
     """
     of_values, of_slopes, d_values, d_slopes = [], [], [], []
     zero = 0.0 * target
@@ -128,14 +128,14 @@ def derivatives(curve: Curve[P], points: Sequence[P], arclength: float) -> Linea
     return curve.blended([point.linearization for point in stored], weights)
 
 
-def lagrange(where: Sequence[float], target: float) -> Array:
-    """Return the weights of values in their interpolation polynomial at one target, shape (k,).
+def lagrange(where: Sequence[Any], target: Any) -> Array:
+    """Return the weights of values in their polynomial at a target, (c,) or of k curves (c, k).
 
-    Plain floats are faster than arrays for a few points.
+    Plain floats are faster than arrays for a few points; of many curves arclengths are arrays (k,).
     """
     weights = []
     for i, x_i in enumerate(where):
-        weight = 1.0
+        weight = 1.0 + 0.0 * target
         for j, x_j in enumerate(where):
             if j != i:
                 weight *= (target - x_j) / (x_i - x_j)

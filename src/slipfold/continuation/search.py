@@ -220,24 +220,30 @@ class Interpolated:
         point less. If it is near zero at a point and its error is large there, its slope is not
         known, and it may have come from the other side.
         """
-        first, last = self.ends[..., 0, :], self.ends[..., 1, :]
-        touches = self._above_zero.min(axis=-2) < 0
-        unsure = (np.abs(self.ends) < ZERO.unsure * self.end_errors).any(axis=-2)
-        several = np.count_nonzero(self._changes, axis=-2) > 1
-        # A function that is not defined everywhere, or is zero everywhere.
-        known = np.isfinite(self.inside).all(axis=-2) & ((first != 0) | (last != 0))
-        return np.asarray(known & np.where(first * last > 0, touches | unsure, several))
+        unsure = np.abs(self.ends) < ZERO.unsure * self.end_errors
+        found = (self._above_zero.min(axis=-2) < 0) | unsure.any(axis=-2)
+        if self._crosses.any():
+            several = np.count_nonzero(self._changes, axis=-2) > 1
+            found = np.where(self._crosses, several, found)
+        if found.any():  # not of functions that are not defined, or are zero, everywhere
+            found &= np.isfinite(self.inside).all(axis=-2) & (self.ends != 0).any(axis=-2)
+        return np.asarray(found)
 
     def ambiguous_arclength(self, grid: Array) -> float | None:
         """Return where the first of them on one curve is ambiguous, None if none is."""
         for index in np.flatnonzero(self.ambiguous).tolist():
-            if self.ends[0, index] * self.ends[1, index] <= 0:
+            if self._crosses[index]:
                 changes = np.flatnonzero(self._changes[:, index])
                 return float(grid[min(changes[1], len(grid) - 1)])
             above = self._above_zero[:, index]
             lowest = int(above.argmin())
             return float(grid[lowest] if above[lowest] < 0 else 0.5 * (grid[0] + grid[-1]))
         return None
+
+    @cached_property
+    def _crosses(self) -> Mask:
+        """Whether each does not have one sign at both ends, shape (f,)."""
+        return np.asarray(~(self.ends[..., 0, :] * self.ends[..., 1, :] > 0))
 
     @cached_property
     def _inner(self) -> Array:

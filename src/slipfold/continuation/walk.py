@@ -17,8 +17,8 @@ from slipfold.continuation.interpolation import (
     arcs,
     derivatives,
     hermite_each,
+    lagrange_each,
     lengths_of,
-    polynomial_weights,
 )
 from slipfold.continuation.newton import TOO_SHARP, correct
 from slipfold.continuation.search import contraction_drift
@@ -115,12 +115,11 @@ class Front:
         Shapes: z, tangents (k, c, u); tests (k, c, f); arclengths (k, c); step (k,).
         """
         self._equations, self._settings = equations, settings
-        k, count = arclengths.shape
-        missing = ((0, 0), (POINTS - count, 0))
-        self.z, self.tangents, self.tests = (
-            np.pad(item, (*missing, (0, 0))) for item in (z, tangents, tests)
-        )
-        self.arclengths = np.pad(arclengths, missing)
+        (k, count), u = arclengths.shape, z.shape[2]
+        known = np.concatenate([z, tangents, tests, arclengths[..., None]], axis=2)
+        self._history = np.pad(known, ((0, 0), (POINTS - count, 0), (0, 0)))
+        self.z, self.tangents = self._history[..., :u], self._history[..., u : 2 * u]
+        self.tests, self.arclengths = self._history[..., 2 * u : -1], self._history[..., -1]
         self.count = np.full(k, count)
         self.step = np.minimum(step, settings.steps.largest)
         self._growth = np.full(k, STEP.longer)
@@ -146,14 +145,14 @@ class Front:
         beyond = self._first_wall(rows, result.z, target, 0.0)
         # In a corner of the window, a point on one wall may lie beyond another.
         beyond[self._holds[at] >= len(self._walls) // 2] = -1
-        found, beyond_any = result.found, beyond >= 0
+        found, inside = result.found, beyond < 0
         difference, last = result.z - self.z[at, -1], self.tangents[at, -1]
         length, turn = arcs(difference, last, result.tangents)
         measures = self._measured(rows, result, lengths_of(result.z - guesses), length, turn)
         # No extrapolation holds from one smooth piece to the next; a monitor locates its end.
         fits = measures.fits | (step <= 4 * smallest) | self._equations.leaves(rows, result)
-        fits &= found & ~beyond_any
-        rejected = np.flatnonzero(~fits & ~beyond_any)
+        fits &= found & inside
+        rejected = np.flatnonzero(inside > fits)
         if len(rejected):
             ratio = np.where(
                 found,
@@ -162,7 +161,7 @@ class Front:
             )
             self.shorten(rows[rejected], ratio[rejected])
         self._held[at] = beyond
-        self._holds[at] += beyond_any
+        self._holds[at] += ~inside
         return Trial(rows, result, length, measures, fits)
 
     def shorten(self, rows: Indices, ratio: Array | float) -> None:
@@ -178,25 +177,20 @@ class Front:
         large = np.maximum(1.0, lengths_of(self.z[rows, -1]) / STEP.large)
         self.step[rows] = np.minimum(self.step[rows] * factor, self._settings.steps.largest * large)
         new = self.arclengths[rows, -1] + trial.length[which]
-        for history, values in (
-            (self.z, result.z[which]),
-            (self.tangents, result.tangents[which]),
-            (self.tests, result.tests[which]),
-            (self.arclengths, new),
-        ):
-            history[rows, :-1] = history[rows, 1:]
-            history[rows, -1] = values
+        parts = (part[which] for part in (result.z, result.tangents, result.tests))
+        self._history[rows, :-1] = self._history[rows, 1:]
+        self._history[rows, -1] = np.concatenate([*parts, new[:, None]], axis=1)
         self.count[rows] += 1
         self._growth[rows], self._held[rows], self._holds[rows] = STEP.longer, -1, 0
 
-    def by_count(self, rows: Indices) -> Iterator[tuple[int, Indices]]:
+    def by_count(self, rows: Indices) -> Iterator[tuple[int, slice | Indices]]:
         """Yield how many points are known, and which of some curves have so many."""
-        counts = np.minimum(self.count[rows], POINTS)
-        if len(rows) == 1:
-            yield int(counts[0]), ONLY
+        counts = np.minimum(self.count[rows], POINTS).tolist()
+        if counts.count(counts[0]) == len(counts):
+            yield counts[0], slice(None)  # which copies nothing
             return
-        for count in np.unique(counts).tolist():
-            yield count, np.flatnonzero(counts == count)
+        for count in sorted(set(counts)):
+            yield count, np.flatnonzero(np.equal(counts, count))
 
     # -- predictions -------------------------------------------------------------------------------
 
@@ -204,9 +198,7 @@ class Front:
         """Return guesses and the normals of their hyperplanes; a guess beyond a wall lies on it."""
         guesses, normals = self._extrapolated(rows, target)
         guesses, held = self._equations.aligned(rows, guesses), self._held[rows]
-        free = held < 0
-        if free.any():
-            held[free] = self._first_wall(rows, guesses, target, STEP.edge)[free]
+        held = np.where(held < 0, self._first_wall(rows, guesses, target, STEP.edge), held)
         for i in np.flatnonzero(held >= 0).tolist():
             wall, row = int(held[i]), rows[i : i + 1]
             index, value = self._components[wall], self._walls[wall]
@@ -274,8 +266,8 @@ class Front:
         noise, coarse = self._equations.noise, self._settings.coarse
         at = self._at(rows)
         values, known = self.tests[at, -count:], self.arclengths[at, -count:]
-        weights = polynomial_weights(known, (known[:, -1] + length)[:, None])
-        errors = np.abs(actual - (weights @ values)[:, 0])
+        expected, weights = lagrange_each(known, values, known[:, -1] + length)
+        errors = np.abs(actual - expected)
         drifted = drift(errors, values, actual, noise, coarse)
         allowed = np.minimum(ratio_by_geometry(error, turn), STEP.longer)
         limiting = ratio_by_tests(drifted) < allowed
@@ -289,7 +281,7 @@ class Front:
         # Better predictions, and whether they matter, take longer to compute.
         for i in np.flatnonzero(limiting).tolist():
             row = int(rows[i])
-            extrapolated = self._equations.extrapolated(row, weights[i])
+            extrapolated = self._equations.extrapolated(row, weights[i : i + 1])
             if extrapolated is not None:
                 better = np.fmin(errors[i], np.abs(actual[i] - extrapolated))
                 lines = STEP.lines * min(1.0, error[i] / STEP.straight) * drifted[i]

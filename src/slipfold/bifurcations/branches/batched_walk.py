@@ -271,11 +271,10 @@ class Walk(FrontEquations):
         front, active, result, fits = self._front, trial.rows, trial.result, trial.fits
         regular = self._is_regular(active)
         ambiguous = np.zeros(len(active), bool)
-        for count, same in front.by_count(active):
-            which = same[(fits & regular)[same]]
+        chosen = np.flatnonzero(fits & regular)
+        for count, same in front.by_count(active[chosen]) if len(chosen) else ():
+            which = chosen[same]
             here = active[which]
-            if not len(which):
-                continue
             last = front.arclengths[here, -1]
             new = last + trial.length[which]
             # The nearest first; their two ends are the points of number 1 and 0.

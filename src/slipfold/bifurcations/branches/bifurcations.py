@@ -91,10 +91,10 @@ class Bifurcations(Zeros[OrbitPoint]):
         Through a canard explosion the parameter stands, and the sign of its change is that of
         rounding: between any two points it may seem to touch zero.
         """
-        values = point.values.copy()
-        level = list(point.tests).index("LP")
-        if abs(values[level]) <= BIFURCATION.noise:
-            values[level] = 0.0
+        values = point.values
+        if abs(point.tests["LP"]) <= BIFURCATION.noise:
+            values = values.copy()
+            values[list(point.tests).index("LP")] = 0.0
         return values
 
     def watch(self, interval: StepInterval[OrbitPoint]) -> MonitorResult[OrbitPoint]:
